@@ -82,7 +82,7 @@ pub fn plan(size: u32) -> Plan {
         name: "heavy",
         width: size,
         height: size,
-        format: ColourFormat::Rgba32Float,
+        format: ColourFormat::Hdr,
         samples: 1,
         clear: [0.0; 4],
         depth: false,

@@ -35,7 +35,9 @@ pub use body::{
     Atmosphere, Body, BodyKind, Clouds, Estimates, InventedRelief, MAX_OVERLAYS, Map, MapLatitude, Maps, MeanElements, Motion, NaifId,
     Overlay, Photometry, Projection, Ring, Rotation, ShapeModel, Species,
 };
-pub use data_layer::{ColourMap, DataLayer, DataLine, DataPoint, ImageLook, ImagePlace, SkyImage, Stretch, is_layer_file, layer_endings};
+pub use data_layer::{
+    ColourMap, DataLayer, DataLine, DataPoint, ImageLook, ImagePlace, PlacedImage, Stretch, is_layer_file, layer_endings,
+};
 pub use eclipse_radii::EclipseRadii;
 pub use instrument::{Field, Instrument};
 use layer_list::LayerList;

@@ -15,7 +15,7 @@ use std::f64::consts::{PI, TAU};
 const HORIZON_REFRACTION: f64 = 34.0 / 60.0 * PI / 180.0;
 /// Longest time from maximum to either end: at a place, a solar eclipse lasts at most 3.6 hours, a lunar eclipse 6.3, a transit 8.
 const SEARCH_S: f64 = 4.5 * 3600.0;
-const STEP_S: f64 = 120.0;
+const SEARCH_STEP_S: f64 = 120.0;
 
 /// A place on the Earth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,7 +93,7 @@ pub(super) struct Discs {
 
 impl Discs {
     /// Angle between the limbs, negative if the discs overlap.
-    fn apart(&self) -> f64 {
+    fn limb_gap(&self) -> f64 {
         self.separation - self.sun - self.penumbral_moon
     }
     /// Angle by which the discs miss internal tangency, negative if one disc lies within the other.
@@ -105,7 +105,7 @@ impl Discs {
         if self.outside() < 0.0 {
             return self.moon / self.sun;
         }
-        -self.apart() / (2.0 * self.sun + self.penumbral_moon - self.moon)
+        -self.limb_gap() / (2.0 * self.sun + self.penumbral_moon - self.moon)
     }
 
     fn obscuration(&self) -> f64 {
@@ -195,11 +195,11 @@ impl<'a> Station<'a> {
 
     /// When the discs are nearest to each other, searched around `near_s`.
     fn deepest(&self, near_s: f64) -> f64 {
-        let steps = (2.0 * SEARCH_S / STEP_S) as i32;
-        let at = |i: i32| near_s - SEARCH_S + f64::from(i) * STEP_S;
-        let apart = |s: f64| self.discs(s).separation;
-        let nearest = (0..=steps).min_by(|a, b| apart(at(*a)).total_cmp(&apart(at(*b)))).unwrap_or(0);
-        least_instant(at(nearest) - STEP_S, at(nearest) + STEP_S, apart)
+        let steps = (2.0 * SEARCH_S / SEARCH_STEP_S) as i32;
+        let at = |i: i32| near_s - SEARCH_S + f64::from(i) * SEARCH_STEP_S;
+        let separation = |s: f64| self.discs(s).separation;
+        let nearest = (0..=steps).min_by(|a, b| separation(at(*a)).total_cmp(&separation(at(*b)))).unwrap_or(0);
+        least_instant(at(nearest) - SEARCH_STEP_S, at(nearest) + SEARCH_STEP_S, separation)
     }
 
     /// Second and third contact around the least separation; `None` if no disc comes to lie within the other.
@@ -219,10 +219,10 @@ impl<'a> Station<'a> {
     /// Contacts of the mean limbs around the least separation, which is searched around `near_s`; `None` if the discs never meet.
     pub(crate) fn mean_contacts(&self, near_s: f64) -> Option<MeanContacts> {
         let deepest = self.deepest(near_s);
-        let apart = |s: f64| self.discs(s).apart();
-        (apart(deepest) < 0.0).then(|| {
+        let limb_gap = |s: f64| self.discs(s).limb_gap();
+        (limb_gap(deepest) < 0.0).then(|| {
             let discs = self.discs(deepest);
-            let outer = (end_of_negative(deepest, deepest - SEARCH_S, apart), end_of_negative(deepest, deepest + SEARCH_S, apart));
+            let outer = (end_of_negative(deepest, deepest - SEARCH_S, limb_gap), end_of_negative(deepest, deepest + SEARCH_S, limb_gap));
             MeanContacts { deepest, outer, inner: self.central_span(near_s), is_annular: discs.moon < discs.sun }
         })
     }
@@ -271,28 +271,28 @@ impl<'a> Station<'a> {
     }
 
     fn up_between(&self, first: f64, last: f64, body: impl Fn(f64) -> DVec3) -> AboveHorizon {
-        let height = |s: f64| self.horizontal(body(s), s).0 + HORIZON_REFRACTION + DISC_RADIUS;
+        let upper_limb_rad = |s: f64| self.horizontal(body(s), s).0 + HORIZON_REFRACTION + DISC_RADIUS;
         let mut up = AboveHorizon { spans: Vec::new(), rise: None, set: None };
-        let mut since = (height(first) > 0.0).then_some(first);
+        let mut up_since = (upper_limb_rad(first) > 0.0).then_some(first);
         let mut at = first;
         while at < last {
-            let next = (at + STEP_S).min(last);
-            match (height(at) > 0.0, height(next) > 0.0) {
+            let next = (at + SEARCH_STEP_S).min(last);
+            match (upper_limb_rad(at) > 0.0, upper_limb_rad(next) > 0.0) {
                 (false, true) => {
-                    let s = end_of_negative(at, next, height);
+                    let s = end_of_negative(at, next, upper_limb_rad);
                     up.rise = up.rise.or(Some(s));
-                    since = Some(s);
+                    up_since = Some(s);
                 }
                 (true, false) => {
-                    let s = end_of_negative(at, next, |s| -height(s));
+                    let s = end_of_negative(at, next, |s| -upper_limb_rad(s));
                     up.set = up.set.or(Some(s));
-                    up.spans.extend(since.take().map(|from| (from, s)));
+                    up.spans.extend(up_since.take().map(|from| (from, s)));
                 }
                 _ => {}
             }
             at = next;
         }
-        up.spans.extend(since.map(|from| (from, last)));
+        up.spans.extend(up_since.map(|from| (from, last)));
         up
     }
 }

@@ -9,7 +9,7 @@ use super::{ImageError, decode_rgba8};
 /// The largest level of an 8-bit value.
 const MAX_LEVEL: f64 = 255.0;
 
-/// Statistics of absolute differences, in levels of 255.
+/// Statistics of absolute differences, in display levels (0 to 255).
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Difference {
     pub mean: f64,
@@ -41,12 +41,12 @@ impl DisplayImage {
     }
 
     fn matches(&self, other: &Self) -> Result<(), ImageError> {
-        let full = |p: &Self| u64::from(p.width) * u64::from(p.height) == p.rgba.len() as u64 && !p.rgba.is_empty();
+        let has_all_pixels = |p: &Self| u64::from(p.width) * u64::from(p.height) == p.rgba.len() as u64 && !p.rgba.is_empty();
         if (self.width, self.height) != (other.width, other.height) {
             let (a, b) = ((self.width, self.height), (other.width, other.height));
             return Err(ImageError::Sizes { a, b });
         }
-        match full(self) && full(other) {
+        match has_all_pixels(self) && has_all_pixels(other) {
             true => Ok(()),
             false => Err(ImageError::Size { width: self.width, height: self.height, given: self.rgba.len().saturating_mul(4) }),
         }
@@ -59,19 +59,20 @@ impl DisplayImage {
     pub fn difference(&self, other: &Self) -> Result<Difference, ImageError> {
         self.matches(other)?;
         let channels = if self.has_alpha() || other.has_alpha() { 4 } else { 3 };
-        let mut of_level = [0_u64; 256];
+        let mut level_counts = [0_u64; 256];
         for (p, q) in self.rgba.iter().zip(&other.rgba) {
             for c in 0..channels {
-                of_level[usize::from(p[c].abs_diff(q[c]))] += 1;
+                level_counts[usize::from(p[c].abs_diff(q[c]))] += 1;
             }
         }
-        let values: u64 = of_level.iter().sum();
-        let moment = |power: i32| (0_u8..=255).zip(of_level).map(|(d, n)| f64::from(d).powi(power) * n as f64).sum::<f64>() / values as f64;
+        let values: u64 = level_counts.iter().sum();
+        let moment =
+            |power: i32| (0_u8..=255).zip(level_counts).map(|(d, n)| f64::from(d).powi(power) * n as f64).sum::<f64>() / values as f64;
         let mean_square = moment(2);
         Ok(Difference {
             mean: moment(1),
-            p999: level_not_exceeded(&of_level, values - values / 1000),
-            max: level_not_exceeded(&of_level, values),
+            p999: level_not_exceeded(&level_counts, values - values / 1000),
+            max: level_not_exceeded(&level_counts, values),
             psnr_db: (mean_square > 0.0).then(|| 10.0 * (MAX_LEVEL * MAX_LEVEL / mean_square).log10()),
             pixels: self.rgba.len() as u64,
         })
@@ -101,12 +102,12 @@ impl DisplayImage {
     }
 }
 
-/// The smallest level that at least `wanted` values do not exceed.
-fn level_not_exceeded(of_level: &[u64; 256], wanted: u64) -> u8 {
+/// The smallest level that at least `min_count` values do not exceed.
+fn level_not_exceeded(level_counts: &[u64; 256], min_count: u64) -> u8 {
     let mut counted = 0;
-    for (level, n) in (0..=u8::MAX).zip(of_level) {
+    for (level, n) in (0..=u8::MAX).zip(level_counts) {
         counted += n;
-        if counted >= wanted {
+        if counted >= min_count {
             return level;
         }
     }

@@ -93,7 +93,7 @@ impl ProbeBatch {
             name: "questions",
             width,
             height,
-            format: ColourFormat::Rgba32Float,
+            format: ColourFormat::Hdr,
             samples: 1,
             clear: [f32::NAN; 4],
             depth: false,

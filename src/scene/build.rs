@@ -23,7 +23,7 @@ use crate::scene::draw::features::PixelView;
 use crate::scene::draw::{Draw, Part};
 use crate::scene::error::SceneError;
 use crate::scene::features;
-use crate::scene::features::case::{Case, Frame};
+use crate::scene::features::case::{BodyContext, Frame};
 use crate::scene::finished::Scene;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::exposure::Exposure;
@@ -161,7 +161,7 @@ impl<'a> SceneBuilder<'a> {
                 let shaded = frame.context.request.effects.override_of(Effect::SelfShadow) != Some(false);
                 wanted.meshes.push(MeshWanted { body: p.body.id, sun: mesh_decision::sun_over(&frame, p).filter(|_| shaded) });
             }
-            if needs_table(&Case::of(&frame, p)) {
+            if needs_table(&BodyContext::of(&frame, p)) {
                 wanted.scattering_tables.push(p.body.id);
             }
             wanted.maps.extend(features::maps_wanted(&frame, p));

@@ -323,7 +323,7 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
         name: "sample",
         width: side,
         height: side,
-        format: ColourFormat::Rgba32Float,
+        format: ColourFormat::Hdr,
         samples: 1,
         clear: [0.0; 4],
         depth: true,

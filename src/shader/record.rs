@@ -186,7 +186,7 @@ impl Verified {
     ) -> Result<Self, Vec<String>> {
         let build = |(id, translated): &(ModuleId, bool)| {
             let result = ShaderModule::build_with(fragments, id, lowering).map_err(|e| e.to_string()).and_then(|m| {
-                let others = Language::ALL.into_iter().filter(|l| *translated && !l.is_for_reading());
+                let others = Language::ALL.into_iter().filter(|l| *translated && l.needs_own_digest());
                 let texts = others.map(|l| translate(&m, l).map_err(|e| e.to_string())).collect::<Result<Vec<_>, _>>()?;
                 let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
                 let translations = translated.then(|| digest_of(&texts));

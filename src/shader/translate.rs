@@ -28,9 +28,10 @@ impl Language {
     /// Every language, WGSL first.
     pub const ALL: [Self; 7] = [Self::Wgsl, Self::Hlsl, Self::Glsl, Self::Msl, Self::Spirv, Self::Assembly, Self::Ir];
 
-    /// Whether the form is only for human readers: another language of this list has the same content.
-    pub fn is_for_reading(self) -> bool {
-        matches!(self, Self::Wgsl | Self::Assembly | Self::Ir)
+    /// Whether a module's text in this language has a digest of its own. WGSL is what the module's digest is of, and SPIR-V text and naga's representation
+    /// are other forms of languages that have one.
+    pub fn needs_own_digest(self) -> bool {
+        !matches!(self, Self::Wgsl | Self::Assembly | Self::Ir)
     }
 }
 

@@ -23,7 +23,7 @@ fn profile(id: i32, phase_deg: f64, diameter_px: u32, effects: &str) -> Profile 
     let body: &Body = SESSION.catalog().body(NaifId(id)).expect("a body");
     let to_sun = SESSION.ephemeris().state(NaifId::SUN, body.id, time, None).expect("placed").state.pos_km.normalize();
     // Seen from above the pole, so that the sunward limb is near the equator.
-    let pole = SESSION.ephemeris().body_from_icrf(body.id, time).expect("turned").row(2);
+    let pole = SESSION.ephemeris().body_from_icrf(body.id, time).expect("an orientation").row(2);
     let sideways = pole.cross(to_sun).normalize();
     let (sin, cos) = phase_deg.to_radians().sin_cos();
     let radii: f64 = 40.0;
@@ -57,13 +57,13 @@ fn profile(id: i32, phase_deg: f64, diameter_px: u32, effects: &str) -> Profile 
     Profile { light, limb_px: 0.5 * f64::from(diameter_px) }
 }
 
-/// Two faults, relative to the brightest pixel of the row, for the worst channel. First: how much deeper the profile dips between two brighter pixels than
-/// the airless disc's profile does. Second: how much brighter the profile's maximum is than the airless disc's, from a few pixels inside the limb
+/// Two measures, relative to the brightest pixel of the row, for the worst channel. Dip: how much deeper the profile dips between two brighter pixels than
+/// the airless disc's profile does. Line: how much brighter the profile's maximum is than the airless disc's, from a few pixels inside the limb
 /// outwards.
-fn faults(p: &Profile, bare: &Profile) -> (f64, f64) {
+fn dip_and_line(p: &Profile, airless: &Profile) -> (f64, f64) {
     let start = (0.9 * p.limb_px) as usize;
-    let ends = bare.light.iter().rposition(|v| v[1] > 0.0).expect("a disc");
-    let edge = ends.saturating_sub(4);
+    let disc_end = airless.light.iter().rposition(|v| v[1] > 0.0).expect("a disc");
+    let near_limb = disc_end.saturating_sub(4);
     let dip = |row: &[f64]| {
         let mut worst = 0.0_f64;
         for k in 1..row.len().saturating_sub(1) {
@@ -75,19 +75,19 @@ fn faults(p: &Profile, bare: &Profile) -> (f64, f64) {
     };
     let mut worst = (f64::MIN, f64::MIN);
     for c in 0..3 {
-        let [row, disc]: [Vec<f64>; 2] = [p, bare].map(|p| p.light.iter().map(|v| v[c]).collect());
+        let [row, disc]: [Vec<f64>; 2] = [p, airless].map(|p| p.light.iter().map(|v| v[c]).collect());
         let maximum = row.iter().copied().fold(1e-9, f64::max);
         worst.0 = worst.0.max((dip(&row[start..]) - dip(&disc[start..])) / maximum);
-        let brightest = |row: &[f64]| row[edge..].iter().copied().fold(0.0, f64::max);
+        let brightest = |row: &[f64]| row[near_limb..].iter().copied().fold(0.0, f64::max);
         worst.1 = worst.1.max((brightest(&row) - brightest(&disc)) / maximum);
     }
     worst
 }
 
-/// The [`faults`] of a body at a given phase angle and diameter, with the given effects.
-fn faults_of(id: i32, phase_deg: f64, diameter_px: u32, effects: &str) -> (f64, f64) {
-    let bare = profile(id, phase_deg, diameter_px, &format!("{effects},-atmosphere"));
-    faults(&profile(id, phase_deg, diameter_px, effects), &bare)
+/// The [`dip_and_line`] of a body at a given phase angle and diameter, with the given effects.
+fn dip_and_line_of(id: i32, phase_deg: f64, diameter_px: u32, effects: &str) -> (f64, f64) {
+    let airless = profile(id, phase_deg, diameter_px, &format!("{effects},-atmosphere"));
+    dip_and_line(&profile(id, phase_deg, diameter_px, effects), &airless)
 }
 
 /// Without a map, and with the map but without shadows; neither has procedural relief.
@@ -102,7 +102,7 @@ fn no_bright_line_along_the_limb_of_a_giant() {
         for (effects, at_most) in [(WITHOUT_MAP, 0.01), (WITH_MAP, 0.05)] {
             for phase in [0.0, 30.0, 60.0, 90.0, 120.0, 160.0] {
                 for size in [100, 500, 3000] {
-                    let (dip, line) = faults_of(id, phase, size, effects);
+                    let (dip, line) = dip_and_line_of(id, phase, size, effects);
                     assert!(dip < at_most, "{id} at {phase} degrees, {size} px, {effects}: dips by {dip}");
                     // Beyond half phase a disc grows brighter up to its limb; the last pixel of the airless disc cuts this off.
                     assert!(line < 0.05 || phase > 60.0, "{id} at {phase} degrees, {size} px, {effects}: a line of {line}");
@@ -118,7 +118,7 @@ fn no_quadrature_tier_draws_a_line() {
     for id in [599, 699, 799, 899] {
         for tier in TIERS {
             for phase in [0.0, 30.0] {
-                let (dip, line) = faults_of(id, phase, 1000, &format!("{WITHOUT_MAP},+atmosphere={tier}"));
+                let (dip, line) = dip_and_line_of(id, phase, 1000, &format!("{WITHOUT_MAP},+atmosphere={tier}"));
                 assert!(dip < 0.01 && line < 0.05, "{id}, {tier}, {phase} degrees: {dip} {line}");
             }
         }
@@ -132,7 +132,7 @@ fn dips_next_to_hazy_limbs_stay_within_known_bounds() {
     for (id, at_most) in [(399, 0.03), (499, 0.03), (999, 0.01), (801, 0.01)] {
         for phase in [0.0, 30.0, 60.0, 90.0, 120.0, 150.0] {
             for size in [100, 400, 1600] {
-                let (dip, _) = faults_of(id, phase, size, WITHOUT_MAP);
+                let (dip, _) = dip_and_line_of(id, phase, size, WITHOUT_MAP);
                 println!("{id} {phase} {size}: {dip:.4}");
                 assert!(dip < at_most, "{id} at {phase} degrees, {size} px: dips by {dip}");
             }
@@ -146,16 +146,16 @@ fn dips_next_to_hazy_limbs_stay_within_known_bounds() {
 fn titans_haze_is_even_across_the_limb() {
     for phase in [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0, 90.0, 95.0, 100.0, 105.0, 110.0, 120.0, 135.0, 150.0] {
         for size in [200, 800, 1600] {
-            let bare = profile(606, phase, size, &format!("{WITHOUT_MAP},-atmosphere"));
+            let airless = profile(606, phase, size, &format!("{WITHOUT_MAP},-atmosphere"));
             let mut hazy = profile(606, phase, size, WITHOUT_MAP);
-            let (dip, _) = faults(&hazy, &bare);
+            let (dip, _) = dip_and_line(&hazy, &airless);
             assert!(dip < 0.01, "{phase} degrees, {size} px: dips by {dip}");
             // The comparison must be able to fail: a limb pixel that is darker by a fiftieth of the brightest value is detected, where the disc is that
             // bright on both sides.
             if phase == 90.0 {
                 let maximum = hazy.light.iter().map(|v| v[0]).fold(0.0, f64::max);
                 hazy.light[hazy.limb_px as usize][0] -= 0.02 * maximum;
-                let (dip, _) = faults(&hazy, &bare);
+                let (dip, _) = dip_and_line(&hazy, &airless);
                 assert!(dip > 0.01, "{size} px: a notch of 0.02 measures as {dip}");
             }
         }

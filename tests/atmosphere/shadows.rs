@@ -92,7 +92,7 @@ fn rings_darken_the_air_behind_them_and_change_no_bit_in_front() {
 /// the brightest pixel.
 #[test]
 fn a_rim_thinner_than_a_pixel_is_shaded_once_per_ray() {
-    let (mut worst, mut without) = (0.0_f64, 0.0_f64);
+    let (mut worst, mut worst_unshaded) = (0.0_f64, 0.0_f64);
     for time in ["2017-05-17T00:00:00Z", "2021-08-01T00:00:00Z", "2024-06-08T12:00:00Z"] {
         for (tier_name, radii) in [("pixel-8", 3.3), ("pixel-16", 2.6)] {
             let effects = format!("+atmosphere,+atmosphere={tier_name},+ring-shadow,-eclipse,-planet-shine");
@@ -119,10 +119,10 @@ fn a_rim_thinner_than_a_pixel_is_shaded_once_per_ray() {
             };
             let (found, bare) = (greatest_difference(&pixels(&once)), greatest_difference(&unshaded));
             println!("{time} {tier_name}: {found:.2} of 255, {bare:.1} without the shadow");
-            (worst, without) = (worst.max(found), without.max(bare));
+            (worst, worst_unshaded) = (worst.max(found), worst_unshaded.max(bare));
         }
     }
-    assert!(worst < 9.0 && without > 4.0 * worst, "{worst} of 255, {without} without a shadow");
+    assert!(worst < 9.0 && worst_unshaded > 4.0 * worst, "{worst} of 255, {worst_unshaded} without a shadow");
 }
 
 /// The Earth in the Moon's shadow with eight samples. With occluders out of reach the picture equals the one without eclipse; where the eclipse is deepest, at 25.3 N
@@ -137,29 +137,29 @@ fn eight_samples_suffice_for_an_eclipse() {
             ViewRequest { width: EARTH_SIDE, height: EARTH_SIDE, ..request(NaifId::EARTH, "2024-04-08T18:17:16Z", position, &effects) };
         SESSION.scene(&view_request).expect("a scene")
     };
-    let near = scene_of_tier("pixel-8");
-    let of_tier = near.draws.iter().filter(|d| d.features.air.tier == AtmosphereModel::Pixel8 && d.features.eclipse.occluders > 0);
+    let eclipsed = scene_of_tier("pixel-8");
+    let of_tier = eclipsed.draws.iter().filter(|d| d.features.air.tier == AtmosphereModel::Pixel8 && d.features.eclipse.occluders > 0);
     assert_eq!(of_tier.count(), 3, "ground, clouds and sky");
-    let (mut far, mut none) = (near.clone(), near.clone());
-    far.draws.iter_mut().flat_map(|d| &mut d.uniforms.eclipse.places).for_each(|p| p.x += 1000.0);
-    none.draws.iter_mut().for_each(|d| d.features.eclipse = Eclipse::default());
-    let (eclipsed, far, none, finer) = (pixels(&near), pixels(&far), pixels(&none), pixels(&scene_of_tier("pixel-32")));
+    let (mut far_moon, mut uneclipsed) = (eclipsed.clone(), eclipsed.clone());
+    far_moon.draws.iter_mut().flat_map(|d| &mut d.uniforms.eclipse.places).for_each(|p| p.x += 1000.0);
+    uneclipsed.draws.iter_mut().for_each(|d| d.features.eclipse = Eclipse::default());
+    let [shadow_px, far_px, uneclipsed_px, finer_px] = [&eclipsed, &far_moon, &uneclipsed, &scene_of_tier("pixel-32")].map(pixels);
     let greatest_difference = |a: &[[f32; 4]], b: &[[f32; 4]]| {
         let difference = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
         a.iter().zip(b).map(difference).fold(0.0, f32::max)
     };
-    let brightest = none.iter().map(|p| p[1]).fold(0.0, f32::max);
-    assert!(greatest_difference(&far, &none) < 1e-6 * brightest, "{}", greatest_difference(&far, &none));
-    let earth = near.body(NaifId::EARTH).expect("the Earth").placement;
+    let brightest = uneclipsed_px.iter().map(|p| p[1]).fold(0.0, f32::max);
+    assert!(greatest_difference(&far_px, &uneclipsed_px) < 1e-6 * brightest, "{}", greatest_difference(&far_px, &uneclipsed_px));
+    let earth = eclipsed.body(NaifId::EARTH).expect("the Earth").placement;
     let (lat, lon) = (25.3f64.to_radians(), (-104.1f64).to_radians());
     let up = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
     let middle = (up * earth.radii_km).normalize();
-    let pixel = near.camera.pixel_of_surface(&earth, middle).expect("it is seen");
+    let pixel = eclipsed.camera.pixel_of_surface(&earth, middle).expect("it is seen");
     let k = pixel.y as usize * EARTH_SIDE as usize + pixel.x as usize;
-    assert!(eclipsed[k][1] < 0.05 * none[k][1], "{:?} of {:?}", eclipsed[k], none[k]);
+    assert!(shadow_px[k][1] < 0.05 * uneclipsed_px[k][1], "{:?} of {:?}", shadow_px[k], uneclipsed_px[k]);
     // The largest differences are at the limb, where eight samples cover an entire twilight ray; tests/atmosphere/single_scattering.rs allows them 21 %.
-    assert!(greatest_difference(&eclipsed, &finer) < 0.06 * brightest, "{} of {brightest}", greatest_difference(&eclipsed, &finer));
-    assert!(greatest_difference(&eclipsed, &none) > 0.2 * brightest, "the shadow must be visible");
+    assert!(greatest_difference(&shadow_px, &finer_px) < 0.06 * brightest, "{} of {brightest}", greatest_difference(&shadow_px, &finer_px));
+    assert!(greatest_difference(&shadow_px, &uneclipsed_px) > 0.2 * brightest, "the shadow must be visible");
 }
 
 /// Through Titan's haze the edge of the ground is invisible: along a row across the limb the radiance has only a small second difference. Without air it has a step.
@@ -199,7 +199,7 @@ fn no_line_appears_at_the_limb_of_a_hazy_moon() {
 }
 
 /// Asserts that the draws of two scenes differ in the eclipse alone.
-fn differ_in_the_eclipse_alone(eclipsed: &Scene, plain: &Scene) {
+fn assert_differ_in_the_eclipse_alone(eclipsed: &Scene, plain: &Scene) {
     assert_eq!(eclipsed.draws.len(), plain.draws.len());
     assert!(
         eclipsed.draws.iter().any(|d| d.features.eclipse.occluders > 0 && d.features.air.tier != AtmosphereModel::None),
@@ -242,7 +242,7 @@ fn an_eclipse_blocks_only_the_suns_light() {
             scene
         };
         let (eclipsed, plain) = (scene_with("+planet-shine,+eclipse"), scene_with("+planet-shine,-eclipse"));
-        differ_in_the_eclipse_alone(&eclipsed, &plain);
+        assert_differ_in_the_eclipse_alone(&eclipsed, &plain);
         let mut far = eclipsed.clone();
         far.draws.iter_mut().flat_map(|d| &mut d.uniforms.eclipse.places).for_each(|p| p.x += 1000.0);
         let (shown, far, plain, unlit) = (pixels(&eclipsed), pixels(&far), pixels(&plain), pixels(&scene_with("-planet-shine,+eclipse")));
@@ -257,8 +257,8 @@ fn an_eclipse_blocks_only_the_suns_light() {
             );
             let middle = DVec2::new(f64::from(k as u32 % 160) + 0.5, f64::from(k as u32 / 160) + 0.5);
             let Some(hit) = eclipsed.camera.surface_under_pixel(&placement, middle) else { continue };
-            let height = (hit / placement.radii_km).normalize().dot(sun.as_dvec3());
-            if height < -0.3 {
+            let sun_cosine = (hit / placement.radii_km).normalize().dot(sun.as_dvec3());
+            if sun_cosine < -0.3 {
                 // A thousandth of sunlight at oblique incidence on sea of albedo 0.03 or more.
                 assert!(
                     (0..3).all(|c| (shown[k][c] - plain[k][c]).abs() <= 1e-5 * plain[k][c]),

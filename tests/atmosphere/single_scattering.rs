@@ -23,15 +23,15 @@ fn numbers(v: &Value) -> Vec<f64> {
 /// Largest relative error of each ray's radiance, without channels fainter than 1e-4 of the air's brightest ray; and the largest error of a
 /// transmittance.
 fn errors(tier: &str) -> (Vec<f64>, f64) {
-    let all: Value = serde_json::from_str(include_str!("../data/rayleigh_reference_public.json")).expect("JSON");
+    let table: Value = serde_json::from_str(include_str!("../data/rayleigh_reference_public.json")).expect("JSON");
     let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
     let prober = Prober { session: &SESSION, renderer: &renderer };
-    let rays = all["rays"].as_array().expect("rays");
+    let rays = table["rays"].as_array().expect("rays");
     let brightest = |air: &Value| rays.iter().filter(|r| r["atm"] == *air).flat_map(|r| numbers(&r["radiance"])).fold(0.0, f64::max);
     let (mut radiance, mut transmittance) = (Vec::new(), 0.0f64);
     for ray in rays.iter().filter(|r| !r["segment"].is_null()) {
         let air = ray["atm"].as_str().expect("a name");
-        let question = json!({ "q": "scatter", "atmosphere": all["atmospheres"][air], "cam": ray["cam"], "dir": ray["dir"],
+        let question = json!({ "q": "scatter", "atmosphere": table["atmospheres"][air], "cam": ray["cam"], "dir": ray["dir"],
             "sun": ray["sun"], "tier": tier });
         let answer = prober.answer(&question.to_string()).expect("an answer");
         assert_eq!(answer["hits_ground"], ray["hits_ground"], "{ray}");
@@ -55,7 +55,7 @@ fn stated(tier: AtmosphereModel) -> Tier {
 
 fn assert_within_stated_bounds(tier: AtmosphereModel) {
     let Tier { name: tier, mostly, at_most, .. } = stated(tier);
-    let (for_95_percent, transmittance_bound) = (mostly.expect("told"), 0.001);
+    let (for_95_percent, transmittance_bound) = (mostly.expect("a bound for 95 %"), 0.001);
     let (radiance, transmittance) = errors(tier);
     assert!(radiance.len() > 100, "{} rays", radiance.len());
     let percentile_95 = radiance[radiance.len() * 95 / 100];
@@ -66,12 +66,12 @@ fn assert_within_stated_bounds(tier: AtmosphereModel) {
     );
 }
 
-/// The original engine's five samples: half of the rays are within 1 %; nothing is promised for twilight and limbs.
+/// The original engine's five samples: half of the rays are within 1 %, but some at twilight and limbs are off by more than 10 %.
 #[test]
 fn five_samples_are_within_a_quarter() {
     let (radiance, transmittance) = errors("vertex");
     let percentile = |percent: usize| radiance[radiance.len() * percent / 100];
-    assert!(percentile(50) < 0.01 && percentile(100 - 1) > 0.1, "{} {}", percentile(50), percentile(95));
+    assert!(percentile(50) < 0.01 && percentile(99) > 0.1, "{} {}", percentile(50), percentile(99));
     assert!(transmittance < 0.001, "{transmittance}");
     assert_within_stated_bounds(AtmosphereModel::Vertex);
 }
@@ -91,14 +91,14 @@ fn eight_samples_are_within_a_tenth() {
     assert_within_stated_bounds(AtmosphereModel::Pixel8);
 }
 
-/// Skylight at a given elevation, seen from two metres above an Earth with the Sun some degrees below the horizon; `away`: opposite the Sun.
-fn dusk_sky(sun_below_deg: f64, elevation_deg: f64, away: bool) -> Vec<f64> {
-    let all: Value = serde_json::from_str(include_str!("../data/rayleigh_reference_public.json")).expect("JSON");
+/// Skylight at a given elevation, seen from two metres above an Earth with the Sun some degrees below the horizon; `is_antisolar`: at the azimuth opposite the Sun's.
+fn dusk_sky(sun_below_deg: f64, elevation_deg: f64, is_antisolar: bool) -> Vec<f64> {
+    let table: Value = serde_json::from_str(include_str!("../data/rayleigh_reference_public.json")).expect("JSON");
     let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
     let prober = Prober { session: &SESSION, renderer: &renderer };
     let (sun, up) = ((-sun_below_deg).to_radians(), elevation_deg.to_radians());
-    let side = if away { -1.0 } else { 1.0 };
-    let question = json!({ "q": "scatter", "atmosphere": all["atmospheres"]["earth_full"], "cam": [1.0 + 2.0 / 6_360_000.0, 0.0, 0.0],
+    let side = if is_antisolar { -1.0 } else { 1.0 };
+    let question = json!({ "q": "scatter", "atmosphere": table["atmospheres"]["earth_full"], "cam": [1.0 + 2.0 / 6_360_000.0, 0.0, 0.0],
         "dir": [up.sin(), side * up.cos(), 0.0], "sun": [sun.sin(), sun.cos(), 0.0], "tier": "pixel-16" });
     numbers(&prober.answer(&question.to_string()).expect("an answer")["radiance"])
 }
@@ -108,7 +108,7 @@ fn the_planets_shadow_rises_opposite_the_sun_that_has_set() {
     // The air ends at 100 km, so a ray that leaves it inside the shadow's cylinder receives no light.
     assert_eq!(dusk_sky(4.0, 2.0, true), [0.0; 3]);
     assert!(dusk_sky(4.0, 20.0, true)[0] > 1e-5, "above the shadow the air is lit");
-    assert!(dusk_sky(0.5, 2.0, true)[0] > 1e-5, "a Sun just down leaves the low sky lit");
+    assert!(dusk_sky(0.5, 2.0, true)[0] > 1e-5, "just after sunset the low sky is lit");
     let glow = dusk_sky(4.0, 2.0, false);
     assert!(glow[0] > 10.0 * glow[2] && glow[0] > 1e-3, "the low sky above the Sun is red: {glow:?}");
     let night = dusk_sky(30.0, 20.0, false);
@@ -143,13 +143,13 @@ fn an_empty_atmosphere_changes_nothing() {
     std::fs::write(folder.path().join("empty.toml"), text).expect("written");
     let sources = Sources { catalogs: Some(folder.path().to_owned()), cache: Some(folder.path().join("cache")), ..Sources::default() };
     let empty = Session::open(&sources, |_| {}).expect("opens");
-    // Large enough that the rim is drawn.
+    // Large enough for the rim of the atmosphere to be drawn.
     let large = |effects: &str| ViewRequest { width: 400, height: 400, ..earth_at("2024-06-08T06:00:00Z", effects) };
     let (with, without) = (large("+atmosphere"), large("-atmosphere"));
-    let airy = empty.scene(&with).expect("a scene").draws.iter().filter(|d| d.features.air.tier != AtmosphereModel::None).count();
-    assert!(airy >= 3, "ground, clouds and sky carry the empty air: {airy}");
-    let plain = empty.draw(&without, SAMPLING, true).expect("draws").frame.hdr;
-    assert_eq!(empty.draw(&with, SAMPLING, true).expect("draws").frame.hdr, plain);
+    let draws_with_air = empty.scene(&with).expect("a scene").draws.iter().filter(|d| d.features.air.tier != AtmosphereModel::None).count();
+    assert!(draws_with_air >= 3, "ground, clouds and sky are drawn with the empty air: {draws_with_air}");
+    let airless = empty.draw(&without, SAMPLING, true).expect("draws").frame.hdr;
+    assert_eq!(empty.draw(&with, SAMPLING, true).expect("draws").frame.hdr, airless);
     // The real air must change the picture.
     assert!((sum(&SESSION, &with) / sum(&SESSION, &without) - 1.0).abs() > 0.01);
 }
@@ -183,7 +183,7 @@ fn the_moons_shadow_darkens_the_air() {
     assert!(horizon > 5.0 * zenith && horizon < 0.5, "{horizon} against {zenith}");
 }
 
-/// Fraction of the light on a plane layer that emerges downwards as diffuse light, by following photons: conservative scattering, Rayleigh's phase
+/// Fraction of the light on a plane layer that emerges downwards as diffuse light, from a Monte Carlo simulation of photons: conservative scattering, Rayleigh's phase
 /// function, black ground.
 fn diffuse_by_photons(depth: f64, cosine: f64, photons: u32) -> f64 {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
@@ -195,23 +195,23 @@ fn diffuse_by_photons(depth: f64, cosine: f64, photons: u32) -> f64 {
     };
     let mut transmitted = 0;
     for _ in 0..photons {
-        let (mut along, mut at, mut scattered) = (DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine), 0.0, false);
+        let (mut direction, mut photon_depth, mut scattered) = (DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine), 0.0, false);
         loop {
-            at += along.z * -(1.0 - random()).ln();
-            if at < 0.0 || at > depth {
-                transmitted += u32::from(at > depth && scattered);
+            photon_depth += direction.z * -(1.0 - random()).ln();
+            if photon_depth < 0.0 || photon_depth > depth {
+                transmitted += u32::from(photon_depth > depth && scattered);
                 break;
             }
             scattered = true;
-            let turn = loop {
+            let turn_cosine = loop {
                 let mu = 2.0 * random() - 1.0;
                 if random() * 2.0 < 1.0 + mu * mu {
                     break mu;
                 }
             };
             let (sin, cos) = (std::f64::consts::TAU * random()).sin_cos();
-            let (x, y) = along.any_orthonormal_pair();
-            along = (along * turn + (x * cos + y * sin) * (1.0 - turn * turn).sqrt()).normalize();
+            let (x, y) = direction.any_orthonormal_pair();
+            direction = (direction * turn_cosine + (x * cos + y * sin) * (1.0 - turn_cosine * turn_cosine).sqrt()).normalize();
         }
     }
     f64::from(transmitted) / f64::from(photons)
@@ -226,15 +226,15 @@ fn skylight_from_the_table_agrees_with_photons() {
     let air = earth.atmosphere.as_mut().expect("air");
     air.species.retain(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none());
     let per_km = air.species[0].scattering_per_km;
-    let height_km = air.species[0].scale_height_km;
+    let scale_height_km = air.species[0].scale_height_km;
     let table = air_table::table(&earth).expect("a table");
     for column in [air_table::SUNS - 3, air_table::SUNS - 1] {
         let cosine = air_table::sun_cosine(column);
         let sky = table[air_table::HEIGHTS * air_table::SUNS + column];
         for channel in [1, 2] {
-            let got = f64::from(sky[channel]).powi(2) / cosine;
-            let expected = diffuse_by_photons(per_km[channel] * height_km, cosine, 200_000);
-            assert!((got / expected - 1.0).abs() < 0.05, "mu {cosine:.2}, channel {channel}: {got:.4} for {expected:.4}");
+            let tabulated = f64::from(sky[channel]).powi(2) / cosine;
+            let expected = diffuse_by_photons(per_km[channel] * scale_height_km, cosine, 200_000);
+            assert!((tabulated / expected - 1.0).abs() < 0.05, "mu {cosine:.2}, channel {channel}: {tabulated:.4} for {expected:.4}");
         }
     }
 }
@@ -243,7 +243,7 @@ fn skylight_from_the_table_agrees_with_photons() {
 #[test]
 fn the_table_adds_more_light_to_thick_air_than_to_thin() {
     let catalog = Catalog::embedded();
-    for (name, most) in [("Earth", 1.0), ("Titan", 1.0), ("Pluto", 0.01)] {
+    for (name, upper_bound) in [("Earth", 1.0), ("Titan", 1.0), ("Pluto", 0.01)] {
         let mut body = catalog.bodies().iter().find(|b| b.name == name).expect(name).clone();
         // Black ground: light reflected by the ground would illuminate thin air too.
         (body.geometric_albedo, body.clear_sky_albedo) = (0.0, None);
@@ -252,7 +252,7 @@ fn the_table_adds_more_light_to_thick_air_than_to_thin() {
         let brightest =
             table[..air_table::HEIGHTS * air_table::SUNS].iter().map(|v| v.truncate().max_element().powi(2)).fold(0.0, f32::max);
         assert!(table.iter().all(|v| v.is_finite() && v.min_element() >= 0.0), "{name}");
-        assert!(brightest > 0.0 && brightest < most, "{name}: {brightest}");
+        assert!(brightest > 0.0 && brightest < upper_bound, "{name}: {brightest}");
     }
     let time = "2024-06-08T06:00:00Z";
     let (once, many) = (earth_at(time, "+atmosphere=pixel-16,-clouds,-eclipse"), earth_at(time, "+atmosphere=table,-clouds,-eclipse"));

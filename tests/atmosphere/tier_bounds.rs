@@ -1,7 +1,7 @@
 //! Error bounds of the air's tiers on random rays: new rays in each run, through every air of the catalog and of the reference table, against the adaptive
 //! quadrature of tests/support/air_reference.rs. A failure message names the ray; ORRERY_SEED repeats the same rays.
 
-use crate::support::air_reference::{Air, Phase, Profile, Ray, Seen, Species};
+use crate::support::air_reference::{Air, Phase, Profile, Ray, RayResult, Species};
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::probe::Prober;
@@ -26,8 +26,8 @@ struct AirCase {
 }
 
 fn vector(v: &Value) -> DVec3 {
-    let at = |k: usize| v[k].as_f64().expect("a number");
-    DVec3::new(at(0), at(1), at(2))
+    let component = |k: usize| v[k].as_f64().expect("a number");
+    DVec3::new(component(0), component(1), component(2))
 }
 
 /// The air of a probe question, parsed for the reference.
@@ -39,7 +39,7 @@ fn air_of(question: &Value) -> (f64, Air) {
             let (centre, half) = (number(&s["centre_km"]), number(&s["half_width_km"]));
             Profile::Triangle { knots: [centre - half, centre, centre + half].map(|km| km / radius_km) }
         } else {
-            Profile::Exponential { height: number(&s["scale_height_km"]) / radius_km }
+            Profile::Exponential { scale_height: number(&s["scale_height_km"]) / radius_km }
         };
         let phase = if s["phase"] == "hg" { Phase::HenyeyGreenstein(number(&s["g"])) } else { Phase::Rayleigh };
         let per_radius = |field: &str| s.get(field).map_or(DVec3::ZERO, vector) * (radius_km * 1000.0);
@@ -53,13 +53,13 @@ fn air_case(name: String, question: Value) -> AirCase {
     let (radius_km, air) = air_of(&question);
     let up = DVec3::Z;
     let sun = DVec3::new(FRAC_PI_4.sin(), 0.0, FRAC_PI_4.cos());
-    let zenith = air.seen(&Ray { camera: up * (1.0 + 1e-3 / radius_km), along: up, sun }).radiance.max_element();
+    let zenith = air.evaluate(&Ray { camera: up * (1.0 + 1e-3 / radius_km), direction: up, sun }).radiance.max_element();
     assert!(zenith > 0.0, "{name}");
     AirCase { name, question, air, radius_km, zenith }
 }
 
-/// Six airs of the table and all airs of the catalog.
-fn all() -> Vec<AirCase> {
+/// The airs of the table and of the catalog.
+fn all_airs() -> Vec<AirCase> {
     let table: Value = serde_json::from_str(TABLE).expect("JSON");
     let listed = table["atmospheres"].as_object().expect("a map").iter().map(|(name, a)| air_case(name.clone(), a.clone()));
     let of_body = |body: &orrery::catalog::Body| {
@@ -99,9 +99,9 @@ impl Random {
         from + (to - from) * self.uniform()
     }
     fn direction(&mut self) -> DVec3 {
-        let (z, turn) = (self.between(-1.0, 1.0), self.between(0.0, TAU));
-        let across = (1.0 - z * z).sqrt();
-        DVec3::new(across * turn.cos(), across * turn.sin(), z)
+        let (z, azimuth) = (self.between(-1.0, 1.0), self.between(0.0, TAU));
+        let horizontal = (1.0 - z * z).sqrt();
+        DVec3::new(horizontal * azimuth.cos(), horizontal * azimuth.sin(), z)
     }
 }
 
@@ -109,7 +109,7 @@ impl Random {
 const FAMILIES: [&str; 9] = [
     "the disc from space",
     "the limb from space",
-    "inside, any way",
+    "inside, any direction",
     "about the horizon",
     "straight up or down",
     "twilight",
@@ -123,9 +123,9 @@ const NIGHT_DEG: f64 = -18.0;
 
 fn ray(random: &mut Random, family: usize, air_case: &AirCase) -> Ray {
     let (up, side) = random.direction().any_orthonormal_pair();
-    let (turn, top) = (random.between(0.0, TAU), air_case.air.top);
-    let sun_side = side * turn.cos() + up.cross(side) * turn.sin();
-    let at_elevation = |along: DVec3, deg: f64| up * deg.to_radians().sin() + along * deg.to_radians().cos();
+    let (azimuth, top) = (random.between(0.0, TAU), air_case.air.top);
+    let sun_side = side * azimuth.cos() + up.cross(side) * azimuth.sin();
+    let at_elevation = |horizontal: DVec3, deg: f64| up * deg.to_radians().sin() + horizontal * deg.to_radians().cos();
     // Heights from a metre to the top of the air.
     let lowest = 1e-3 / air_case.radius_km;
     let height = lowest * (top / lowest).powf(random.uniform());
@@ -143,119 +143,119 @@ fn ray(random: &mut Random, family: usize, air_case: &AirCase) -> Ray {
             let camera_distance = 1.0 + top + 10f64.powf(random.between(-3.0, 1.0));
             Ray {
                 camera: up * impact_radius - side * (camera_distance * camera_distance - impact_radius * impact_radius).sqrt(),
-                along: side,
+                direction: side,
                 sun: random.direction(),
             }
         }
-        2 => Ray { camera: inside, along: random.direction(), sun: random.direction() },
+        2 => Ray { camera: inside, direction: random.direction(), sun: random.direction() },
         3 => {
             let dip_deg = (1.0 / (1.0 + height)).acos().to_degrees();
             let offset_deg = 3.0 * random.between(-1.0, 1.0) * random.uniform();
             Ray {
                 camera: inside,
-                along: at_elevation(side, offset_deg - dip_deg),
+                direction: at_elevation(side, offset_deg - dip_deg),
                 sun: at_elevation(sun_side, random.between(NIGHT_DEG, 90.0)),
             }
         }
         4 => {
-            let along = if random.uniform() < 0.7 { up } else { -up };
-            Ray { camera: inside, along, sun: at_elevation(sun_side, random.between(NIGHT_DEG, 90.0)) }
+            let direction = if random.uniform() < 0.7 { up } else { -up };
+            Ray { camera: inside, direction, sun: at_elevation(sun_side, random.between(NIGHT_DEG, 90.0)) }
         }
         5 => {
             let deg = 100.0 * random.uniform() * random.uniform() - 10.0;
-            Ray { camera: inside, along: at_elevation(side, deg), sun: at_elevation(sun_side, random.between(-12.0, 2.0)) }
+            Ray { camera: inside, direction: at_elevation(side, deg), sun: at_elevation(sun_side, random.between(-12.0, 2.0)) }
         }
         6 => {
             let knot = if knots.is_empty() { top * random.uniform() } else { knots[(random.uniform() * knots.len() as f64) as usize] };
             let perigee_radius = 1.0 + knot + 0.02 * top * random.between(-1.0, 1.0) * random.uniform();
             Ray {
                 camera: up * perigee_radius.max(1.0 + lowest) + side * random.between(-0.3, 0.3),
-                along: side,
+                direction: side,
                 sun: at_elevation(sun_side, random.between(-12.0, 18.0)),
             }
         }
-        7 => Ray { camera: inside, along: random.direction(), sun: at_elevation(sun_side, random.between(NIGHT_DEG, -6.0)) },
+        7 => Ray { camera: inside, direction: random.direction(), sun: at_elevation(sun_side, random.between(NIGHT_DEG, -6.0)) },
         _ => {
             // Just above or below the ground, from nearby and from far away.
             let perigee_radius = 1.0 + 1e-3 * top * random.between(-1.0, 1.0) * random.uniform();
             let start_distance = (2.0 * top).sqrt() * 10f64.powf(random.between(-1.0, 1.0));
             Ray {
                 camera: up * perigee_radius - side * start_distance,
-                along: side,
+                direction: side,
                 sun: at_elevation(sun_side, random.between(NIGHT_DEG, 90.0)),
             }
         }
     }
 }
 
-/// Number of rays per family and air.
-const RAYS: usize = 5;
+/// For each air.
+const RAYS_PER_FAMILY: usize = 5;
 
 struct RayCase {
-    air_case: usize,
+    air_index: usize,
     family: usize,
     ray: Ray,
-    seen: Seen,
+    reference: RayResult,
 }
 
-struct Sweep {
+struct RandomRays {
     seed: u64,
     airs: Vec<AirCase>,
     rays: Vec<RayCase>,
 }
 
-static SWEEP: LazyLock<Sweep> = LazyLock::new(|| {
+static RANDOM_RAYS: LazyLock<RandomRays> = LazyLock::new(|| {
     let seed = std::env::var("ORRERY_SEED")
         .ok()
         .and_then(|s| s.parse().ok())
         .unwrap_or_else(|| std::hash::RandomState::new().build_hasher().finish() >> 32);
     let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
-    let airs = all();
+    let airs = all_airs();
     assert!(airs.len() >= 16, "{}", airs.len());
     let mut rays = Vec::new();
     for (k, air_case) in airs.iter().enumerate() {
         for family in 0..FAMILIES.len() {
-            for _ in 0..RAYS {
+            for _ in 0..RAYS_PER_FAMILY {
                 let ray = ray(&mut random, family, air_case);
-                // A camera below the ground sees no air.
+                // Skip cameras below the ground.
                 if ray.camera.length() > 1.0 {
-                    let seen = air_case.air.seen(&ray);
-                    rays.extend(seen.in_air.then_some(RayCase { air_case: k, family, ray, seen }));
+                    let reference = air_case.air.evaluate(&ray);
+                    rays.extend(reference.meets_air.then_some(RayCase { air_index: k, family, ray, reference }));
                 }
             }
         }
     }
-    Sweep { seed, airs, rays }
+    RandomRays { seed, airs, rays }
 });
 
 /// Sorted radiance errors of all rays, the largest transmittance error, and a text that names the worst rays.
 fn errors(tier: &str, precision: Precision) -> (Vec<f64>, f64, String) {
-    let sweep = &*SWEEP;
+    let random_rays = &*RANDOM_RAYS;
     let renderer = SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer");
     let prober = Prober { session: &SESSION, renderer: &renderer };
-    let (mut all, mut worst_transmittance, mut worst) = (Vec::new(), 0.0f64, 0.0f64);
+    let (mut radiance_errors, mut worst_transmittance, mut worst_radiance) = (Vec::new(), 0.0f64, 0.0f64);
     let mut worst_rays = [String::new(), String::new()];
-    for ray_case in &sweep.rays {
-        let (air_case, ray, seen) = (&sweep.airs[ray_case.air_case], &ray_case.ray, &ray_case.seen);
-        let question = json!({ "q": "scatter", "atmosphere": air_case.question, "cam": ray.camera.to_array(), "dir": ray.along.to_array(),
+    for ray_case in &random_rays.rays {
+        let (air_case, ray, reference) = (&random_rays.airs[ray_case.air_index], &ray_case.ray, &ray_case.reference);
+        let question = json!({ "q": "scatter", "atmosphere": air_case.question, "cam": ray.camera.to_array(), "dir": ray.direction.to_array(),
             "sun": ray.sun.to_array(), "tier": tier });
         let answer = prober.answer(&question.to_string()).expect("an answer");
         let (radiance, transmittance) = (vector(&answer["radiance"]), vector(&answer["transmittance"]));
         assert!(radiance.is_finite() && radiance.min_element() >= 0.0 && transmittance.is_finite(), "{ray:?}: {answer}");
-        let error =
-            ((radiance - seen.radiance).abs() / seen.radiance.max(DVec3::splat(tiers::MIN_OF_ZENITH * air_case.zenith))).max_element();
-        let transmittance_error = (transmittance - seen.transmittance).abs().max_element();
-        let describe = || format!("{}, {}, {ray:?}: {radiance} for {}", air_case.name, FAMILIES[ray_case.family], seen.radiance);
-        if error > worst {
-            (worst, worst_rays[0]) = (error, describe());
+        let error = ((radiance - reference.radiance).abs() / reference.radiance.max(DVec3::splat(tiers::MIN_OF_ZENITH * air_case.zenith)))
+            .max_element();
+        let transmittance_error = (transmittance - reference.transmittance).abs().max_element();
+        let describe = || format!("{}, {}, {ray:?}: {radiance} for {}", air_case.name, FAMILIES[ray_case.family], reference.radiance);
+        if error > worst_radiance {
+            (worst_radiance, worst_rays[0]) = (error, describe());
         }
         if transmittance_error > worst_transmittance {
             (worst_transmittance, worst_rays[1]) = (transmittance_error, describe());
         }
-        all.push(error);
+        radiance_errors.push(error);
     }
-    all.sort_by(f64::total_cmp);
-    (all, worst_transmittance, format!("seed {}: {worst_rays:?}", sweep.seed))
+    radiance_errors.sort_by(f64::total_cmp);
+    (radiance_errors, worst_transmittance, format!("seed {}: {worst_rays:?}", random_rays.seed))
 }
 
 /// Bound of the finest tier in f64. In f32 the edge of the planet's shadow on a steep ray of one kilometre is off by a per cent of the ray.
@@ -265,12 +265,22 @@ fn assert_within_bounds_on_new_rays(tier: AtmosphereModel) {
     let stated = tiers::of_atmosphere(tier).expect("a tier");
     for precision in [Precision::F32, Precision::F64] {
         let at_most = if tier == AtmosphereModel::Pixel32 && precision == Precision::F64 { FINEST_IN_F64 } else { stated.at_most };
-        let (errors, through, told) = errors(stated.name, precision);
-        let (most, worst) = (errors[errors.len() * 95 / 100], errors[errors.len() - 1]);
-        println!("{} {precision:?}, {} rays: 95 % {most:.5}, worst {worst:.5}, transmittance {through:.1e}", stated.name, errors.len());
+        let (errors, transmittance_error, worst_rays) = errors(stated.name, precision);
+        let (percentile_95, worst) = (errors[errors.len() * 95 / 100], errors[errors.len() - 1]);
+        println!(
+            "{} {precision:?}, {} rays: 95 % {percentile_95:.5}, worst {worst:.5}, transmittance {transmittance_error:.1e}",
+            stated.name,
+            errors.len()
+        );
         assert!(errors.len() > 400, "{}", errors.len());
-        assert!(most < stated.mostly.expect("told") && worst < at_most, "{stated}, {precision:?}: {most:.5} {worst:.5}; {told}");
-        assert!(through < tiers::AIR_TRANSMITTANCE, "{stated}, {precision:?}: transmittance {through:.1e}; {told}");
+        assert!(
+            percentile_95 < stated.mostly.expect("a bound for 95 %") && worst < at_most,
+            "{stated}, {precision:?}: {percentile_95:.5} {worst:.5}; {worst_rays}"
+        );
+        assert!(
+            transmittance_error < tiers::AIR_TRANSMITTANCE,
+            "{stated}, {precision:?}: transmittance {transmittance_error:.1e}; {worst_rays}"
+        );
     }
 }
 
@@ -305,27 +315,28 @@ fn the_table_tier_keeps_its_single_scattering_bounds_on_new_rays() {
 fn the_reference_agrees_with_the_table() {
     let table: Value = serde_json::from_str(TABLE).expect("JSON");
     let airs: Vec<AirCase> = table["atmospheres"].as_object().expect("a map").iter().map(|(n, a)| air_case(n.clone(), a.clone())).collect();
-    let mut wider = table["atmospheres"]["earth_full"].clone();
-    wider["species"][2]["half_width_km"] = json!(15.15);
-    let wider = air_of(&wider).1;
-    let (mut rays, mut apart) = (0, 0.0f64);
+    let mut wider_layer = table["atmospheres"]["earth_full"].clone();
+    wider_layer["species"][2]["half_width_km"] = json!(15.15);
+    let wider_layer = air_of(&wider_layer).1;
+    let (mut rays, mut wider_error) = (0, 0.0f64);
     for row in table["rays"].as_array().expect("rays") {
-        let ray = Ray { camera: vector(&row["cam"]), along: vector(&row["dir"]), sun: vector(&row["sun"]) };
+        let ray = Ray { camera: vector(&row["cam"]), direction: vector(&row["dir"]), sun: vector(&row["sun"]) };
         let (name, expected) = (row["atm"].as_str().expect("a name"), vector(&row["radiance"]));
-        let relative_error = |seen: &Seen| ((seen.radiance - expected).abs() / expected.max(DVec3::splat(1e-12))).max_element();
+        let relative_error =
+            |reference: &RayResult| ((reference.radiance - expected).abs() / expected.max(DVec3::splat(1e-12))).max_element();
         let air_case = airs.iter().find(|k| k.name == name).expect("listed");
-        let seen = air_case.air.seen(&ray);
-        assert!(relative_error(&seen) < 1e-8, "{row}: {seen:?}");
-        assert_eq!(seen.in_air, !row["segment"].is_null());
-        assert_eq!(seen.hits_ground, row["hits_ground"] == true);
-        if seen.in_air {
-            let through = (seen.transmittance - vector(&row["transmittance"])).abs().max_element();
-            assert!(through < 1e-8, "{row}: {through}");
+        let reference = air_case.air.evaluate(&ray);
+        assert!(relative_error(&reference) < 1e-8, "{row}: {reference:?}");
+        assert_eq!(reference.meets_air, !row["segment"].is_null());
+        assert_eq!(reference.hits_ground, row["hits_ground"] == true);
+        if reference.meets_air {
+            let error = (reference.transmittance - vector(&row["transmittance"])).abs().max_element();
+            assert!(error < 1e-8, "{row}: {error}");
             rays += 1;
         }
         if name == "earth_full" {
-            apart = apart.max(relative_error(&wider.seen(&ray)));
+            wider_error = wider_error.max(relative_error(&wider_layer.evaluate(&ray)));
         }
     }
-    assert!(rays > 150 && apart > 1e-4, "{rays} {apart}");
+    assert!(rays > 150 && wider_error > 1e-4, "{rays} {wider_error}");
 }

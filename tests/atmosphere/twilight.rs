@@ -46,9 +46,9 @@ impl Gas {
     /// Distance along a ray to a sphere: to the entry point if `inward`, otherwise to the exit point.
     fn distance_to_sphere(p: DVec3, along: DVec3, radius: f64, inward: bool) -> Option<f64> {
         let b = p.dot(along);
-        let under = b * b - p.length_squared() + radius * radius;
-        let distance = if inward { -b - under.max(0.0).sqrt() } else { -b + under.max(0.0).sqrt() };
-        (under > 0.0 && distance > 0.0).then_some(distance)
+        let discriminant = b * b - p.length_squared() + radius * radius;
+        let distance = if inward { -b - discriminant.max(0.0).sqrt() } else { -b + discriminant.max(0.0).sqrt() };
+        (discriminant > 0.0 && distance > 0.0).then_some(distance)
     }
 
     /// Transmittance towards the Sun; 0 if the planet blocks the ray.
@@ -62,7 +62,7 @@ impl Gas {
         (-column * step * self.scattering).exp()
     }
 
-    /// Delta tracking; each scattering adds the sunlight scattered there.
+    /// Skylight by delta tracking backwards from level ground; each scattering adds the sunlight scattered there.
     fn sky(&self, sun_cosine: f64, paths: u32) -> Sky {
         let sun = DVec3::new((1.0 - sun_cosine * sun_cosine).sqrt(), 0.0, sun_cosine);
         let mut random = Random(0x2545_f491_4f6c_dd1d);
@@ -73,42 +73,42 @@ impl Gas {
             let root = random.uniform();
             let cosine = root * root;
             let azimuth = if random.uniform() < 0.7 { 0.8 } else { PI } * (2.0 * random.uniform() - 1.0);
-            let of_azimuth = 0.3 / TAU + if azimuth.abs() < 0.8 { 0.7 / 1.6 } else { 0.0 };
-            let across = (1.0 - cosine * cosine).sqrt();
-            let mut along = DVec3::new(across * azimuth.cos(), across * azimuth.sin(), cosine);
-            let mut weight = cosine * 2.0 * root / of_azimuth;
-            let mut at = DVec3::Z * (self.radius + 0.002);
+            let azimuth_density = 0.3 / TAU + if azimuth.abs() < 0.8 { 0.7 / 1.6 } else { 0.0 };
+            let horizontal = (1.0 - cosine * cosine).sqrt();
+            let mut along = DVec3::new(horizontal * azimuth.cos(), horizontal * azimuth.sin(), cosine);
+            let mut weight = cosine * 2.0 * root / azimuth_density;
+            let mut position = DVec3::Z * (self.radius + 0.002);
             for order in 0..60 {
-                let ground = Self::distance_to_sphere(at, along, self.radius, true);
-                let end = ground.or_else(|| Self::distance_to_sphere(at, along, self.radius + self.top, false)).unwrap_or(0.0);
-                let mut way = 0.0;
+                let ground = Self::distance_to_sphere(position, along, self.radius, true);
+                let end = ground.or_else(|| Self::distance_to_sphere(position, along, self.radius + self.top, false)).unwrap_or(0.0);
+                let mut distance = 0.0;
                 let scatters = loop {
-                    way -= random.uniform().ln() / self.scattering;
-                    if way >= end {
+                    distance -= random.uniform().ln() / self.scattering;
+                    if distance >= end {
                         break false;
                     }
-                    if random.uniform() < self.density(at + along * way) {
+                    if random.uniform() < self.density(position + along * distance) {
                         break true;
                     }
                 };
                 if scatters {
-                    at += along * way;
+                    position += along * distance;
                     let cos = along.dot(sun);
-                    let light = weight * self.sunlight(at, sun) * 3.0 / (16.0 * PI) * (1.0 + cos * cos);
+                    let light = weight * self.sunlight(position, sun) * 3.0 / (16.0 * PI) * (1.0 + cos * cos);
                     sky.all += light;
                     sky.once += if order == 0 { light } else { 0.0 };
-                    let turn = loop {
+                    let turn_cosine = loop {
                         let mu = 2.0 * random.uniform() - 1.0;
                         if random.uniform() * 2.0 < 1.0 + mu * mu {
                             break mu;
                         }
                     };
-                    along = random.deflected(along, turn);
+                    along = random.deflected(along, turn_cosine);
                 } else if let Some(ground) = ground {
-                    let up = (at + along * ground).normalize();
-                    at = up * (self.radius + 0.001);
+                    let up = (position + along * ground).normalize();
+                    position = up * (self.radius + 0.001);
                     weight *= self.albedo;
-                    sky.all += weight * self.sunlight(at, sun) * up.dot(sun).max(0.0) / PI;
+                    sky.all += weight * self.sunlight(position, sun) * up.dot(sun).max(0.0) / PI;
                     let cosine = random.uniform().sqrt();
                     along = random.deflected(up, cosine);
                 } else {
@@ -141,15 +141,15 @@ fn twilight_from_the_table_agrees_with_photons() {
                 albedo: earth.target_mean_colour()[channel],
             };
             let sky = gas.sky(cosine, paths);
-            let got = f64::from(table[air_table::HEIGHTS * air_table::SUNS + column][channel]).powi(2);
+            let tabulated = f64::from(table[air_table::HEIGHTS * air_table::SUNS + column][channel]).powi(2);
             println!(
                 "{:.2} degrees, channel {channel}: {:.3} of {:.3e}, once {:.3}",
                 cosine.asin().to_degrees(),
-                got / sky.all,
+                tabulated / sky.all,
                 sky.all,
                 sky.once / sky.all
             );
-            assert!((got / sky.all - 1.0).abs() < 0.1, "{cosine:.3}, channel {channel}: {got:.3e} for {:.3e}", sky.all);
+            assert!((tabulated / sky.all - 1.0).abs() < 0.1, "{cosine:.3}, channel {channel}: {tabulated:.3e} for {:.3e}", sky.all);
             assert!(sky.once / sky.all < 0.9, "{cosine:.3}, channel {channel}: {:.3e} of {:.3e}", sky.once, sky.all);
         }
     }

@@ -2,7 +2,7 @@
 
 use orrery::catalog::{BodyKind, Catalog, MapLatitude, Motion, NaifId, Photometry};
 
-fn complaints(text: &str) -> Vec<String> {
+fn problems(text: &str) -> Vec<String> {
     match Catalog::with_files(&[("mine.toml".to_owned(), text.to_owned())]) {
         Ok(_) => Vec::new(),
         Err(e) => e.problems.iter().map(ToString::to_string).collect(),
@@ -41,8 +41,8 @@ fn the_shipped_catalog_is_valid() {
 #[test]
 fn neptune_is_pale_and_close_to_uranus() {
     let catalog = Catalog::embedded();
-    let (u, n) = (catalog.body(NaifId(799)).unwrap().colour, catalog.body(NaifId(899)).unwrap().colour);
-    assert!((u - n).length() < 0.15 && n.z > u.z && n.z / n.x < 2.0, "{u} {n}");
+    let (uranus, neptune) = (catalog.body(NaifId(799)).unwrap().colour, catalog.body(NaifId(899)).unwrap().colour);
+    assert!((uranus - neptune).length() < 0.15 && neptune.z > uranus.z && neptune.z / neptune.x < 2.0, "{uranus} {neptune}");
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn places_have_names() {
 fn every_wrong_field_is_named() {
     let text = "[[body]]\nid = 499\ngeometric_albedo = -0.2\nradii_kn = [1.0, 2.0, 3.0]\nkind = \"plant\"\nphotometry = { model = \"oren-nayar\", roughness_deg = 90 }\n";
     assert_eq!(
-        complaints(text),
+        problems(text),
         [
             "mine.toml:3: Mars.geometric_albedo = -0.2: expected a number from 0 to 2",
             "mine.toml:4: Mars.radii_kn is not a field here: did you mean `radii_km`?",
@@ -86,7 +86,7 @@ fn every_wrong_field_is_named() {
 
 #[test]
 fn a_new_body_needs_all_fields() {
-    let found = complaints("# mine\n[[body]]\nid = 2000433\nname = \"Eros\"\nparent = \"Sunn\"\n");
+    let found = problems("# mine\n[[body]]\nid = 2000433\nname = \"Eros\"\nparent = \"Sunn\"\n");
     assert_eq!(
         found,
         [
@@ -104,7 +104,7 @@ fn a_new_body_needs_all_fields() {
 
 #[test]
 fn invalid_rings_and_body_names_are_reported() {
-    let found = complaints(
+    let found = problems(
         "[[ring]]\nbody = \"Saturn\"\nname = \"X\"\ninner_km = 9.0\nouter_km = 8.0\ntau_normal = nan\n\n[[atmosphere]]\nbody = \"Marz\"\ntop_km = 1.0\n",
     );
     assert_eq!(
@@ -115,11 +115,11 @@ fn invalid_rings_and_body_names_are_reported() {
             "mine.toml:9: \"Marz\" is not the name of a body; did you mean \"mars\"?",
         ]
     );
-    let words = complaints("[[body]\nid = 499\n");
-    assert!(!words.is_empty() && words[0].starts_with("mine.toml:1: not TOML: "), "{words:?}");
-    let no_id = complaints("[[body]]\nname = \"Nobody\"\n");
+    let syntax_error = problems("[[body]\nid = 499\n");
+    assert!(!syntax_error.is_empty() && syntax_error[0].starts_with("mine.toml:1: not TOML: "), "{syntax_error:?}");
+    let no_id = problems("[[body]]\nname = \"Nobody\"\n");
     assert_eq!(no_id, ["mine.toml:1: Nobody.id is missing: expected a NAIF code above 9"]);
-    let doubled = complaints("[[body]]\nid = 499\naliases = [\"Venus\"]\n");
+    let doubled = problems("[[body]]\nid = 499\naliases = [\"Venus\"]\n");
     assert_eq!(doubled.len(), 1, "{doubled:?}");
 }
 
@@ -127,50 +127,50 @@ fn invalid_rings_and_body_names_are_reported() {
 fn the_users_file_overrides_fields_only() {
     let text = "[[body]]\nid = 499\ngeometric_albedo = 0.9\n[body.maps.albedo]\nfile = \"red.png\"\n";
     let mine = Catalog::with_files(&[("mine.toml".to_owned(), text.to_owned())]).unwrap();
-    let (a, b) = (Catalog::embedded(), mine);
-    let (old, new) = (a.body(NaifId(499)).unwrap(), b.body(NaifId(499)).unwrap());
+    let embedded = Catalog::embedded();
+    let (old, new) = (embedded.body(NaifId(499)).unwrap(), mine.body(NaifId(499)).unwrap());
     assert_eq!(new.geometric_albedo, 0.9);
     assert_eq!(new.maps.albedo.as_ref().unwrap().file, "red.png");
     assert_eq!((new.radii_km, &new.motion, &new.maps.normal), (old.radii_km, &old.motion, &old.maps.normal));
-    assert_eq!(a.bodies().len(), b.bodies().len());
+    assert_eq!(embedded.bodies().len(), mine.bodies().len());
 }
 
-/// Each value either has a source in which it was read, or is marked as an estimate with its error; none is both.
+/// Each albedo and colour either was read in a source, or is marked as an estimate with its error. Only the Earth's albedo is both.
 #[test]
 fn unsourced_values_are_estimates() {
     let catalog = Catalog::embedded();
-    let (mut read, mut estimate_notes) = (0, 0);
+    let (mut sourced, mut estimated) = (0, 0);
     for b in catalog.bodies().iter().filter(|b| b.kind != BodyKind::Star) {
         for (topic, percent) in [("albedo", b.estimates.albedo_percent), ("colour", b.estimates.colour_percent)] {
             let source = b.sources.get(topic).unwrap_or_else(|| panic!("{} names no source of its {topic}", b.name));
             // The Earth's albedo was read in a source, but is also marked with an error because it is disputed.
             let was_read = source.contains("read in a public copy") && percent.is_none_or(|_| (b.id, topic) == (NaifId::EARTH, "albedo"));
             assert!(was_read || percent.is_some(), "{}, {topic}: {source}", b.name);
-            read += usize::from(percent.is_none());
-            estimate_notes += usize::from(percent.is_some());
+            sourced += usize::from(percent.is_none());
+            estimated += usize::from(percent.is_some());
         }
-        let lines = b.estimate_notes();
-        let marks = b.atmosphere.iter().flat_map(|a| &a.species).filter(|s| s.estimate_percent.is_some()).count();
+        let notes = b.estimate_notes();
+        let of_species = b.atmosphere.iter().flat_map(|a| &a.species).filter(|s| s.estimate_percent.is_some()).count();
         let of_body = [b.estimates.albedo_percent, b.estimates.colour_percent].into_iter().flatten().count();
-        assert_eq!(lines.len(), marks + of_body, "{}: {lines:?}", b.name);
+        assert_eq!(notes.len(), of_species + of_body, "{}: {notes:?}", b.name);
     }
-    assert!(read > 30 && estimate_notes > 30, "{read} {estimate_notes}");
+    assert!(sourced > 30 && estimated > 30, "{sourced} {estimated}");
 }
 
 /// Half of the light is 0.75 magnitudes, by Pogson's law; a user's own value does not inherit the catalog's estimate.
 #[test]
 fn an_estimate_states_its_error_and_belongs_to_its_value() {
-    let of = |text: &str| {
+    let triton_with = |text: &str| {
         let catalog = Catalog::with_files(&[("mine.toml".to_owned(), text.to_owned())]).expect("a catalog");
         catalog.body(NaifId(801)).expect("Triton").clone()
     };
-    let triton = of("[[body]]\nid = 801\ngeometric_albedo = 0.5\n[body.estimates]\nalbedo_percent = 50\n");
+    let triton = triton_with("[[body]]\nid = 801\ngeometric_albedo = 0.5\n[body.estimates]\nalbedo_percent = 50\n");
     assert_eq!(triton.estimate_notes()[0], "albedo 0.5: an estimate, +-50 %: changes brightness by up to 0.75 mag");
-    let measured = of("[[body]]\nid = 801\ngeometric_albedo = 0.5\n");
+    let measured = triton_with("[[body]]\nid = 801\ngeometric_albedo = 0.5\n");
     assert_eq!(measured.estimates.albedo_percent, None);
     assert!(measured.estimates.colour_percent.is_some(), "its colour is still the catalog's");
-    assert!(of("[[body]]\nid = 801\n").estimates.albedo_percent.is_some());
-    let found = complaints("[[body]]\nid = 801\n[body.estimates]\nalbedo_percent = 120\nalbedo = 3\n");
+    assert!(triton_with("[[body]]\nid = 801\n").estimates.albedo_percent.is_some());
+    let found = problems("[[body]]\nid = 801\n[body.estimates]\nalbedo_percent = 120\nalbedo = 3\n");
     assert_eq!(
         found,
         [
@@ -185,14 +185,14 @@ fn an_estimate_states_its_error_and_belongs_to_its_value() {
 #[test]
 fn gases_scatter_by_the_fourth_power() {
     let catalog = Catalog::embedded();
-    let gases = |id: NaifId| catalog.body(id).and_then(|b| b.atmosphere.as_ref()).map(|a| &a.species[0].scattering_per_km);
-    let air = gases(NaifId::EARTH).expect("air");
+    let gas_scattering = |id: NaifId| catalog.body(id).and_then(|b| b.atmosphere.as_ref()).map(|a| &a.species[0].scattering_per_km);
+    let earth = gas_scattering(NaifId::EARTH).expect("air");
     let mut checked = 0;
     for b in catalog.bodies().iter().filter(|b| b.id != NaifId::EARTH) {
         let Some(s) = b.atmosphere.as_ref().map(|a| &a.species[0]).filter(|s| s.asymmetry.is_none()) else { continue };
         let [red, green, blue] = s.scattering_per_km;
-        assert!((red / green / (air[0] / air[1]) - 1.0).abs() < 0.04, "{}: red {}", b.name, red / green);
-        assert!((blue / green / (air[2] / air[1]) - 1.0).abs() < 0.04, "{}: blue {}", b.name, blue / green);
+        assert!((red / green / (earth[0] / earth[1]) - 1.0).abs() < 0.04, "{}: red {}", b.name, red / green);
+        assert!((blue / green / (earth[2] / earth[1]) - 1.0).abs() < 0.04, "{}: blue {}", b.name, blue / green);
         checked += 1;
     }
     assert_eq!(checked, 8);
@@ -216,13 +216,13 @@ fn radii_equal_those_of_the_text_kernel() {
         checked += 1;
     }
     assert!(checked > 30, "{checked} bodies name the kernel");
-    assert_ne!(radii_of(399), radii_of(499), "the reader must distinguish bodies");
+    assert_ne!(radii_of(399), radii_of(499), "the test's own parser must distinguish bodies");
 }
 
 /// CIE 1931 colour-matching functions as sums of lobes: C. Wyman, P.-P. Sloan & P. Shirley, JCGT 2 (2), 2013.
-fn matching(nm: f64) -> [f64; 3] {
-    let lobe = |height: f64, peak: f64, below: f64, above: f64| {
-        let x = (nm - peak) / if nm < peak { below } else { above };
+fn colour_matching(nm: f64) -> [f64; 3] {
+    let lobe = |height: f64, peak: f64, width_below: f64, width_above: f64| {
+        let x = (nm - peak) / if nm < peak { width_below } else { width_above };
         height * (-0.5 * x * x).exp()
     };
     [
@@ -232,9 +232,9 @@ fn matching(nm: f64) -> [f64; 3] {
     ]
 }
 
-/// Linear sRGB with luminance 1 of reflectances at 440, 550 and 640 nm under sunlight, which counts as white.
+/// Linear sRGB with luminance 1 of reflectances at 440, 550 and 640 nm under sunlight; sunlight itself is white.
 fn seen_colour(reflectance: [f64; 3]) -> [f64; 3] {
-    let at = |nm: f64| {
+    let reflectance_at = |nm: f64| {
         if nm < 550.0 {
             let t = ((nm - 440.0) / 110.0).max(0.0);
             reflectance[0] + t * (reflectance[1] - reflectance[0])
@@ -248,8 +248,8 @@ fn seen_colour(reflectance: [f64; 3]) -> [f64; 3] {
         let nm = f64::from(k);
         // The Sun as a blackbody of 5778 K.
         let sun = nm.powi(-5) / ((1.4388e7 / (nm * 5778.0)).exp() - 1.0);
-        for (c, m) in matching(nm).into_iter().enumerate() {
-            body[c] += sun * m * at(nm);
+        for (c, m) in colour_matching(nm).into_iter().enumerate() {
+            body[c] += sun * m * reflectance_at(nm);
             white[c] += sun * m;
         }
     }
@@ -309,8 +309,8 @@ fn cycles_and_duplicate_names_are_found_in_the_users_file() {
              [body.motion]\ntheory = \"mean-elements\"\nsemi_major_axis_km = 1e5\nmean_motion_deg_day = 1.0\n{orbit}"
         )
     };
-    assert_eq!(complaints(&moon(50_001, "A", "Mars")), Vec::<String>::new(), "a valid moon");
-    let lines = moon(50_001, "A", "Mars").lines().count();
+    assert_eq!(problems(&moon(50_001, "A", "Mars")), Vec::<String>::new(), "a valid moon");
+    let lines_per_moon = moon(50_001, "A", "Mars").lines().count();
     for (text, expected) in [
         ("[[body]]\nid = 401\nparent = \"Phobos\"\n".to_owned(), vec![(3, "Phobos.parent is the body itself")]),
         ("[[body]]\nid = 499\nparent = \"Phobos\"\n".to_owned(), vec![(3, "Mars.parent leads round in a circle: Phobos, Mars")]),
@@ -321,14 +321,17 @@ fn cycles_and_duplicate_names_are_found_in_the_users_file() {
         (moon(50_001, "A", "A"), vec![(4, "A.parent is the body itself")]),
         (
             moon(50_001, "A", "B") + &moon(50_002, "B", "A"),
-            vec![(4, "A.parent leads round in a circle: B, A"), (lines + 4, "B.parent leads round in a circle: A, B")],
+            vec![(4, "A.parent leads round in a circle: B, A"), (lines_per_moon + 4, "B.parent leads round in a circle: A, B")],
         ),
-        (moon(50_001, "A", "Mars") + &moon(50_002, "a", "Mars"), vec![(lines + 3, "the name \"a\" is already that of body 50001")]),
+        (
+            moon(50_001, "A", "Mars") + &moon(50_002, "a", "Mars"),
+            vec![(lines_per_moon + 3, "the name \"a\" is already that of body 50001")],
+        ),
     ] {
-        let found = complaints(&text);
+        let found = problems(&text);
         assert_eq!(found.len(), expected.len(), "{found:?}");
-        for (found, (line, words)) in found.iter().zip(expected) {
-            assert!(found.contains(&format!(":{line}: ")) && found.contains(words) && !found.contains("moons_inner"), "{found}");
+        for (found, (line, message)) in found.iter().zip(expected) {
+            assert!(found.contains(&format!(":{line}: ")) && found.contains(message) && !found.contains("moons_inner"), "{found}");
         }
     }
 }

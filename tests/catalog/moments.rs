@@ -1,5 +1,4 @@
-//! The catalog's well-known moments show the described events, according to the ephemeris. Photographs are not
-//! tested.
+//! The catalog's well-known moments show the described events, according to the ephemeris.
 
 use glam::DVec3;
 use orrery::catalog::moments::{KINDS, Moment};
@@ -18,19 +17,18 @@ impl World {
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
         Self { catalog, ephemeris }
     }
-    /// From one centre to another with light time, km.
-    fn seen_km(&self, from: NaifId, to: NaifId, t: Instant) -> DVec3 {
+    /// Vector from one centre to another with light time, km.
+    fn apparent_km(&self, from: NaifId, to: NaifId, t: Instant) -> DVec3 {
         let viewer = self.ephemeris.state(from, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("a place").state.pos_km;
         self.ephemeris.light_time_position(to, viewer, t).expect("a place").0 - viewer
     }
     fn radius_km(&self, id: NaifId) -> f64 {
         self.catalog.body(id).expect("a body").radii_km.x
     }
-    /// Distance between the axis of a body's shadow and the centre of the body that it falls on, in radii of the
-    /// latter.
+    /// Distance between the axis of a body's shadow and the centre of the body that it falls on, in radii of the second body.
     fn axis_miss_radii(&self, occluder: NaifId, onto: NaifId, t: Instant) -> f64 {
-        let to_sun = self.seen_km(onto, NaifId::SUN, t);
-        let to_caster = self.seen_km(onto, occluder, t);
+        let to_sun = self.apparent_km(onto, NaifId::SUN, t);
+        let to_caster = self.apparent_km(onto, occluder, t);
         let axis = (to_sun - to_caster).normalize();
         to_caster.cross(axis).length() / self.radius_km(onto)
     }
@@ -59,8 +57,8 @@ fn solar_eclipses_are_central() {
         assert!(miss < 1.0, "{}: {miss} radii", m.name);
         assert!(world.axis_miss_radii(NaifId::MOON, NaifId::EARTH, m.time.plus_seconds(43_200.0)) > 2.0);
         // Greatest eclipse: ten minutes earlier or later the axis is farther away.
-        for aside in [-600.0, 600.0] {
-            assert!(world.axis_miss_radii(NaifId::MOON, NaifId::EARTH, m.time.plus_seconds(aside)) > miss, "{}", m.name);
+        for offset_s in [-600.0, 600.0] {
+            assert!(world.axis_miss_radii(NaifId::MOON, NaifId::EARTH, m.time.plus_seconds(offset_s)) > miss, "{}", m.name);
         }
     }
 }
@@ -71,13 +69,13 @@ fn lunar_eclipses_are_total() {
     let world = World::new();
     for m in of_kind(&world, "lunar eclipse") {
         let (earth, moon, sun) = (world.radius_km(NaifId::EARTH), world.radius_km(NaifId::MOON), world.radius_km(NaifId::SUN));
-        let to_sun = world.seen_km(NaifId::EARTH, NaifId::SUN, m.time);
-        let to_moon = world.seen_km(NaifId::EARTH, NaifId::MOON, m.time);
-        let depth_km = -to_moon.dot(to_sun.normalize());
-        let umbra_km = earth - depth_km * (sun - earth) / to_sun.length();
+        let to_sun = world.apparent_km(NaifId::EARTH, NaifId::SUN, m.time);
+        let to_moon = world.apparent_km(NaifId::EARTH, NaifId::MOON, m.time);
+        let behind_earth_km = -to_moon.dot(to_sun.normalize());
+        let umbra_km = earth - behind_earth_km * (sun - earth) / to_sun.length();
         let axis_distance_km = to_moon.cross(to_sun.normalize()).length();
         assert!(
-            depth_km > 0.0 && axis_distance_km + moon < umbra_km,
+            behind_earth_km > 0.0 && axis_distance_km + moon < umbra_km,
             "{}: {axis_distance_km} km from the axis of an umbra of {umbra_km} km",
             m.name
         );
@@ -88,9 +86,9 @@ fn lunar_eclipses_are_total() {
 fn transits_are_in_front_of_the_sun() {
     let world = World::new();
     for m in of_kind(&world, "transit") {
-        let sun = world.seen_km(NaifId::EARTH, NaifId::SUN, m.time);
+        let sun = world.apparent_km(NaifId::EARTH, NaifId::SUN, m.time);
         let sun_rad = world.radius_km(NaifId::SUN) / sun.length();
-        let separation_rad = |id: i32| angle_rad(world.seen_km(NaifId::EARTH, NaifId(id), m.time), sun);
+        let separation_rad = |id: i32| angle_rad(world.apparent_km(NaifId::EARTH, NaifId(id), m.time), sun);
         let planet = if m.name.contains("Venus") { 299 } else { 199 };
         assert!(separation_rad(planet) < sun_rad && separation_rad(if planet == 299 { 199 } else { 299 }) > sun_rad, "{}", m.name);
     }
@@ -101,16 +99,16 @@ fn transits_are_in_front_of_the_sun() {
 fn the_triple_shadow_has_three_shadows() {
     let world = World::new();
     let m = of_kind(&world, "shadows").next().expect("a moment");
-    let light_s = world.seen_km(NaifId::EARTH, NaifId(599), m.time).length() / 299_792.458;
-    let then = m.time.plus_seconds(-light_s);
-    let on = [501, 502, 503, 504].map(|id| world.axis_miss_radii(NaifId(id), NaifId(599), then) < 1.0);
-    assert_eq!(on, [true, true, false, true]);
+    let light_s = world.apparent_km(NaifId::EARTH, NaifId(599), m.time).length() / 299_792.458;
+    let light_left = m.time.plus_seconds(-light_s);
+    let shadow_on_jupiter = [501, 502, 503, 504].map(|id| world.axis_miss_radii(NaifId(id), NaifId(599), light_left) < 1.0);
+    assert_eq!(shadow_on_jupiter, [true, true, false, true]);
 }
 
-/// Elevation of a viewer (or the Sun) above Saturn's ring plane, degrees.
+/// Elevation of a body, such as the viewer's or the Sun, above Saturn's ring plane, degrees.
 fn ring_elevation_deg(world: &World, of: NaifId, t: Instant) -> f64 {
     let pole = world.ephemeris.body_from_icrf(NaifId(699), t).expect("an orientation").row(2);
-    let to = -world.seen_km(of, NaifId(699), t);
+    let to = -world.apparent_km(of, NaifId(699), t);
     90.0 - angle_rad(to, pole).to_degrees()
 }
 
@@ -131,7 +129,8 @@ fn rings_are_edge_on_unlit_or_open_as_described() {
 fn the_great_conjunction_is_six_arcminutes() {
     let world = World::new();
     let m = of_kind(&world, "conjunction").next().expect("a moment");
-    let separation_rad = angle_rad(world.seen_km(NaifId::EARTH, NaifId(599), m.time), world.seen_km(NaifId::EARTH, NaifId(699), m.time));
+    let separation_rad =
+        angle_rad(world.apparent_km(NaifId::EARTH, NaifId(599), m.time), world.apparent_km(NaifId::EARTH, NaifId(699), m.time));
     assert!((separation_rad.to_degrees() * 60.0 - 6.1).abs() < 0.1, "{} arcmin", separation_rad.to_degrees() * 60.0);
 }
 

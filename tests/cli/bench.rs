@@ -3,10 +3,10 @@
 use serde_json::Value;
 use std::process::{Command, Output};
 
-fn bench(words: &[&str]) -> Output {
+fn bench(args: &[&str]) -> Output {
     let cache = tempfile::tempdir().expect("a folder");
     let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
-    command.args(["--renderer", "software", "bench"]).args(words).arg("--cache").arg(cache.path()).output().expect("the program runs")
+    command.args(["--renderer", "software", "bench"]).args(args).arg("--cache").arg(cache.path()).output().expect("the program runs")
 }
 
 fn number(value: &Value, what: &str) -> f64 {
@@ -34,20 +34,23 @@ fn the_report_is_one_json_value_whose_stages_fit_into_the_frame() {
         assert!(sum <= median + 0.003, "stages take {sum} of {median} ms");
         for cpu in scene["stages_cpu"].as_object().expect("an object").values().chain([&scene["median_cpu_ms"]]) {
             assert!(cpu.is_null() || number(cpu, "a processor time") >= 0.0);
-            assert!(cpu.is_f64() || !std::path::Path::new("/proc/self/schedstat").exists(), "the system tells, the report does not");
+            assert!(
+                cpu.is_f64() || !std::path::Path::new("/proc/self/schedstat").exists(),
+                "the system has processor times, but the report has none"
+            );
         }
     }
 }
 
 #[test]
 fn invalid_arguments_are_refused_in_one_helpful_line() {
-    for (words, status, told) in
+    for (args, status, message_part) in
         [(["--scene", "pluto"], 1, "whole-system"), (["--size", "9"], 1, "--size"), (["--frames", "0"], 2, "--frames")]
     {
-        let out = bench(&words);
+        let out = bench(&args);
         let message = String::from_utf8_lossy(&out.stderr);
-        assert_eq!(out.status.code(), Some(status), "{words:?}: {message}");
-        assert!(message.contains(told), "{words:?}: {message}");
+        assert_eq!(out.status.code(), Some(status), "{args:?}: {message}");
+        assert!(message.contains(message_part), "{args:?}: {message}");
         assert!(out.stdout.is_empty());
     }
 }

@@ -13,10 +13,10 @@ const SECONDS: u32 = 15;
 /// Kilobytes: the program maps about 0.6 GB at its start, with one thread.
 const ADDRESS_SPACE_KB: u32 = 1_600_000;
 
-fn orrery(cache: &Path, words: &[&str], input: &[u8]) -> Output {
+fn orrery(cache: &Path, args: &[&str], input: &[u8]) -> Output {
     let mut command = Command::new("bash");
     command.arg("-c").arg(format!("ulimit -c 0; ulimit -t {SECONDS}; ulimit -v {ADDRESS_SPACE_KB}; exec \"$@\"")).arg("bash");
-    command.arg(env!("CARGO_BIN_EXE_orrery")).args(["--renderer", "software", "--threads", "1", "--cache"]).arg(cache).args(words);
+    command.arg(env!("CARGO_BIN_EXE_orrery")).args(["--renderer", "software", "--threads", "1", "--cache"]).arg(cache).args(args);
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
     let mut stdin = child.stdin.take().expect("a pipe");
@@ -28,18 +28,18 @@ fn orrery(cache: &Path, words: &[&str], input: &[u8]) -> Output {
 }
 
 /// Asserts that the program ended by itself, with a result or an error.
-fn assert_terminates(cache: &Path, case: &str, words: &[&str], input: &[u8]) {
-    let out = orrery(cache, words, input);
+fn assert_terminates(cache: &Path, case: &str, args: &[&str], input: &[u8]) {
+    let out = orrery(cache, args, input);
     let stderr_text = String::from_utf8_lossy(&out.stderr);
     let start: String = stderr_text.chars().take(400).collect();
     assert!(matches!(out.status.code(), Some(0..=2)) && !stderr_text.contains("panicked"), "{case}: {:?}: {start}", out.status);
 }
 
 /// As many numbered items as fit into a megabyte.
-fn fill_a_megabyte(of: impl Fn(usize) -> String) -> String {
+fn fill_a_megabyte(item: impl Fn(usize) -> String) -> String {
     let mut text = String::new();
     for k in 0.. {
-        let next = of(k);
+        let next = item(k);
         if text.len() + next.len() > MEGABYTE {
             break;
         }
@@ -74,7 +74,7 @@ fn catalogs_of_a_megabyte() {
         ("bodies without anything", fill_a_megabyte(|k| format!("[[body]]\nid = {}\n", first + k))),
         ("one body for ever", fill_a_megabyte(|_| "[[body]]\nid = 401\n".into())),
         (
-            "rings of nobody",
+            "rings of unknown bodies",
             fill_a_megabyte(|k| format!("[[ring]]\nbody = \"mars{k}\"\nname = \"r\"\ninner_km = 4e3\nouter_km = 5e3\ntau_normal = 0.1\n")),
         ),
         (
@@ -164,7 +164,7 @@ fn fragments_of_a_megabyte() {
 #[test]
 fn stars_shapes_kernels_and_pictures_of_a_megabyte() {
     let folder = tempfile::tempdir().expect("a folder");
-    let put = |name: &str, bytes: &[u8]| {
+    let write_file = |name: &str, bytes: &[u8]| {
         std::fs::write(folder.path().join(name), bytes).expect("a file");
         folder.path().join(name).to_str().expect("a plain name").to_owned()
     };
@@ -177,7 +177,7 @@ fn stars_shapes_kernels_and_pictures_of_a_megabyte() {
         ("brackets", "(".repeat(MEGABYTE)),
         ("empty lines", "\n".repeat(MEGABYTE)),
     ] {
-        assert_terminates(folder.path(), case, &[&view[..], &["--stars", &put("stars.csv", text.as_bytes())]].concat(), &[]);
+        assert_terminates(folder.path(), case, &[&view[..], &["--stars", &write_file("stars.csv", text.as_bytes())]].concat(), &[]);
     }
     let mut bomb = Vec::new();
     let mut writer = png::Encoder::new(&mut bomb, 7600, 3800);
@@ -190,18 +190,18 @@ fn stars_shapes_kernels_and_pictures_of_a_megabyte() {
         ("a label for ever", "moon.lbl", b"^IMAGE = \"a.img\"\n".repeat(MEGABYTE / 20)),
         ("a TIFF of directories", "moon.tif", [b"II*\0\x08\0\0\0".to_vec(), vec![1; MEGABYTE]].concat()),
     ] {
-        assert_terminates(folder.path(), case, &[&view[..], &["--lunar-heights", &put(name, &bytes)]].concat(), &[]);
+        assert_terminates(folder.path(), case, &[&view[..], &["--lunar-heights", &write_file(name, &bytes)]].concat(), &[]);
     }
     for (case, bytes) in [
         ("a kernel of zeros", vec![0; MEGABYTE]),
         ("a kernel of its own head", orrery_catalogs::PLUTO_KERNEL[..1024].repeat(MEGABYTE / 1024)),
         ("a kernel cut short", orrery_catalogs::PLUTO_KERNEL.iter().copied().take(MEGABYTE / 2).collect()),
     ] {
-        assert_terminates(folder.path(), case, &[&view[..], &["--kernel", &put("kernel.bsp", &bytes)]].concat(), &[]);
+        assert_terminates(folder.path(), case, &[&view[..], &["--kernel", &write_file("kernel.bsp", &bytes)]].concat(), &[]);
     }
-    put("a.toml", b"[[body]]\nid = 401\nmesh = { file = \"a.obj\" }\n");
+    write_file("a.toml", b"[[body]]\nid = 401\nmesh = { file = \"a.obj\" }\n");
     let catalogs = folder.path().to_str().expect("a plain name").to_owned();
-    let picture = put("a.png", b"");
+    let picture = write_file("a.png", b"");
     let corners = "v 11 0 0\nv 0 11 0\nv 0 0 11\n";
     for (case, text) in [
         ("points", fill_a_megabyte(|k| format!("v {} 1 1\n", k % 11))),
@@ -225,8 +225,8 @@ fn stars_shapes_kernels_and_pictures_of_a_megabyte() {
         ("slashes", "/".repeat(MEGABYTE)),
         ("joined lines", "\\\n".repeat(MEGABYTE / 2)),
     ] {
-        put("a.obj", text.as_bytes());
-        let words = [
+        write_file("a.obj", text.as_bytes());
+        let args = [
             "render",
             "--target",
             "phobos",
@@ -240,14 +240,14 @@ fn stars_shapes_kernels_and_pictures_of_a_megabyte() {
             "-o",
             &picture,
         ];
-        assert_terminates(folder.path(), case, &words, &[]);
+        assert_terminates(folder.path(), case, &args, &[]);
     }
     for (case, bytes) in [
         ("zeros", vec![0; MEGABYTE]),
         ("a head alone", b"\x89PNG\r\n\x1a\n".repeat(MEGABYTE / 8)),
         ("markers", b"\xff\xd8\xff\xe0".repeat(MEGABYTE / 4)),
     ] {
-        assert_terminates(folder.path(), case, &["compare", &put("b.png", &bytes), &put("c.png", &bytes)], &[]);
+        assert_terminates(folder.path(), case, &["compare", &write_file("b.png", &bytes), &write_file("c.png", &bytes)], &[]);
     }
 }
 

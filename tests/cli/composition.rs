@@ -6,19 +6,19 @@ use std::sync::LazyLock;
 
 static CACHE: LazyLock<PathBuf> = LazyLock::new(|| std::env::temp_dir().join(format!("orrery-composition-{}", std::process::id())));
 
-fn orrery(words: &[&str]) -> Output {
+fn orrery(args: &[&str]) -> Output {
     let base = ["--renderer", "software", "--cache", CACHE.to_str().expect("a plain name")];
-    Command::new(env!("CARGO_BIN_EXE_orrery")).args(words).args(base).output().expect("the program starts")
+    Command::new(env!("CARGO_BIN_EXE_orrery")).args(args).args(base).output().expect("the program starts")
 }
 
 const VIEW: [&str; 7] = ["render", "--target", "saturn", "--time", "2017-05-17T00:00:00Z", "--size", "96x64"];
 
-fn render(words: &[&str], to: &Path) -> Result<image::RgbaImage, String> {
-    let out = orrery(&[&VIEW[..], words, &["-o", to.to_str().expect("a plain name")]].concat());
+fn render(args: &[&str], to: &Path) -> Result<image::RgbaImage, String> {
+    let out = orrery(&[&VIEW[..], args, &["-o", to.to_str().expect("a plain name")]].concat());
     if out.status.success() {
         Ok(image::open(to).expect("a picture").to_rgba8())
     } else {
-        assert_eq!(out.status.code(), Some(1), "{words:?}");
+        assert_eq!(out.status.code(), Some(1), "{args:?}");
         Err(String::from_utf8_lossy(&out.stderr).trim().to_owned())
     }
 }
@@ -30,7 +30,7 @@ fn every_composition_is_drawn_in_both_precisions() {
     let mesh = folder.path().join("mesh.data");
     std::fs::write(&mesh, "2\n2 2\n-1.5 -1 0 0 1\n1.5 -1 1 0 1\n-1.2 1 0 1 0.5\n1.2 1 1 1 1\n").expect("written");
     let mesh = mesh.to_str().expect("a plain name");
-    for (k, words) in [
+    for (k, args) in [
         &["--stereo", "anaglyph"][..],
         &["--stereo", "side-by-side"],
         &["--stereo", "interlaced", "--eye-separation-km", "2000"],
@@ -42,14 +42,14 @@ fn every_composition_is_drawn_in_both_precisions() {
     .enumerate()
     {
         let path = |name: &str| folder.path().join(format!("{name}{k}.png"));
-        let single = render(words, &path("f32")).expect("drawn");
-        let double = render(&[words, &["--quality", "reference"]].concat(), &path("f64")).expect("drawn");
-        assert_eq!((single.dimensions(), double.dimensions()), ((96, 64), (96, 64)), "{words:?}");
-        assert!(single.pixels().filter(|p| p[1] > 30).count() > 200, "{words:?} is dark");
+        let single = render(args, &path("f32")).expect("drawn");
+        let double = render(&[args, &["--quality", "reference"]].concat(), &path("f64")).expect("drawn");
+        assert_eq!((single.dimensions(), double.dimensions()), ((96, 64), (96, 64)), "{args:?}");
+        assert!(single.pixels().filter(|p| p[1] > 30).count() > 200, "{args:?} is dark");
         let levels = |(a, b): (&u8, &u8)| f64::from(a.abs_diff(*b));
         let mean = single.iter().zip(double.iter()).map(levels).sum::<f64>() / (96.0 * 64.0 * 4.0);
-        println!("{words:?}: f64 differs by {mean:.4} levels in the mean");
-        assert!(mean < 0.3, "{words:?}: {mean}");
+        println!("{args:?}: f64 differs by {mean:.4} levels in the mean");
+        assert!(mean < 0.3, "{args:?}: {mean}");
     }
 }
 
@@ -59,7 +59,7 @@ fn impossible_compositions_are_refused_in_one_line() {
     let mesh = folder.path().join("fold.data");
     std::fs::write(&mesh, "2\n3 2\n-1 -1 0 0 1\n0.5 -1 0.5 0 1\n0 -1 1 0 1\n-1 1 0 1 1\n0.5 1 0.5 1 1\n0 1 1 1 1\n").expect("written");
     let (fold, none) = (mesh.to_str().expect("plain"), folder.path().join("none.data"));
-    for (words, parts) in [
+    for (args, parts) in [
         (&["--warp", fold][..], &["fold.data:4: the mesh folds", "row 1, column 2"][..]),
         (&["--warp", none.to_str().expect("plain")], &["none.data", "--warp takes a text file"]),
         (&["--stereo", "anaglyph", "--projection", "fisheye"], &["stereo goes with the perspective projection"]),
@@ -68,8 +68,8 @@ fn impossible_compositions_are_refused_in_one_line() {
         (&["--dome-tilt", "20"], &["--projection fisheye"]),
         (&["--projection", "fisheye", "--fov", "400"], &["1 to 360 degrees"]),
     ] {
-        let why = render(words, &folder.path().join("x.png")).expect_err("refused");
-        assert!(parts.iter().all(|p| why.contains(p)) && why.lines().count() == 1, "{words:?}: {why}");
+        let why = render(args, &folder.path().join("x.png")).expect_err("refused");
+        assert!(parts.iter().all(|p| why.contains(p)) && why.lines().count() == 1, "{args:?}: {why}");
     }
     let exr = render(&["--stereo", "anaglyph"], &folder.path().join("x.exr")).expect_err("refused");
     assert!(exr.contains("display values"), "{exr}");
@@ -79,20 +79,20 @@ fn impossible_compositions_are_refused_in_one_line() {
 /// `probe project` gives the pixels of directions in fisheye and equirectangular pictures: compared with formulas in this test.
 #[test]
 fn project_knows_the_projections() {
-    let ask = |projection: &str, ra: f64, dec: f64| -> serde_json::Value {
+    let project = |projection: &str, ra: f64, dec: f64| -> serde_json::Value {
         let question = format!(
             r#"{{"q":"project","view":{{"position":{{"body":"earth","km":[20000,0,0]}},"look":{{"direction":[0,1,0]}},"up":"celestial"}},"time":"2024-04-08T18:17:16Z","size":[400,200],"projection":"{projection}","ra_deg":{ra},"dec_deg":{dec}}}"#
         );
         let out = orrery(&["probe", &question]);
         serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{e}: {} {}", question, String::from_utf8_lossy(&out.stderr)))
     };
-    let at = |v: &serde_json::Value| {
+    let pixel = |v: &serde_json::Value| {
         let answer = v.get("ok").unwrap_or(v);
         [answer["x"].as_f64().expect("x"), answer["y"].as_f64().expect("y")]
     };
     // Looking along right ascension 90 degrees; aberration moves a direction by 0.006 degrees at most.
-    let [x, y] = at(&ask("equirectangular", 60.0, 45.0));
+    let [x, y] = pixel(&project("equirectangular", 60.0, 45.0));
     assert!((x - (200.0 + 30.0 / 360.0 * 400.0)).abs() < 0.1 && (y - (100.0 - 45.0 / 180.0 * 200.0)).abs() < 0.1, "{x} {y}");
-    let [x, y] = at(&ask("fisheye", 30.0, 0.0));
+    let [x, y] = pixel(&project("fisheye", 30.0, 0.0));
     assert!((x - (200.0 + 60.0 / 90.0 * 100.0)).abs() < 0.1 && (y - 100.0).abs() < 0.1, "{x} {y}");
 }

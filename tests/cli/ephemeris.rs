@@ -3,18 +3,18 @@
 use serde_json::Value;
 use std::process::{Command, Output};
 
-fn orrery(words: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_orrery")).arg("ephemeris").args(words).output().expect("the program starts")
+fn orrery(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_orrery")).arg("ephemeris").args(args).output().expect("the program starts")
 }
 
-fn text(words: &[&str]) -> String {
-    let out = orrery(words);
-    assert!(out.status.success(), "{words:?}: {}", String::from_utf8_lossy(&out.stderr));
+fn text(args: &[&str]) -> String {
+    let out = orrery(args);
+    assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
     String::from_utf8(out.stdout).expect("UTF-8")
 }
 
-fn json(words: &[&str]) -> Value {
-    serde_json::from_str(&text(&[words, &["--json"]].concat())).expect("JSON")
+fn json(args: &[&str]) -> Value {
+    serde_json::from_str(&text(&[args, &["--json"]].concat())).expect("JSON")
 }
 
 fn number(value: &Value) -> f64 {
@@ -31,24 +31,24 @@ fn rows_are_single_answers() {
         (&["--body", "mars", "--orientation"], "sub_observer_lon_east_deg", "/sub_observer/lon_east_deg"),
         (&["--body", "moon", "--at", "52.5,13.4,40"], "altitude_deg", "/0/altitude_deg"),
     ];
-    for (words, column, pointer) in kinds {
-        let rows = json(&[words, &span].concat());
+    for (args, column, pointer) in kinds {
+        let rows = json(&[args, &span].concat());
         let rows = rows.as_array().expect("rows");
         // A leap second lies between the second and the third: the time of day stays.
         let times: Vec<&str> = rows.iter().map(|r| r["time_utc"].as_str().expect("a time")).collect();
         assert_eq!(times, ["2016-12-30T00:00:00Z", "2016-12-31T00:00:00Z", "2017-01-01T00:00:00Z", "2017-01-02T00:00:00Z"]);
-        let csv = text(&[words, &span, &["--csv"]].concat());
+        let csv = text(&[args, &span, &["--csv"]].concat());
         let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
         assert!(lines.len() == 5 && lines.iter().all(|line| line.len() == lines[0].len()), "{csv}");
-        let at = lines[0].iter().position(|name| *name == column).expect("the column");
+        let column_index = lines[0].iter().position(|name| *name == column).expect("the column");
         for (row, line) in rows.iter().zip(&lines[1..]) {
-            let alone = json(&[words, &["--time", row["time_utc"].as_str().expect("a time")]].concat());
-            let (found, expected) = (number(&row[column]), number(alone.pointer(pointer).expect("the same figure")));
-            assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{words:?} {column}: {found} {expected}");
-            assert!((line[at].parse::<f64>().expect("a number") - found).abs() <= 6e-4, "{csv}");
+            let alone = json(&[args, &["--time", row["time_utc"].as_str().expect("a time")]].concat());
+            let (found, expected) = (number(&row[column]), number(alone.pointer(pointer).expect("the same value")));
+            assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{args:?} {column}: {found} {expected}");
+            assert!((line[column_index].parse::<f64>().expect("a number") - found).abs() <= 6e-4, "{csv}");
         }
         assert_ne!(rows[0][column], rows[1][column], "the comparison must be able to fail");
-        let table = text(&[words, &span].concat());
+        let table = text(&[args, &span].concat());
         let widths: Vec<usize> = table.lines().map(|line| line.chars().count()).collect();
         assert!(widths.len() == 5 && widths.iter().all(|w| *w == widths[0]), "{table}");
     }
@@ -68,8 +68,8 @@ fn the_sun_is_at_the_altitudes_of_rise_set_and_twilight() {
         }
         let transit = found["transit"]["time"].as_str().expect("a time");
         assert!((number(&found["transit"]["altitude_deg"]) - altitude(place, transit)).abs() < 1e-6);
-        let seen = json(&["--body", "sun", "--at", place, "--time", transit]);
-        assert!(number(&seen[0]["hour_angle_deg"]).abs() < 1e-3, "{place}: {seen}");
+        let at_transit = json(&["--body", "sun", "--at", place, "--time", transit]);
+        assert!(number(&at_transit[0]["hour_angle_deg"]).abs() < 1e-3, "{place}: {at_transit}");
         for (name, expected) in [("civil", -6.0), ("nautical", -12.0), ("astronomical", -18.0)] {
             for end in ["dawn", "dusk"] {
                 let h = altitude(place, found["twilight"][name][end].as_str().unwrap_or_else(|| panic!("{place} {name} {end}")));
@@ -98,7 +98,7 @@ fn errors_about_spans_and_places_name_a_remedy() {
     let span = |from: &'static str, to: &'static str, step: &'static str| {
         vec!["--body", "mars", "--apparent", "--from", from, "--to", to, "--step", step]
     };
-    for (words, about) in [
+    for (args, message_part) in [
         (span("2026-01-02", "2026-01-01", "1d"), "swap"),
         (span("2026-01-01", "2026-01-02", "0s"), "more than 0"),
         (span("2026-01-01", "2026-01-02", "-1h"), "more than 0"),
@@ -110,11 +110,11 @@ fn errors_about_spans_and_places_name_a_remedy() {
         (vec!["--rise-set", "--time", "now"], "--at"),
         (vec!["--body", "nibiru", "--at", "51,0", "--time", "now"], "nibiru"),
     ] {
-        let out = orrery(&words);
+        let out = orrery(&args);
         let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();
         assert!(
-            matches!(out.status.code(), Some(1 | 2)) && stderr_text.contains(about) && out.stdout.is_empty(),
-            "{words:?}: {stderr_text}"
+            matches!(out.status.code(), Some(1 | 2)) && stderr_text.contains(message_part) && out.stdout.is_empty(),
+            "{args:?}: {stderr_text}"
         );
     }
 }

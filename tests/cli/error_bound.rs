@@ -3,19 +3,19 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-fn orrery(folder: &Path, words: &[&str]) -> Output {
+fn orrery(folder: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_orrery"))
         .current_dir(folder)
         .env_remove("XDG_RUNTIME_DIR")
-        .args(words)
+        .args(args)
         .args(["--renderer", "software", "--cache", "cache"])
         .output()
         .expect("the program starts")
 }
 
-fn run_successfully(folder: &Path, words: &[&str]) -> Output {
-    let out = orrery(folder, words);
-    assert!(out.status.success(), "{words:?}: {}", String::from_utf8_lossy(&out.stderr));
+fn run_successfully(folder: &Path, args: &[&str]) -> Output {
+    let out = orrery(folder, args);
+    assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
     out
 }
 
@@ -37,7 +37,7 @@ fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path();
     let mut pixels = 0.0;
-    let mut broken = 0.0;
+    let mut beyond_bound = 0.0;
     for (name, view) in VIEWS {
         let all = [&["render", "--size", "160x160"][..], view].concat();
         let stops = {
@@ -53,45 +53,45 @@ fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
             run_successfully(path, &[&all[..], &["--quality", quality, "-o", &picture, "--error", &bound]].concat());
             let out = run_successfully(path, &["compare", &picture, &reference, "--error", &bound, "--json"]);
             let compared: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
-            let held = compared["bound_held"].as_f64().expect("a part");
+            let held_fraction = compared["bound_held"].as_f64().expect("a fraction");
             let mean_bound = {
                 let image = image::open(path.join(&bound)).expect("a bound").to_rgb8();
                 image.pixels().map(|p| f64::from(*p.0.iter().max().expect("three"))).sum::<f64>()
                     / f64::from(image.width() * image.height())
             };
-            println!("{name} {quality}: held in {:.4} % of pixels, mean bound {mean_bound:.2} levels, {compared}", 100.0 * held);
+            println!("{name} {quality}: held in {:.4} % of pixels, mean bound {mean_bound:.2} levels, {compared}", 100.0 * held_fraction);
             pixels += 160.0 * 160.0;
-            broken += (1.0 - held) * 160.0 * 160.0;
-            let useful = if quality == "standard" { MEAN_OF_STANDARD } else { MEAN_OF_DRAFT };
-            assert!(mean_bound < useful, "{name} {quality}: a bound of {mean_bound} levels says too little");
+            beyond_bound += (1.0 - held_fraction) * 160.0 * 160.0;
+            let useful_mean = if quality == "standard" { MEAN_OF_STANDARD } else { MEAN_OF_DRAFT };
+            assert!(mean_bound < useful_mean, "{name} {quality}: a mean bound of {mean_bound} levels is too loose");
         }
     }
-    assert!(broken <= 1e-4 * pixels, "the bound is broken in {broken} of {pixels} pixels");
+    assert!(beyond_bound <= 1e-4 * pixels, "the bound fails in {beyond_bound} of {pixels} pixels");
     // Negative control: the draft's picture against the standard quality's bound.
     let out =
         run_successfully(path, &["compare", "earth-draft.png", "earth-reference.png", "--error", "saturn-standard-bound.png", "--json"]);
     let compared: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
-    assert!(compared["bound_held"].as_f64().expect("a part") < 0.99, "{compared}");
+    assert!(compared["bound_held"].as_f64().expect("a fraction") < 0.99, "{compared}");
 }
 
 #[test]
 fn the_linear_bound_is_written_and_other_files_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path();
-    let words = ["render", "--target", "moon", "--time", "2024-04-23T23:49:00Z", "--size", "24x24", "-o", "moon.png"];
-    run_successfully(path, &[&words[..], &["--error", "bound.exr", "--error", "bound.png"]].concat());
+    let args = ["render", "--target", "moon", "--time", "2024-04-23T23:49:00Z", "--size", "24x24", "-o", "moon.png"];
+    run_successfully(path, &[&args[..], &["--error", "bound.exr", "--error", "bound.png"]].concat());
     let linear = image::open(path.join("bound.exr")).expect("a bound").to_rgb32f();
     assert!(linear.pixels().all(|p| p.0.iter().all(|v| v.is_finite() && *v >= 0.0)) && linear.pixels().any(|p| p.0[1] > 0.0));
     // Repeated, it is the same; another view's file is not replaced.
-    run_successfully(path, &[&words[..], &["--error", "bound.png"]].concat());
+    run_successfully(path, &[&args[..], &["--error", "bound.png"]].concat());
     let other =
         ["render", "--target", "mars", "--time", "2024-04-23T23:49:00Z", "--size", "24x24", "-o", "mars.png", "--error", "bound.png"];
     let out = orrery(path, &other);
     assert!(out.status.code() == Some(1) && !path.join("mars.png").exists(), "{}", String::from_utf8_lossy(&out.stderr));
-    for (more, about) in [(&["--error", "bound.gif"][..], ".png or .exr"), (&["--error", "b.png", "--frames", "2"], "one frame")] {
-        let words = ["render", "--target", "moon", "--time", "2024-04-23T23:49:00Z", "-o", "run-%d.png"];
-        let out = orrery(path, &[&words[..], more].concat());
+    for (more, message_part) in [(&["--error", "bound.gif"][..], ".png or .exr"), (&["--error", "b.png", "--frames", "2"], "one frame")] {
+        let args = ["render", "--target", "moon", "--time", "2024-04-23T23:49:00Z", "-o", "run-%d.png"];
+        let out = orrery(path, &[&args[..], more].concat());
         let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert!(out.status.code() == Some(1) && stderr_text.contains(about), "{stderr_text}");
+        assert!(out.status.code() == Some(1) && stderr_text.contains(message_part), "{stderr_text}");
     }
 }

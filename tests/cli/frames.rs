@@ -7,9 +7,9 @@ use std::sync::LazyLock;
 /// A shared cache, so that modules are compiled once.
 static CACHE: LazyLock<PathBuf> = LazyLock::new(|| std::env::temp_dir().join(format!("orrery-frames-{}", std::process::id())));
 
-fn render(words: &[&str]) -> Output {
+fn render(args: &[&str]) -> Output {
     let base = ["render", "--renderer", "software", "--cache", CACHE.to_str().expect("a plain name")];
-    Command::new(env!("CARGO_BIN_EXE_orrery")).args(base).args(words).output().expect("the program starts")
+    Command::new(env!("CARGO_BIN_EXE_orrery")).args(base).args(args).output().expect("the program starts")
 }
 
 fn stderr_text(out: &Output) -> String {
@@ -45,9 +45,9 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
     [&catalogs, &maps, &shaders].iter().for_each(|f| std::fs::create_dir_all(f).expect("made"));
     std::fs::write(catalogs.join("a.toml"), "[[body]]\nid = 401\ngeometric_albedo = 0.2\n").expect("written");
     // A folder without any file of the catalog changes nothing.
-    let of = |name: &str| orrery::shader::fragments::FRAGMENTS.iter().find(|(n, _)| *n == name).expect("a fragment").1;
+    let fragment = |name: &str| orrery::shader::fragments::FRAGMENTS.iter().find(|(n, _)| *n == name).expect("a fragment").1;
     std::fs::create_dir_all(shaders.join("entry")).expect("made");
-    std::fs::write(shaders.join("entry/blur.wesl"), format!("{}\n// edited\n", of("entry/blur.wesl"))).expect("written");
+    std::fs::write(shaders.join("entry/blur.wesl"), format!("{}\n// edited\n", fragment("entry/blur.wesl"))).expect("written");
     let path = folder.path().join("p.png");
     let first = render(&[&BASE[..], &["-o", path_text(&path)]].concat());
     assert!(first.status.success() && first.stderr.is_empty(), "{}", stderr_text(&first));
@@ -80,27 +80,27 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
         (&["--shaders", path_text(&shaders)], "shaders"),
         (&["--renderer", "auto"], "auto"),
     ];
-    for (words, about) in changed {
+    for (args, message_part) in changed {
         // clap does not allow repeated options, so the changed one is left out of the base.
-        let base: Vec<&str> = BASE.chunks(2).filter(|pair| pair[0] != words[0]).flatten().copied().collect();
-        let out = match *words {
+        let base: Vec<&str> = BASE.chunks(2).filter(|pair| pair[0] != args[0]).flatten().copied().collect();
+        let out = match *args {
             ["--renderer", _] => {
                 let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
                 command.args(["render", "--cache", path_text(&CACHE)]).args(&base).args(["-o", path_text(&path)]).output().expect("starts")
             }
-            _ => render(&[&base[..], words, &["-o", path_text(&path)]].concat()),
+            _ => render(&[&base[..], args, &["-o", path_text(&path)]].concat()),
         };
         let line = stderr_text(&out);
-        assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{words:?}: {line}");
-        assert!(line.contains("p.png") && line.contains("--overwrite") && line.contains(about), "{words:?}: {line}");
+        assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{args:?}: {line}");
+        assert!(line.contains("p.png") && line.contains("--overwrite") && line.contains(message_part), "{args:?}: {line}");
         assert!(line.chars().count() < 600 && !line.contains(".tmp"), "{line}");
-        assert_eq!(std::fs::read(&path).expect("there"), bytes, "{words:?}: a refused file is left as it is");
+        assert_eq!(std::fs::read(&path).expect("there"), bytes, "{args:?}: a refused file is left as it is");
     }
     // With --overwrite it is replaced: the bytes are those of a fresh file.
     let fresh = folder.path().join("fresh.png");
-    for words in [&["--overwrite"][..], &[]] {
-        let at = if words.is_empty() { &fresh } else { &path };
-        let out = render(&[&["--target", "deimos", "--time", TIME, "--size", "12x10"][..], words, &["-o", path_text(at)]].concat());
+    for args in [&["--overwrite"][..], &[]] {
+        let output = if args.is_empty() { &fresh } else { &path };
+        let out = render(&[&["--target", "deimos", "--time", TIME, "--size", "12x10"][..], args, &["-o", path_text(output)]].concat());
         assert!(out.status.success(), "{}", stderr_text(&out));
     }
     assert_eq!(std::fs::read(&path).expect("there"), std::fs::read(&fresh).expect("there"));
@@ -111,19 +111,19 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
 fn a_sequence_resumes_with_its_own_frames_only() {
     for kind in ["png", "exr"] {
         let folder = tempfile::tempdir().expect("a folder");
-        let at = |name: &str| folder.path().join(name);
-        let pattern = at(&format!("m-%03d.{kind}"));
+        let path_of = |name: &str| folder.path().join(name);
+        let pattern = path_of(&format!("m-%03d.{kind}"));
         let run = |target: &str, more: &[&str]| {
-            let words = ["--target", target, "--time", TIME, "--size", "12x10", "--frames", "4", "--step", "1h", "-o", path_text(&pattern)];
-            render(&[&words[..], more].concat())
+            let args = ["--target", target, "--time", TIME, "--size", "12x10", "--frames", "4", "--step", "1h", "-o", path_text(&pattern)];
+            render(&[&args[..], more].concat())
         };
         // Two machines share the sequence; a third finds it done.
         for shard in ["0/2", "1/2"] {
             let out = run("mars", &["--shard", shard]);
             assert!(out.status.success() && out.stderr.is_empty(), "{}", stderr_text(&out));
         }
-        let whole = files(folder.path());
-        assert_eq!(whole.len(), 4);
+        let all_frames = files(folder.path());
+        assert_eq!(all_frames.len(), 4);
         let again = run("mars", &[]);
         assert!(again.status.success() && stderr_text(&again).contains("kept 4 of 4"), "{}", stderr_text(&again));
         // Another request is refused before it draws anything.
@@ -136,17 +136,19 @@ fn a_sequence_resumes_with_its_own_frames_only() {
         );
         let other = run("venus", &["--shard", "1/2"]);
         assert!(other.status.code() == Some(1) && stderr_text(&other).contains("m-001"), "{}", stderr_text(&other));
-        assert_eq!(files(folder.path()), whole, "a refused run changes no file");
+        assert_eq!(files(folder.path()), all_frames, "a refused run changes no file");
         // Missing, truncated or altered files are drawn again, or refused if they have no provenance.
-        std::fs::remove_file(at(&format!("m-002.{kind}"))).expect("removed");
+        std::fs::remove_file(path_of(&format!("m-002.{kind}"))).expect("removed");
         let out = run("mars", &[]);
         assert!(out.status.success() && stderr_text(&out).contains("kept 3 of 4"), "{}", stderr_text(&out));
-        assert_eq!(files(folder.path()), whole);
-        let victim = at(&format!("m-001.{kind}"));
+        assert_eq!(files(folder.path()), all_frames);
+        let victim = path_of(&format!("m-001.{kind}"));
         let good = std::fs::read(&victim).expect("there");
-        let (mut turned, middle) = (good.clone(), good.len() / 2);
-        turned[middle] ^= 4;
-        for (what, bytes) in [("cut", &good[..good.len() - 9]), ("turned", &turned), ("empty", &[]), ("foreign", b"a letter to a friend")] {
+        let (mut flipped, middle) = (good.clone(), good.len() / 2);
+        flipped[middle] ^= 4;
+        for (what, bytes) in
+            [("cut", &good[..good.len() - 9]), ("a flipped bit", &flipped), ("empty", &[]), ("foreign", b"a letter to a friend")]
+        {
             std::fs::write(&victim, bytes).expect("written");
             let out = run("mars", &[]);
             let line = stderr_text(&out);
@@ -154,15 +156,15 @@ fn a_sequence_resumes_with_its_own_frames_only() {
             assert!(line.contains("target Mars") && (line.contains("damaged") || line.contains("unknown")), "{kind}, {what}: {line}");
             let out = run("mars", &["--overwrite"]);
             assert!(out.status.success() && stderr_text(&out).contains("kept 3 of 4"), "{kind}, {what}: {}", stderr_text(&out));
-            assert_eq!(files(folder.path()), whole, "{kind}, {what}");
+            assert_eq!(files(folder.path()), all_frames, "{kind}, {what}");
         }
         // A longer sequence of the same request begins with the frames of the shorter one.
-        let words = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "1h", "-o", path_text(&pattern)];
-        let out = render(&words);
+        let args = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "1h", "-o", path_text(&pattern)];
+        let out = render(&args);
         assert!(out.status.success() && stderr_text(&out).contains("kept 4 of 5"), "{}", stderr_text(&out));
         // Another step: only the first frame is the same picture.
-        let words = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "2h", "-o", path_text(&pattern)];
-        let out = render(&words);
+        let args = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "2h", "-o", path_text(&pattern)];
+        let out = render(&args);
         assert!(
             out.status.code() == Some(1) && stderr_text(&out).contains("m-001") && stderr_text(&out).contains("time"),
             "{}",
@@ -184,11 +186,11 @@ fn write_errors_do_not_name_the_temporary_file() {
         (PathBuf::from("/proc/x.png"), "/proc/x.png"),
         (taken, "folder.png"),
     ];
-    for (path, about) in cases {
+    for (path, message_part) in cases {
         for overwrite in [&[][..], &["--overwrite"]] {
             let out = render(&[&BASE[..], overwrite, &["-o", path_text(&path)]].concat());
             let line = stderr_text(&out);
-            assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1 && line.contains(about), "{path:?}: {line}");
+            assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1 && line.contains(message_part), "{path:?}: {line}");
             assert!(!line.contains(".tmp") && !line.contains("os error 2)") || line.contains("folder"), "{path:?}: {line}");
         }
     }
@@ -203,8 +205,8 @@ fn a_tour_is_drawn_frame_by_frame() {
     let (tour, pattern) = (folder.path().join("tour.json"), folder.path().join("out-%02d.png"));
     let stop = |target: &str| format!(r#"{{"view":"orrery://view?target={target}&time={TIME}","text":"Here","hold_s":1,"travel_s":1}}"#);
     std::fs::write(&tour, format!(r#"{{"title":"Two","stops":[{},{}]}}"#, stop("Phobos"), stop("Deimos"))).expect("a file");
-    let words = ["--tour", path_text(&tour), "--size", "12x10", "--rate", "2", "-o", path_text(&pattern)];
-    let out = render(&words);
+    let args = ["--tour", path_text(&tour), "--size", "12x10", "--rate", "2", "-o", path_text(&pattern)];
+    let out = render(&args);
     assert!(out.status.success(), "{}", stderr_text(&out));
     let written = files(folder.path());
     let names: Vec<&str> = written.iter().map(|(name, _)| name.as_str()).filter(|n| n.ends_with(".png")).collect();
@@ -212,13 +214,13 @@ fn a_tour_is_drawn_frame_by_frame() {
     // Two frames held, two moving, two held: held frames are equal, moving ones are not.
     let pixels = |k: usize| image::open(folder.path().join(names[k])).expect("a picture").to_rgb8().into_raw();
     assert!(pixels(0) == pixels(1) && pixels(4) == pixels(5) && pixels(1) != pixels(3) && pixels(3) != pixels(4));
-    let again = render(&words);
+    let again = render(&args);
     assert!(again.status.success() && stderr_text(&again).contains("kept 6 of 6"), "{}", stderr_text(&again));
     assert_eq!(files(folder.path()), written);
-    let beside = render(&[&words[..], &["--target", "moon"]].concat());
+    let beside = render(&[&args[..], &["--target", "moon"]].concat());
     assert!(beside.status.code() == Some(2) && stderr_text(&beside).contains("--target"), "{}", stderr_text(&beside));
     std::fs::write(&tour, r#"{"title":"T","stops":[{"view":"orrery://view?target=Nibiru"}]}"#).expect("a file");
-    let wrong = render(&words);
+    let wrong = render(&args);
     assert!(wrong.status.code() == Some(1) && stderr_text(&wrong).contains("tour.json: stop 1, view: target: "), "{}", stderr_text(&wrong));
 }
 
@@ -227,8 +229,8 @@ fn a_tour_is_drawn_frame_by_frame() {
 fn a_moving_picture_has_the_frames_of_a_sequence() {
     use image::AnimationDecoder;
     let folder = tempfile::tempdir().expect("a folder");
-    let at = |name: &str| folder.path().join(name);
-    let words = |out: &Path| {
+    let path_of = |name: &str| folder.path().join(name);
+    let args_for = |out: &Path| {
         [&BASE[..], &["--frames", "3", "--step", "20m", "--rate", "10", "-o", path_text(out)]]
             .concat()
             .into_iter()
@@ -236,15 +238,15 @@ fn a_moving_picture_has_the_frames_of_a_sequence() {
             .collect::<Vec<_>>()
     };
     let draw = |out: &Path, more: &[&str]| {
-        let words = words(out);
-        render(&[&words.iter().map(String::as_str).collect::<Vec<_>>()[..], more].concat())
+        let args = args_for(out);
+        render(&[&args.iter().map(String::as_str).collect::<Vec<_>>()[..], more].concat())
     };
     for name in ["out-%d.png", "out.apng", "out.gif"] {
-        let out = draw(&at(name), &[]);
+        let out = draw(&path_of(name), &[]);
         assert!(out.status.success(), "{name}: {}", stderr_text(&out));
     }
-    let single = |k: usize| image::open(at(&format!("out-{k}.png"))).expect("a picture").to_rgb8();
-    let file = std::io::BufReader::new(std::fs::File::open(at("out.apng")).expect("a file"));
+    let single = |k: usize| image::open(path_of(&format!("out-{k}.png"))).expect("a picture").to_rgb8();
+    let file = std::io::BufReader::new(std::fs::File::open(path_of("out.apng")).expect("a file"));
     let frames =
         image::codecs::png::PngDecoder::new(file).expect("a PNG").apng().expect("animated").into_frames().collect_frames().expect("frames");
     assert_eq!(frames.len(), 3);
@@ -255,18 +257,22 @@ fn a_moving_picture_has_the_frames_of_a_sequence() {
     assert_ne!(single(0), single(2), "the comparison must be able to fail");
     let before = files(folder.path());
     for name in ["out.apng", "out.gif"] {
-        let again = draw(&at(name), &[]);
+        let again = draw(&path_of(name), &[]);
         assert!(again.status.code() == Some(1) && stderr_text(&again).contains("--overwrite"), "{}", stderr_text(&again));
-        assert!(draw(&at(name), &["--overwrite"]).status.success());
+        assert!(draw(&path_of(name), &["--overwrite"]).status.success());
     }
-    // They would be the same bytes.
+    // The overwritten files have the same bytes.
     assert_eq!(files(folder.path()), before);
-    for (more, about) in [(&["--shard", "0/2"][..], "--shard"), (&["--rate", "400"], "1 to 100")] {
-        let mut words = words(&at("other.gif"));
+    for (more, message_part) in [(&["--shard", "0/2"][..], "--shard"), (&["--rate", "400"], "1 to 100")] {
+        let mut args = args_for(&path_of("other.gif"));
         if more[0] == "--rate" {
-            words.retain(|w| w != "--rate" && w != "10");
+            args.retain(|w| w != "--rate" && w != "10");
         }
-        let out = render(&[&words.iter().map(String::as_str).collect::<Vec<_>>()[..], more].concat());
-        assert!(out.status.code() == Some(1) && stderr_text(&out).contains(about) && !at("other.gif").exists(), "{}", stderr_text(&out));
+        let out = render(&[&args.iter().map(String::as_str).collect::<Vec<_>>()[..], more].concat());
+        assert!(
+            out.status.code() == Some(1) && stderr_text(&out).contains(message_part) && !path_of("other.gif").exists(),
+            "{}",
+            stderr_text(&out)
+        );
     }
 }

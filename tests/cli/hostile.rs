@@ -5,13 +5,13 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// Longest time of an error; most take a tenth of a second.
-const PATIENCE: Duration = Duration::from_secs(20);
+const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// The program's output, without a display. A timeout is a failure.
-fn orrery(cache: &Path, words: &[&str]) -> Output {
+fn orrery(cache: &Path, args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env("COLUMNS", "200");
-    command.args(["--renderer", "software", "--cache", path_text(cache)]).args(words);
+    command.args(["--renderer", "software", "--cache", path_text(cache)]).args(args);
     run_with_timeout(command)
 }
 
@@ -30,7 +30,7 @@ fn run_with_timeout(mut command: Command) -> Output {
             if let Some(status) = child.try_wait().expect("waits") {
                 break Some(status);
             }
-            if begun.elapsed() > PATIENCE {
+            if begun.elapsed() > TIMEOUT {
                 child.kill().expect("killed");
                 child.wait().expect("ended");
                 break None;
@@ -91,37 +91,37 @@ fn a_link_of_any_depth_and_length_is_answered() {
 #[test]
 fn pipes_and_devices_in_the_place_of_files_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
-    let at = |name: &str| folder.path().join(name);
-    let fifo = pipe(at("pipe"));
-    let endless = at("endless");
+    let path_of = |name: &str| folder.path().join(name);
+    let fifo = pipe(path_of("pipe"));
+    let endless = path_of("endless");
     std::os::unix::fs::symlink("/dev/zero", &endless).expect("a link");
     let view = ["explain", "--target", "moon", "--time", "2024-01-01"];
-    for (kind, odd) in [("pipe", &fifo), ("device", &endless)] {
-        let catalogs = at(&format!("catalogs-{kind}"));
-        let shaders = at(&format!("shaders-{kind}"));
-        let textures = at(&format!("textures-{kind}"));
+    for (kind, special_file) in [("pipe", &fifo), ("device", &endless)] {
+        let catalogs = path_of(&format!("catalogs-{kind}"));
+        let shaders = path_of(&format!("shaders-{kind}"));
+        let textures = path_of(&format!("textures-{kind}"));
         for (folder, name) in [(&catalogs, "x.toml"), (&shaders, "lib/draw.wesl"), (&textures, "moon.jpg")] {
-            let place = folder.join(name);
-            std::fs::create_dir_all(place.parent().expect("a folder")).expect("a folder");
-            std::os::unix::fs::symlink(odd, place).expect("a link");
+            let link = folder.join(name);
+            std::fs::create_dir_all(link.parent().expect("a folder")).expect("a folder");
+            std::os::unix::fs::symlink(special_file, link).expect("a link");
         }
-        let o = path_text(odd);
-        for words in [["--kernel", o], ["--catalogs", path_text(&catalogs)], ["--shaders", path_text(&shaders)]] {
-            error_line(&orrery(&at("cache"), &[&view[..], &words].concat()), &format!("{kind} {words:?}"));
+        let o = path_text(special_file);
+        for args in [["--kernel", o], ["--catalogs", path_text(&catalogs)], ["--shaders", path_text(&shaders)]] {
+            error_line(&orrery(&path_of("cache"), &[&view[..], &args].concat()), &format!("{kind} {args:?}"));
         }
-        for words in [["explain", "--camera-json", o], ["compare", o, o]] {
-            assert!(error_line(&orrery(&at("cache"), &words), kind).contains("not a regular file"), "{kind} {words:?}");
+        for args in [["explain", "--camera-json", o], ["compare", o, o]] {
+            assert!(error_line(&orrery(&path_of("cache"), &args), kind).contains("not a regular file"), "{kind} {args:?}");
         }
         // A build without the window reads neither.
-        for words in [&["view", o][..], &["view", "--settings", o]].into_iter().filter(|_| cfg!(feature = "view")) {
-            let out = orrery(&at("cache"), words);
+        for args in [&["view", o][..], &["view", "--settings", o]].into_iter().filter(|_| cfg!(feature = "view")) {
+            let out = orrery(&path_of("cache"), args);
             assert!(
                 out.status.code() == Some(1) && stderr_text(&out).contains("not a regular file"),
-                "{kind} {words:?}: {}",
+                "{kind} {args:?}: {}",
                 stderr_text(&out)
             );
         }
-        let out = orrery(&at("cache"), &[&view[..], &["--textures", path_text(&textures)]].concat());
+        let out = orrery(&path_of("cache"), &[&view[..], &["--textures", path_text(&textures)]].concat());
         assert!(out.status.success(), "{kind}: {}", stderr_text(&out));
     }
 }
@@ -133,8 +133,8 @@ fn unusual_file_types_in_the_cache_are_tolerated() {
     let folder = tempfile::tempdir().expect("a folder");
     let (cache, picture) = (folder.path().join("cache"), folder.path().join("a.png"));
     let render = || {
-        let words = ["render", "--target", "pluto", "--time", "2024-01-01", "--size", "16x16", "--overwrite", "-o", path_text(&picture)];
-        let out = orrery(&cache, &words);
+        let args = ["render", "--target", "pluto", "--time", "2024-01-01", "--size", "16x16", "--overwrite", "-o", path_text(&picture)];
+        let out = orrery(&cache, &args);
         assert!(out.status.success(), "{}", stderr_text(&out));
         (std::fs::read(&picture).expect("a picture"), stderr_text(&out))
     };
@@ -205,39 +205,40 @@ fn a_cache_folder_writable_by_others_is_not_used() {
 #[test]
 fn oversized_counts_in_files_are_refused_with_their_limit() {
     let folder = tempfile::tempdir().expect("a folder");
-    let at = |name: &str| folder.path().join(name);
-    let (maps, picture) = (at("maps"), at("a.png"));
+    let path_of = |name: &str| folder.path().join(name);
+    let (maps, picture) = (path_of("maps"), path_of("a.png"));
     for threads in ["257", "100000", "-1", "many"] {
-        let out = orrery(&at("cache"), &["doctor", &format!("--threads={threads}")]);
+        let out = orrery(&path_of("cache"), &["doctor", &format!("--threads={threads}")]);
         assert!(out.status.code() == Some(2) && stderr_text(&out).contains("threads from 1 to 256"), "{threads}: {}", stderr_text(&out));
     }
-    assert!(orrery(&at("cache"), &["doctor", "--threads", "256"]).status.success());
+    assert!(orrery(&path_of("cache"), &["doctor", "--threads", "256"]).status.success());
 
-    std::fs::create_dir(at("maps")).expect("a folder");
-    let huge = at("maps/moon.jpg");
+    std::fs::create_dir(path_of("maps")).expect("a folder");
+    let huge = path_of("maps/moon.jpg");
     let file = std::fs::File::create(&huge).expect("a file");
     let mut head = png::Encoder::new(file, 20_000, 20_000).write_header().expect("a head");
     head.write_chunk(png::chunk::IDAT, &[0x78, 0x9c]).expect("no pixels");
     drop(head);
-    let line = error_line(&orrery(&at("cache"), &["compare", path_text(&huge), path_text(&huge)]), "compare");
+    let line = error_line(&orrery(&path_of("cache"), &["compare", path_text(&huge), path_text(&huge)]), "compare");
     assert!(line.contains("20000 x 20000 pixels are 400 megapixels, more than 64; --max-megapixels 400 allows them"), "{line}");
     // With a higher limit the file's own damage is reported.
-    let line = error_line(&orrery(&at("cache"), &["compare", path_text(&huge), path_text(&huge), "--max-megapixels", "400"]), "raised");
+    let line =
+        error_line(&orrery(&path_of("cache"), &["compare", path_text(&huge), path_text(&huge), "--max-megapixels", "400"]), "raised");
     assert!(line.contains("not a picture that can be read"), "{line}");
-    let words =
+    let args =
         ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "--textures", path_text(&maps), "-o", path_text(&picture)];
-    let out = orrery(&at("cache"), &words);
+    let out = orrery(&path_of("cache"), &args);
     assert!(
         out.status.success() && stderr_text(&out).contains("400 megapixels") && stderr_text(&out).lines().count() == 1,
         "{}",
         stderr_text(&out)
     );
 
-    std::fs::create_dir(at("catalogs")).expect("a folder");
+    std::fs::create_dir(path_of("catalogs")).expect("a folder");
     let fields: String = (0..20_000).map(|k| format!("x{k} = 1\n")).collect();
-    std::fs::write(at("catalogs/a.toml"), format!("[[body]]\nid = 401\n{fields}")).expect("a file");
+    std::fs::write(path_of("catalogs/a.toml"), format!("[[body]]\nid = 401\n{fields}")).expect("a file");
     for verb in [&["explain", "--target", "moon", "--time", "2024-01-01"][..], &["doctor"]] {
-        let out = orrery(&at("cache"), &[verb, &["--catalogs", path_text(&at("catalogs"))]].concat());
+        let out = orrery(&path_of("cache"), &[verb, &["--catalogs", path_text(&path_of("catalogs"))]].concat());
         let both = format!("{}{}", stderr_text(&out), String::from_utf8_lossy(&out.stdout));
         assert!(both.matches("is not a field here").count() == 20 && both.contains("and 19980 more"), "{verb:?}: {}", both.len());
     }
@@ -247,46 +248,46 @@ fn oversized_counts_in_files_are_refused_with_their_limit() {
 #[test]
 fn quotations_of_files_in_messages_stay_on_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
-    let at = |name: &str| folder.path().join(name);
-    let evil = "\\u001b[2J\\u001b]0;x\\u0007\\r\\norrery: all is well\\u202e";
-    let steers = |text: &str| text.chars().any(|c| (c.is_control() && c != '\n') || c == '\u{202e}');
+    let path_of = |name: &str| folder.path().join(name);
+    let control_sequence = "\\u001b[2J\\u001b]0;x\\u0007\\r\\norrery: all is well\\u202e";
+    let has_control_characters = |text: &str| text.chars().any(|c| (c.is_control() && c != '\n') || c == '\u{202e}');
     let catalogs = [
-        format!("[[body]]\nid = 401\n\"{evil}\" = 1\n"),
-        format!("[[body]]\nid = 401\nname = \"{evil}\"\n"),
-        format!("[[body]]\nid = 401\naliases = [\"{evil}\"]\n"),
-        format!("[[body]]\nid = 401\nparent = \"{evil}\"\n"),
-        format!("[[body]]\nid = 401\nkind = \"{evil}\"\n"),
-        format!("[[body]]\nid = 401\n[body.sources]\nradii = \"{evil}\"\n"),
-        format!("[[ring]]\nbody = \"Mars\"\nname = \"{evil}\"\n"),
-        format!("[[moment]]\nname = \"{evil}\"\n"),
+        format!("[[body]]\nid = 401\n\"{control_sequence}\" = 1\n"),
+        format!("[[body]]\nid = 401\nname = \"{control_sequence}\"\n"),
+        format!("[[body]]\nid = 401\naliases = [\"{control_sequence}\"]\n"),
+        format!("[[body]]\nid = 401\nparent = \"{control_sequence}\"\n"),
+        format!("[[body]]\nid = 401\nkind = \"{control_sequence}\"\n"),
+        format!("[[body]]\nid = 401\n[body.sources]\nradii = \"{control_sequence}\"\n"),
+        format!("[[ring]]\nbody = \"Mars\"\nname = \"{control_sequence}\"\n"),
+        format!("[[moment]]\nname = \"{control_sequence}\"\n"),
         "\u{1b}[2J = 1\n".to_owned(),
     ];
     for (k, text_of_file) in catalogs.iter().enumerate() {
-        let catalog = at(&format!("catalogs-{k}"));
+        let catalog = path_of(&format!("catalogs-{k}"));
         std::fs::create_dir(&catalog).expect("a folder");
         std::fs::write(catalog.join("a.toml"), text_of_file).expect("a file");
-        let out = orrery(&at("cache"), &["explain", "--target", "moon", "--time", "2024-01-01", "--catalogs", path_text(&catalog)]);
+        let out = orrery(&path_of("cache"), &["explain", "--target", "moon", "--time", "2024-01-01", "--catalogs", path_text(&catalog)]);
         let lines = stderr_text(&out);
-        assert!(out.status.code() == Some(1) && !steers(&lines), "{text_of_file}: {lines:?}");
+        assert!(out.status.code() == Some(1) && !has_control_characters(&lines), "{text_of_file}: {lines:?}");
         assert!(lines.lines().all(|l| l.contains("a.toml:")), "{text_of_file}: a line of its own: {lines}");
     }
     for question in [
-        format!("{{\"q\":\"disc-overlap\",\"{evil}\":1}}"),
-        format!("{{\"q\":\"{evil}\"}}"),
-        format!("{{\"q\":\"disc-overlap\",\"k\":1,\"d\":1,\"model\":\"{evil}\"}}"),
-        format!("{{\"q\":\"sunlight\",\"body\":\"{evil}\",\"time\":\"2024-04-08\",\"lat\":0,\"lon\":0}}"),
+        format!("{{\"q\":\"disc-overlap\",\"{control_sequence}\":1}}"),
+        format!("{{\"q\":\"{control_sequence}\"}}"),
+        format!("{{\"q\":\"disc-overlap\",\"k\":1,\"d\":1,\"model\":\"{control_sequence}\"}}"),
+        format!("{{\"q\":\"sunlight\",\"body\":\"{control_sequence}\",\"time\":\"2024-04-08\",\"lat\":0,\"lon\":0}}"),
     ] {
-        assert!(!steers(&error_line(&orrery(&at("cache"), &["probe", &question]), &question)), "{question}");
+        assert!(!has_control_characters(&error_line(&orrery(&path_of("cache"), &["probe", &question]), &question)), "{question}");
     }
-    let camera = at("camera.json");
-    std::fs::write(&camera, format!("{{\"{evil}\":1}}")).expect("a file");
-    assert!(!steers(&error_line(&orrery(&at("cache"), &["explain", "--camera-json", path_text(&camera)]), "camera")));
+    let camera = path_of("camera.json");
+    std::fs::write(&camera, format!("{{\"{control_sequence}\":1}}")).expect("a file");
+    assert!(!has_control_characters(&error_line(&orrery(&path_of("cache"), &["explain", "--camera-json", path_text(&camera)]), "camera")));
     // A line of a shape model, with raw bytes.
-    let (mesh, picture) = (at("mesh"), at("a.png"));
+    let (mesh, picture) = (path_of("mesh"), path_of("a.png"));
     std::fs::create_dir(&mesh).expect("a folder");
     std::fs::write(mesh.join("a.toml"), "[[body]]\nid = 401\nmesh = { file = \"a.obj\" }\n").expect("a file");
     std::fs::write(mesh.join("a.obj"), "v 1 2 \u{1b}[2J\u{7}\r\n").expect("a file");
-    let words = [
+    let args = [
         "render",
         "--target",
         "phobos",
@@ -299,9 +300,9 @@ fn quotations_of_files_in_messages_stay_on_one_line() {
         "--catalogs",
         path_text(&mesh),
     ];
-    let out = orrery(&at("cache"), &words);
+    let out = orrery(&path_of("cache"), &args);
     assert!(
-        stderr_text(&out).lines().count() == 1 && stderr_text(&out).contains("a.obj:1") && !steers(&stderr_text(&out)),
+        stderr_text(&out).lines().count() == 1 && stderr_text(&out).contains("a.obj:1") && !has_control_characters(&stderr_text(&out)),
         "{:?}",
         stderr_text(&out)
     );
@@ -324,16 +325,16 @@ fn meaningless_values_are_refused_by_option_name() {
         (&["--textures", path_text(&none)], "there is no such folder; --textures"),
         (&["--textures", "/dev/null"], "there is no such folder; --textures"),
     ];
-    for (words, named) in cases {
+    for (args, message_part) in cases {
         let view = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", path_text(&picture)];
-        let out = orrery(&cache, &[&view[..], words].concat());
+        let out = orrery(&cache, &[&view[..], args].concat());
         assert!(
-            matches!(out.status.code(), Some(1 | 2)) && stderr_text(&out).contains(named),
-            "{words:?}: {:?} {}",
+            matches!(out.status.code(), Some(1 | 2)) && stderr_text(&out).contains(message_part),
+            "{args:?}: {:?} {}",
             out.status,
             stderr_text(&out)
         );
-        assert!(!picture.exists(), "{words:?}: a picture");
+        assert!(!picture.exists(), "{args:?}: a picture");
     }
     let air = |fields: &str| {
         let species = format!(
@@ -352,9 +353,9 @@ fn meaningless_values_are_refused_by_option_name() {
     std::fs::create_dir_all(cache.join("orrery")).expect("a folder");
     let _ = std::fs::remove_dir_all(cache.join("orrery/shaders"));
     std::fs::write(cache.join("orrery/shaders"), "a file").expect("a file");
-    for words in [["library", "status"], ["library", "verify"]] {
-        let out = orrery(&cache, &words);
-        assert!(out.status.code() == Some(1) && stderr_text(&out).contains("shaders cannot be read"), "{words:?}: {}", stderr_text(&out));
+    for args in [["library", "status"], ["library", "verify"]] {
+        let out = orrery(&cache, &args);
+        assert!(out.status.code() == Some(1) && stderr_text(&out).contains("shaders cannot be read"), "{args:?}: {}", stderr_text(&out));
     }
 }
 
@@ -365,17 +366,17 @@ fn meaningless_values_are_refused_by_option_name() {
 fn no_partial_or_stale_file_is_left_behind() {
     let folder = tempfile::tempdir().expect("a folder");
     let (cache, picture, difference) = (folder.path().join("cache"), folder.path().join("a.png"), folder.path().join("d.png"));
-    let litter = |folder: &Path, name: &str, age_s: u64| {
+    let temporary_file = |folder: &Path, name: &str, age_s: u64| {
         std::fs::create_dir_all(folder).expect("a folder");
         let file = std::fs::File::create(folder.join(name)).expect("a file");
         file.set_modified(std::time::SystemTime::now() - Duration::from_secs(age_s)).expect("a time");
         folder.join(name)
     };
-    let old = litter(folder.path(), ".orrery-writing-aaaaaa", 100_000);
-    let young = litter(folder.path(), ".orrery-writing-bbbbbb", 100);
-    let other = litter(folder.path(), ".tmpcccccc", 100_000);
-    let words = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", path_text(&picture)];
-    assert!(orrery(&cache, &words).status.success());
+    let old = temporary_file(folder.path(), ".orrery-writing-aaaaaa", 100_000);
+    let young = temporary_file(folder.path(), ".orrery-writing-bbbbbb", 100);
+    let other = temporary_file(folder.path(), ".tmpcccccc", 100_000);
+    let args = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", path_text(&picture)];
+    assert!(orrery(&cache, &args).status.success());
     assert!(!old.exists() && young.exists() && other.exists());
     let program = env!("CARGO_BIN_EXE_orrery");
     let mut full = Command::new("sh");

@@ -11,13 +11,13 @@ fn find(folder: &Path, heights: &str, json: bool) -> Output {
     command.args(json.then_some("--json")).output().expect("starts")
 }
 
-fn put(folder: &Path, name: &str, bytes: &[u8]) -> String {
+fn write_file(folder: &Path, name: &str, bytes: &[u8]) -> String {
     let path = folder.join(name);
     std::fs::write(&path, bytes).expect("a file");
     path.to_str().expect("a plain name").to_owned()
 }
 
-fn grey(depth: png::BitDepth, width: u32, height: u32, data: &[u8]) -> Vec<u8> {
+fn grey_png(depth: png::BitDepth, width: u32, height: u32, data: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Grayscale);
@@ -31,11 +31,11 @@ fn grey(depth: png::BitDepth, width: u32, height: u32, data: &[u8]) -> Vec<u8> {
 fn limb_profile_contacts_are_listed_beside_mean_limb_contacts() {
     let folder = tempfile::tempdir().expect("a folder");
     let zero: Vec<u8> = 20_000_u16.to_be_bytes().repeat(72 * 36);
-    let sixteen = put(folder.path(), "sixteen.png", &grey(png::BitDepth::Sixteen, 72, 36, &zero));
-    let eight = put(folder.path(), "eight.png", &grey(png::BitDepth::Eight, 72, 36, &[51; 72 * 36]));
-    put(folder.path(), "ldem.img", &[0; 72 * 36 * 2]);
+    let sixteen = write_file(folder.path(), "sixteen.png", &grey_png(png::BitDepth::Sixteen, 72, 36, &zero));
+    let eight = write_file(folder.path(), "eight.png", &grey_png(png::BitDepth::Eight, 72, 36, &[51; 72 * 36]));
+    write_file(folder.path(), "ldem.img", &[0; 72 * 36 * 2]);
     let label = "^IMAGE = \"LDEM.IMG\"\nLINES = 36\nLINE_SAMPLES = 72\nSAMPLE_TYPE = LSB_INTEGER\nSAMPLE_BITS = 16\nUNIT = METER\nSCALING_FACTOR = 0.5\nOFFSET = 1737400.\n";
-    let label = put(folder.path(), "ldem.lbl", label.as_bytes());
+    let label = write_file(folder.path(), "ldem.lbl", label.as_bytes());
     let image = folder.path().join("ldem.img");
     for heights in [sixteen, format!("{eight},-2,8"), label, image.to_str().expect("a plain name").to_owned()] {
         let out = find(folder.path(), &heights, true);
@@ -43,8 +43,8 @@ fn limb_profile_contacts_are_listed_beside_mean_limb_contacts() {
         let rows: Value = serde_json::from_slice(&out.stdout).expect("JSON");
         let limb = &rows[0]["local"]["limb"];
         for name in ["C1", "C2", "C3", "C4"] {
-            let later = limb["contacts"][name]["later_s"].as_f64().unwrap_or_else(|| panic!("{heights}: {limb}"));
-            assert!(later.abs() < 0.05, "{heights} {name}: {later}");
+            let later_s = limb["contacts"][name]["later_s"].as_f64().unwrap_or_else(|| panic!("{heights}: {limb}"));
+            assert!(later_s.abs() < 0.05, "{heights} {name}: {later_s}");
         }
         assert_eq!(limb["last_bead"], limb["contacts"]["C2"]["time"]);
         assert_eq!(limb["first_bead"], limb["contacts"]["C3"]["time"]);
@@ -62,13 +62,13 @@ fn limb_profile_contacts_are_listed_beside_mean_limb_contacts() {
 #[test]
 fn invalid_height_maps_are_refused_in_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
-    let eight = put(folder.path(), "eight.png", &grey(png::BitDepth::Eight, 8, 4, &[0; 32]));
-    let square = put(folder.path(), "square.png", &grey(png::BitDepth::Eight, 4, 4, &[0; 16]));
-    let text = put(folder.path(), "heights.txt", b"1 2 3");
-    let lonely = put(folder.path(), "lonely.img", &[0; 64]);
-    let climbing = put(folder.path(), "climbing.lbl", b"^IMAGE = \"../x.img\"");
+    let eight = write_file(folder.path(), "eight.png", &grey_png(png::BitDepth::Eight, 8, 4, &[0; 32]));
+    let square = write_file(folder.path(), "square.png", &grey_png(png::BitDepth::Eight, 4, 4, &[0; 16]));
+    let text = write_file(folder.path(), "heights.txt", b"1 2 3");
+    let lonely = write_file(folder.path(), "lonely.img", &[0; 64]);
+    let climbing = write_file(folder.path(), "climbing.lbl", b"^IMAGE = \"../x.img\"");
     let none = folder.path().join("none.png");
-    for (heights, named) in [
+    for (heights, message_part) in [
         (eight.as_str(), "FILE,-9.15,10.76"),
         (&format!("{eight},8,-2"), "below that of white"),
         (&format!("{eight},-900,10"), "row 1, column 1: a height of -900 km"),
@@ -82,7 +82,7 @@ fn invalid_height_maps_are_refused_in_one_line() {
         let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();
         assert_eq!(out.status.code(), Some(1), "{heights}: {stderr_text}");
         assert!(
-            stderr_text.contains(named) && stderr_text.contains("--lunar-heights") && stderr_text.trim_end().lines().count() == 1,
+            stderr_text.contains(message_part) && stderr_text.contains("--lunar-heights") && stderr_text.trim_end().lines().count() == 1,
             "{heights}: {stderr_text}"
         );
     }

@@ -4,25 +4,25 @@
 use serde_json::Value;
 use std::process::{Command, Output};
 
-fn orrery(words: &[&str]) -> Output {
+fn orrery(args: &[&str]) -> Output {
     let cache = std::env::temp_dir().join(format!("orrery-measure-{}", std::process::id()));
     Command::new(env!("CARGO_BIN_EXE_orrery"))
         .env_remove("XDG_RUNTIME_DIR")
-        .args(words)
+        .args(args)
         .args(["--renderer", "software", "--cache"])
         .arg(cache)
         .output()
         .expect("the program starts")
 }
 
-fn text(words: &[&str]) -> String {
-    let out = orrery(words);
-    assert!(out.status.success(), "{words:?}: {}", String::from_utf8_lossy(&out.stderr));
+fn text(args: &[&str]) -> String {
+    let out = orrery(args);
+    assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
     String::from_utf8(out.stdout).expect("text")
 }
 
-fn json(words: &[&str]) -> Value {
-    serde_json::from_str(&text(words)).unwrap_or_else(|e| panic!("{words:?}: {e}"))
+fn json(args: &[&str]) -> Value {
+    serde_json::from_str(&text(args)).unwrap_or_else(|e| panic!("{args:?}: {e}"))
 }
 
 /// All choices in one run, which also draws the plot: in a process of its own, since other tests share the CPU time of this one.
@@ -31,8 +31,8 @@ fn the_defaults_of_every_quality_follow_from_the_rule() {
     let folder = tempfile::tempdir().expect("a folder");
     let (png, svg) = (folder.path().join("trade.png"), folder.path().join("trade.svg"));
     let table = text(&["measure", "--short", "-o", png.to_str().expect("a path"), "-o", svg.to_str().expect("a path")]);
-    let broken: Vec<&str> = table.lines().filter(|l| l.contains("by rule")).collect();
-    assert!(broken.is_empty(), "{}\n{table}", broken.join("\n"));
+    let violations: Vec<&str> = table.lines().filter(|l| l.contains("by rule")).collect();
+    assert!(violations.is_empty(), "{}\n{table}", violations.join("\n"));
     for choice in ["ephemeris", "eclipse", "air", "map-taps", "samples", "resolution", "precision", "stars", "quality"] {
         assert!(table.lines().any(|l| l.starts_with(choice)), "{choice}: {table}");
     }
@@ -40,11 +40,11 @@ fn the_defaults_of_every_quality_follow_from_the_rule() {
     let series = table.lines().find(|l| l.trim_start().starts_with("series")).expect("the series");
     assert!(series.contains("dominated"), "{series}");
     let plot = image::open(&png).expect("a picture").to_rgb8();
-    let inked = plot.pixels().filter(|p| p.0.iter().any(|v| *v < 128)).count();
-    assert!(plot.width() > 1000 && inked > 5000, "{inked} dark pixels");
-    let drawn = std::fs::read_to_string(&svg).expect("a plot");
+    let dark_pixels = plot.pixels().filter(|p| p.0.iter().any(|v| *v < 128)).count();
+    assert!(plot.width() > 1000 && dark_pixels > 5000, "{dark_pixels} dark pixels");
+    let svg_text = std::fs::read_to_string(&svg).expect("a plot");
     for name in ["ephemeris [arcsec]", "air [% of light]", "map-taps [255ths]", "time ratio", "pixel-8"] {
-        assert!(drawn.contains(name), "{name} is not in the plot");
+        assert!(svg_text.contains(name), "{name} is not in the plot");
     }
 }
 
@@ -69,23 +69,23 @@ fn measure_prints_the_fields_of_the_contract() {
 fn one_view_gets_its_sufficient_quality() {
     let view = ["measure", "--short", "--body", "moon", "--time", "2024-04-23T23:49:00Z", "--size", "48x48"];
     let answer = json(&[&view[..], &["--json"]].concat());
-    let enough = answer["enough"].as_str().expect("a quality");
+    let sufficient = answer["enough"].as_str().expect("a quality");
     let rows = answer["choices"].as_array().expect("choices");
     let error = |name: &str| rows.iter().find(|r| r["option"] == name).expect(name)["error"].as_f64().expect("a number");
-    assert!(error(enough) <= 1.0 && error("reference") == 0.0, "{answer}");
-    assert!(["draft", "standard", "reference"].into_iter().take_while(|q| *q != enough).all(|q| error(q) > 1.0), "{answer}");
-    assert!(text(&view).contains(&format!("{enough} is enough")));
-    for (words, about) in [
+    assert!(error(sufficient) <= 1.0 && error("reference") == 0.0, "{answer}");
+    assert!(["draft", "standard", "reference"].into_iter().take_while(|q| *q != sufficient).all(|q| error(q) > 1.0), "{answer}");
+    assert!(text(&view).contains(&format!("{sufficient} is enough")));
+    for (args, message_part) in [
         (&["measure", "--short", "--choice", "speed"][..], "--choice speed"),
         (&["measure", "-o", "trade.gif"], ".png or .svg"),
         (&["measure", "--body", "vulcan", "--time", "now"], "vulcan"),
         (&["stability", "--sweep", "nothing"], "--sweep nothing"),
     ] {
-        let out = orrery(words);
+        let out = orrery(args);
         let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();
         assert!(
-            out.status.code() == Some(1) && stderr_text.contains(about) && stderr_text.lines().count() == 1,
-            "{words:?}: {stderr_text}"
+            out.status.code() == Some(1) && stderr_text.contains(message_part) && stderr_text.lines().count() == 1,
+            "{args:?}: {stderr_text}"
         );
     }
 }

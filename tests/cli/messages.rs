@@ -8,10 +8,10 @@ use std::sync::LazyLock;
 static CACHE: LazyLock<PathBuf> = LazyLock::new(|| std::env::temp_dir().join(format!("orrery-messages-{}", std::process::id())));
 
 /// No display: the window cannot open, which is reported and ends the program.
-fn orrery(words: &[&str]) -> Output {
+fn orrery(args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env("COLUMNS", "200");
-    command.args(["--renderer", "software", "--cache", CACHE.to_str().expect("a plain name")]).args(words).output().expect("starts")
+    command.args(["--renderer", "software", "--cache", CACHE.to_str().expect("a plain name")]).args(args).output().expect("starts")
 }
 
 fn stderr_text(out: &Output) -> String {
@@ -57,7 +57,7 @@ fn hostile() -> [String; 3] {
 fn errors_are_short_and_have_no_control_characters() {
     let view = ["target", "from", "distance-radii", "at", "camera-json", "time", "fov", "up", "size", "exposure", "tone-map", "effects"];
     let mut cases: Vec<Vec<String>> = Vec::new();
-    let owned = |words: &[&str]| words.iter().map(|w| (*w).to_owned()).collect::<Vec<_>>();
+    let owned = |args: &[&str]| args.iter().map(|w| (*w).to_owned()).collect::<Vec<_>>();
     for value in hostile() {
         for option in view.iter().chain(&["layers", "pixels"]) {
             let target: &[&str] = if *option == "target" { &["explain"] } else { &["explain", "--target", "earth"] };
@@ -91,18 +91,18 @@ fn errors_are_short_and_have_no_control_characters() {
             cases.push([owned(before), vec![value.clone()]].concat());
         }
     }
-    for words in cases {
-        let words: Vec<&str> = words.iter().map(String::as_str).collect();
-        let (out, short) = (orrery(&words), words.iter().map(|w| w.chars().take(20).collect::<String>()).collect::<Vec<_>>());
+    for args in cases {
+        let args: Vec<&str> = args.iter().map(String::as_str).collect();
+        let (out, short_args) = (orrery(&args), args.iter().map(|w| w.chars().take(20).collect::<String>()).collect::<Vec<_>>());
         let line = stderr_text(&out);
         let code = out.status.code();
-        assert!(code == Some(1) || code == Some(2), "{short:?}: {code:?}, {line}");
+        assert!(code == Some(1) || code == Some(2), "{short_args:?}: {code:?}, {line}");
         // The error of the link, and then that there is no display.
-        let lines = if words[0] == "view" { 2 } else { 1 };
-        assert!(code == Some(2) || line.trim().lines().count() <= lines, "{short:?}: {line}");
-        assert!(line.matches('☃').count() <= 200, "{short:?} is echoed {} times", line.matches('☃').count());
-        assert!(!line.chars().any(|c| (c.is_control() && c != '\n') || c == '\u{202e}'), "{short:?}: {line:?}");
-        assert!(!line.contains("panicked") && out.stdout.is_empty(), "{short:?}: {line}");
+        let lines = if args[0] == "view" { 2 } else { 1 };
+        assert!(code == Some(2) || line.trim().lines().count() <= lines, "{short_args:?}: {line}");
+        assert!(line.matches('☃').count() <= 200, "{short_args:?} is echoed {} times", line.matches('☃').count());
+        assert!(!line.chars().any(|c| (c.is_control() && c != '\n') || c == '\u{202e}'), "{short_args:?}: {line:?}");
+        assert!(!line.contains("panicked") && out.stdout.is_empty(), "{short_args:?}: {line}");
     }
 }
 
@@ -144,7 +144,7 @@ fn invalid_json_lines_get_short_errors_in_order() {
 
 #[test]
 fn similar_names_are_suggested_everywhere() {
-    for (words, meant) in [
+    for (args, suggestion) in [
         (&["explain", "--target", "marz"][..], "`Mars`"),
         (&["explain", "--target", "mars", "--from", "erth"], "`Earth`"),
         (&["explain", "--target", "Jupitr"], "`Jupiter`"),
@@ -171,18 +171,18 @@ fn similar_names_are_suggested_everywhere() {
         (&["--targte", "mars"], "'--target'"),
     ] {
         // Without a window the arguments of a view are not read.
-        if words == ["--target", "marz"] && !cfg!(feature = "view") {
+        if args == ["--target", "marz"] && !cfg!(feature = "view") {
             continue;
         }
-        let out = orrery(words);
-        assert!(!out.status.success() && stderr_text(&out).contains(meant), "{words:?}: {}", stderr_text(&out));
+        let out = orrery(args);
+        assert!(!out.status.success() && stderr_text(&out).contains(suggestion), "{args:?}: {}", stderr_text(&out));
     }
 }
 
 /// The dates in a message are the first and last ones that work.
 #[test]
 fn the_range_that_a_message_names_is_the_range_that_works() {
-    let at = |body: &str, time: &str, source: &[&str]| {
+    let state_at = |body: &str, time: &str, source: &[&str]| {
         orrery(&[&["ephemeris", "--body", body, "--center", "solar system barycenter", "--time", time, "--json"], source].concat())
     };
     let julian_day = |day: &str| orrery::time::Instant::parse(day).unwrap_or_else(|e| panic!("{e}")).jd_tdb();
@@ -201,12 +201,13 @@ fn the_range_that_a_message_names_is_the_range_that_works() {
     for (body, source) in all {
         let mut spans = BTreeSet::new();
         for time in ["-9000-01-01", "9000-01-01T12:00:00Z"] {
-            let out = at(body, time, source);
+            let out = state_at(body, time, source);
             let line = stderr_text(&out);
             assert!(out.status.code() == Some(1) && line.contains(time.split('T').next().expect("a day")), "{body} {source:?}: {line}");
             assert!(!line.contains("jd_tdb"), "{line}");
-            let words: Vec<&str> = line.split([' ', ',']).collect();
-            let after = |word: &str| words.iter().position(|w| *w == word).and_then(|at| words.get(at + 1)).expect("a range").to_string();
+            let line_words: Vec<&str> = line.split([' ', ',']).collect();
+            let after =
+                |word: &str| line_words.iter().position(|w| *w == word).and_then(|k| line_words.get(k + 1)).expect("a range").to_string();
             spans.insert((after("from"), after("to")));
         }
         let (first, last) = spans.first().cloned().expect("a span");
@@ -214,7 +215,7 @@ fn the_range_that_a_message_names_is_the_range_that_works() {
         // A message names whole days within the range. The range of a chain of bodies is its intersection.
         for (day, outward) in [(&first, -1.0), (&last, 1.0)] {
             let jd = |days: f64| format!("jd_tdb:{}", julian_day(day) + days);
-            let (inside, outside) = (at(body, &jd(-3.0 * outward), source), at(body, &jd(3.0 * outward), source));
+            let (inside, outside) = (state_at(body, &jd(-3.0 * outward), source), state_at(body, &jd(3.0 * outward), source));
             assert!(inside.status.success(), "{body} {source:?} 3 days within {day}: {}", stderr_text(&inside));
             assert!(!outside.status.success(), "{body} {source:?} 3 days beyond {day} works");
         }
@@ -245,7 +246,7 @@ fn a_distance_beyond_all_sources_names_its_limit() {
 fn camera_file_errors_have_a_line_and_plain_words() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("camera.json");
-    for (camera, line_of, about) in [
+    for (camera, line_of, message_part) in [
         ("[]", 1, "expected an object {\"position\""),
         ("3", 1, "expected an object {\"position\""),
         ("\n\n\"a\"", 3, "expected an object {\"position\""),
@@ -262,14 +263,14 @@ fn camera_file_errors_have_a_line_and_plain_words() {
         let out = orrery(&["explain", "--camera-json", path_text(&file)]);
         let line = stderr_text(&out);
         assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{camera:?}: {line}");
-        assert!(line.contains(&format!("camera.json:{line_of}:")) && line.contains(about), "{camera:?}: {line}");
+        assert!(line.contains(&format!("camera.json:{line_of}:")) && line.contains(message_part), "{camera:?}: {line}");
         assert!(!line.contains("struct ") && !line.contains("sequence") && !line.contains("f64"), "{camera:?}: {line}");
     }
 }
 
 #[test]
 fn arguments_without_a_verb_belong_to_view() {
-    for (words, code, about) in [
+    for (args, code, message_part) in [
         // There is no display, so the arguments were valid.
         (&["--target", "saturn", "--time", "2024-04-08"][..], 1, ""),
         (&["--time", "2024-04-08"], 1, ""),
@@ -280,10 +281,10 @@ fn arguments_without_a_verb_belong_to_view() {
         (&["--frames", "3"], 2, "--frames"),
         (&["--target", "mars", "render"], 2, "--target"),
     ] {
-        let out = orrery(words);
+        let out = orrery(args);
         assert!(
-            out.status.code() == Some(code) && stderr_text(&out).contains(about),
-            "{words:?}: {:?} {}",
+            out.status.code() == Some(code) && stderr_text(&out).contains(message_part),
+            "{args:?}: {:?} {}",
             out.status.code(),
             stderr_text(&out)
         );
@@ -301,16 +302,16 @@ fn completions_and_manual_pages_cover_every_verb_and_option() {
         let missing: Vec<_> = verbs.iter().filter(|v| !script.contains(v.as_str())).collect();
         assert!(out.status.success() && missing.is_empty() && script.contains("distance-radii"), "{shell}: {missing:?}");
     }
-    let page = |words: &[&str]| String::from_utf8_lossy(&orrery(words).stdout).replace("\\-", "-");
+    let page = |args: &[&str]| String::from_utf8_lossy(&orrery(args).stdout).replace("\\-", "-");
     let main = page(&["man"]);
     assert!(main.contains(".TH") && verbs.iter().all(|v| main.contains(v.as_str())), "{main}");
     for verb in &verbs {
         let help = String::from_utf8_lossy(&orrery(&[verb, "--help"]).stdout).into_owned();
-        let of_verb = page(&["man", verb]);
+        let verb_page = page(&["man", verb]);
         let options =
             help.lines().filter_map(|l| l.trim_start().strip_prefix("--")).map(|l| l.split([' ', '.']).next().unwrap_or(l).to_owned());
         for option in options.filter(|o| !o.is_empty()) {
-            assert!(of_verb.contains(&format!("--{option}")), "man {verb} lacks --{option}");
+            assert!(verb_page.contains(&format!("--{option}")), "man {verb} lacks --{option}");
         }
     }
 }
@@ -319,32 +320,32 @@ fn completions_and_manual_pages_cover_every_verb_and_option() {
 fn exported_fragments_override_the_built_in_ones() {
     let folder = tempfile::tempdir().expect("a folder");
     let shaders = folder.path().join("shaders");
-    let at = |name: &str| shaders.join(name);
+    let fragment = |name: &str| shaders.join(name);
     let key = "lambert.sun1.sphere";
     let built_in = orrery(&["shader", "emit", key]).stdout;
     let out = orrery(&["shader", "export", path_text(&shaders)]);
     assert!(out.status.success(), "{}", stderr_text(&out));
     for (name, source) in orrery::shader::fragments::FRAGMENTS.iter() {
-        assert_eq!(std::fs::read_to_string(at(name)).expect("written"), **source, "{name}");
+        assert_eq!(std::fs::read_to_string(fragment(name)).expect("written"), **source, "{name}");
     }
     let emit = |more: &[&str]| orrery(&[&["shader", "emit", key, "--shaders", path_text(&shaders)], more].concat());
-    assert_eq!(emit(&[]).stdout, built_in, "what is unchanged changes nothing");
-    let edited = std::fs::read_to_string(at("lib/photometry/lambert.wesl")).expect("there") + "\n// a line of my own\n";
-    std::fs::write(at("lib/photometry/lambert.wesl"), &edited).expect("written");
+    assert_eq!(emit(&[]).stdout, built_in, "exported fragments without changes give the same module");
+    let edited = std::fs::read_to_string(fragment("lib/photometry/lambert.wesl")).expect("there") + "\n// a line of my own\n";
+    std::fs::write(fragment("lib/photometry/lambert.wesl"), &edited).expect("written");
     assert!(String::from_utf8_lossy(&emit(&[]).stdout).contains("a line of my own"));
     // Another export does not overwrite an edited file.
     let out = orrery(&["shader", "export", path_text(&shaders)]);
     assert!(out.status.code() == Some(1) && stderr_text(&out).contains("lambert.wesl"), "{}", stderr_text(&out));
-    assert_eq!(std::fs::read_to_string(at("lib/photometry/lambert.wesl")).expect("there"), edited);
+    assert_eq!(std::fs::read_to_string(fragment("lib/photometry/lambert.wesl")).expect("there"), edited);
     // A new file is used if a fragment imports it, and reported otherwise, by every verb.
-    std::fs::write(at("lib/mine.wesl"), "const MINE = 1.0;\n").expect("written");
-    let strange = emit(&[]);
-    assert!(strange.status.code() == Some(1) && stderr_text(&strange).contains("lib/mine.wesl"), "{}", stderr_text(&strange));
-    std::fs::write(at("lib/photometry/lambert.wesl"), format!("import package::lib::mine::MINE;\n{edited}")).expect("written");
+    std::fs::write(fragment("lib/mine.wesl"), "const MINE = 1.0;\n").expect("written");
+    let unused_file = emit(&[]);
+    assert!(unused_file.status.code() == Some(1) && stderr_text(&unused_file).contains("lib/mine.wesl"), "{}", stderr_text(&unused_file));
+    std::fs::write(fragment("lib/photometry/lambert.wesl"), format!("import package::lib::mine::MINE;\n{edited}")).expect("written");
     assert!(emit(&[]).status.success(), "{}", stderr_text(&emit(&[])));
-    std::fs::rename(at("lib/mine.wesl"), at("lib/photometry/lambrt.wesl")).expect("renamed");
-    std::fs::write(at("lib/photometry/lambert.wesl"), &edited).expect("written");
-    for words in [
+    std::fs::rename(fragment("lib/mine.wesl"), fragment("lib/photometry/lambrt.wesl")).expect("renamed");
+    std::fs::write(fragment("lib/photometry/lambert.wesl"), &edited).expect("written");
+    for args in [
         &["explain", "--target", "moon", "--time", "2024-04-08"][..],
         &["render", "--target", "moon", "--size", "8x8", "-o", "/nowhere/x.png"],
         &["probe", r#"{"q":"disc-overlap","k":1,"d":1}"#],
@@ -356,19 +357,19 @@ fn exported_fragments_override_the_built_in_ones() {
         &["view"],
         &["--target", "moon"],
     ] {
-        if (words == ["view"] || words == ["--target", "moon"]) && !cfg!(feature = "view") {
+        if (args == ["view"] || args == ["--target", "moon"]) && !cfg!(feature = "view") {
             continue;
         }
-        let out = orrery(&[words, &["--shaders", path_text(&shaders)]].concat());
+        let out = orrery(&[args, &["--shaders", path_text(&shaders)]].concat());
         let line = stderr_text(&out);
-        assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{words:?}: {line}");
-        assert!(line.contains("lambrt.wesl") && line.contains("`lib/photometry/lambert.wesl`"), "{words:?}: {line}");
+        assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{args:?}: {line}");
+        assert!(line.contains("lambrt.wesl") && line.contains("`lib/photometry/lambert.wesl`"), "{args:?}: {line}");
     }
     let empty = folder.path().join("empty");
     std::fs::create_dir(&empty).expect("made");
-    for (folder, about) in [(empty, "no *.wesl"), (folder.path().join("none"), "none")] {
+    for (folder, message_part) in [(empty, "no *.wesl"), (folder.path().join("none"), "none")] {
         let out = orrery(&["shader", "emit", key, "--shaders", path_text(&folder)]);
-        assert!(out.status.code() == Some(1) && stderr_text(&out).contains(about), "{}", stderr_text(&out));
+        assert!(out.status.code() == Some(1) && stderr_text(&out).contains(message_part), "{}", stderr_text(&out));
     }
 }
 
@@ -390,8 +391,8 @@ fn edited_fragments_change_the_picture() {
         image::open(path).expect("a picture").into_rgb8().into_raw()
     };
     let brightest = |picture: Vec<u8>| picture.into_iter().max().unwrap_or(0);
-    let (plain, darker) = (brightest(draw("a.png", &[])), brightest(draw("b.png", &["--shaders", path_text(&shaders)])));
-    assert!(plain > 150 && darker < 140, "{plain} of 255 and {darker}");
+    let (built_in, darker) = (brightest(draw("a.png", &[])), brightest(draw("b.png", &["--shaders", path_text(&shaders)])));
+    assert!(built_in > 150 && darker < 140, "{built_in} of 255 and {darker}");
 }
 
 /// Bodies that load must have a position: one without any source at any time is reported with file, line and field.
@@ -433,7 +434,7 @@ fn a_body_without_a_position_source_is_refused_at_load() {
             Some((7, "Nereid.rotation")),
         ),
     ];
-    for (catalog, wrong) in cases {
+    for (catalog, expected_fault) in cases {
         std::fs::write(&file, &catalog).expect("written");
         let verbs: [&[&str]; 4] = [
             &["explain", "--target", "earth", "--time", "2024-04-08"],
@@ -444,15 +445,18 @@ fn a_body_without_a_position_source_is_refused_at_load() {
         for verb in verbs {
             let out = orrery(&[verb, &["--catalogs", path_text(folder.path())]].concat());
             let line = stderr_text(&out);
-            match wrong {
+            match expected_fault {
                 None => assert!(out.status.success(), "{catalog}: {line}"),
-                Some((at, field)) => {
-                    assert!(out.status.code() == Some(1) && line.contains(&format!("mine.toml:{at}: {field}")), "{catalog}: {line}");
+                Some((fault_line, field)) => {
+                    assert!(
+                        out.status.code() == Some(1) && line.contains(&format!("mine.toml:{fault_line}: {field}")),
+                        "{catalog}: {line}"
+                    );
                     assert!(line.contains("write") || line.contains("leads round"), "{line}");
                 }
             }
         }
-        if wrong.is_none() && catalog.contains("Testa") {
+        if expected_fault.is_none() && catalog.contains("Testa") {
             let out = orrery(&["explain", "--target", "testa", "--time", "2024-04-08", "--catalogs", path_text(folder.path())]);
             assert!(out.status.success(), "what loads can be seen: {}", stderr_text(&out));
         }

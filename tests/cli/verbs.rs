@@ -4,21 +4,21 @@ use serde_json::Value;
 use std::process::{Command, Output};
 
 /// Without XDG_RUNTIME_DIR, as in a container, drivers must stay silent as well.
-fn orrery(words: &[&str]) -> Output {
+fn orrery(args: &[&str]) -> Output {
     let cache = std::env::temp_dir().join(format!("orrery-cli-{}", std::process::id()));
     Command::new(env!("CARGO_BIN_EXE_orrery"))
         .env_remove("XDG_RUNTIME_DIR")
-        .args(words)
+        .args(args)
         .arg("--cache")
         .arg(cache)
         .output()
         .expect("the program starts")
 }
 
-fn json(words: &[&str]) -> Value {
-    let out = orrery(words);
-    assert!(out.status.success(), "{words:?}: {}", String::from_utf8_lossy(&out.stderr));
-    serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{words:?}: {e}"))
+fn json(args: &[&str]) -> Value {
+    let out = orrery(args);
+    assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
+    serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{args:?}: {e}"))
 }
 
 const ECLIPSE: &str = "2024-04-08T18:17:16Z";
@@ -35,18 +35,18 @@ fn every_verb_has_help_and_an_example() {
     }
 }
 
-/// Invented data are reported where they are shown: by `explain` in words and as a field, and in the picture's metadata; measured maps have no such note.
+/// Invented data are reported where they are shown: by `explain` in its text and as a field, and in the picture's metadata; measured maps have no such note.
 #[test]
 fn invented_maps_are_reported() {
     let near = ["--distance-radii", "4", "--time", ECLIPSE];
     let folder = tempfile::tempdir().expect("a folder");
     for (body, invented) in [("callisto", true), ("iapetus", true), ("triton", true), ("phobos", true), ("moon", false), ("europa", false)]
     {
-        let words = [&["explain", "--target", body], &near[..]].concat();
-        let text = String::from_utf8(orrery(&words).stdout).expect("text");
+        let args = [&["explain", "--target", body], &near[..]].concat();
+        let text = String::from_utf8(orrery(&args).stdout).expect("text");
         let line = text.lines().find(|l| l.trim_start().starts_with("+ albedo")).unwrap_or_else(|| panic!("{body}: {text}"));
         assert_eq!(line.contains("the map is invented: "), invented, "{line}");
-        let all = json(&[&words[..], &["--json"]].concat());
+        let all = json(&[&args[..], &["--json"]].concat());
         let explained_body =
             all["bodies"].as_array().expect("bodies").iter().find(|b| b["name"].as_str().is_some_and(|n| n.eq_ignore_ascii_case(body)));
         let list = explained_body.expect("the body")["invented"].as_array().expect("a list").len();
@@ -55,21 +55,21 @@ fn invented_maps_are_reported() {
         let out = orrery(&[&["render", "--target", body, "--size", "32x32", "-o", file.to_str().expect("a path")], &near[..]].concat());
         assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
         let bytes = std::fs::read(&file).expect("a picture");
-        let words = format!("invented: {body}.jpg");
-        assert_eq!(bytes.windows(words.len()).any(|w| w == words.as_bytes()), invented, "{body}");
+        let note = format!("invented: {body}.jpg");
+        assert_eq!(bytes.windows(note.len()).any(|w| w == note.as_bytes()), invented, "{body}");
     }
     // Too small to show a map: nothing invented is visible.
-    let far = json(&["explain", "--target", "callisto", "--from", "earth", "--fov", "20", "--time", ECLIPSE, "--json"]);
-    let callisto = far["bodies"].as_array().expect("bodies").iter().find(|b| b["name"] == "Callisto").expect("Callisto");
+    let from_far = json(&["explain", "--target", "callisto", "--from", "earth", "--fov", "20", "--time", ECLIPSE, "--json"]);
+    let callisto = from_far["bodies"].as_array().expect("bodies").iter().find(|b| b["name"] == "Callisto").expect("Callisto");
     assert_eq!(callisto["invented"].as_array().map(Vec::len), Some(0));
 }
 
 #[test]
 fn usage_errors_exit_with_2_and_failures_with_1_and_one_line() {
-    for words in [&["paint"][..], &["render", "--sise", "3"], &["shader", "emit"], &["shader", "emit", "phong.sun1.sphere"]] {
-        assert_eq!(orrery(words).status.code(), Some(2), "{words:?}");
+    for args in [&["paint"][..], &["render", "--sise", "3"], &["shader", "emit"], &["shader", "emit", "phong.sun1.sphere"]] {
+        assert_eq!(orrery(args).status.code(), Some(2), "{args:?}");
     }
-    for (words, about) in [
+    for (args, message_part) in [
         (&["render", "--target", "nibiru", "-o", "/dev/null/x.png"][..], "nibiru"),
         (&["render", "--target", "earth", "--size", "0x9", "-o", "x.png"], "0"),
         (&["render", "--target", "earth", "--time", "someday", "-o", "x.png"], "someday"),
@@ -80,11 +80,11 @@ fn usage_errors_exit_with_2_and_failures_with_1_and_one_line() {
         (&["explain", "--target", "earth", "--kernel", "/nowhere.bsp"], "/nowhere.bsp"),
         (&["explain", "--target", "earth", "--catalogs", "/nowhere"], "/nowhere"),
     ] {
-        let out = orrery(words);
+        let out = orrery(args);
         let stderr_text = String::from_utf8_lossy(&out.stderr);
-        assert_eq!(out.status.code(), Some(1), "{words:?}: {stderr_text}");
-        assert!(stderr_text.trim().lines().count() == 1 && stderr_text.contains(about), "{words:?}: {stderr_text}");
-        assert!(out.stdout.is_empty(), "{words:?} printed a result");
+        assert_eq!(out.status.code(), Some(1), "{args:?}: {stderr_text}");
+        assert!(stderr_text.trim().lines().count() == 1 && stderr_text.contains(message_part), "{args:?}: {stderr_text}");
+        assert!(out.stdout.is_empty(), "{args:?} printed a result");
     }
 }
 
@@ -93,8 +93,8 @@ fn the_same_command_writes_the_same_bytes() {
     let folder = tempfile::tempdir().expect("a folder");
     let draw = |target: &str, name: &str| {
         let path = folder.path().join(name);
-        let words = ["render", "--target", target, "--time", ECLIPSE, "--size", "96x64", "-o"];
-        let out = orrery(&[&words[..], &[path.to_str().expect("a path")]].concat());
+        let args = ["render", "--target", target, "--time", ECLIPSE, "--size", "96x64", "-o"];
+        let out = orrery(&[&args[..], &[path.to_str().expect("a path")]].concat());
         assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
         std::fs::read(path).expect("written")
     };
@@ -110,15 +110,15 @@ fn the_reference_quality_draws_the_standard_picture() {
     let folder = tempfile::tempdir().expect("a folder");
     let draw = |quality: &str| {
         let path = folder.path().join(format!("{quality}.png"));
-        let words = ["render", "--target", "mars", "--time", ECLIPSE, "--size", "96x96", "--quality", quality, "-o"];
-        let out = orrery(&[&words[..], &[path.to_str().expect("a path")]].concat());
+        let args = ["render", "--target", "mars", "--time", ECLIPSE, "--size", "96x96", "--quality", quality, "-o"];
+        let out = orrery(&[&args[..], &[path.to_str().expect("a path")]].concat());
         assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
         image::open(path).expect("a picture").into_rgb8().into_raw()
     };
     let (standard, reference) = (draw("standard"), draw("reference"));
-    let far = standard.iter().zip(&reference).filter(|(a, b)| a.abs_diff(**b) > 12).count();
+    let different = standard.iter().zip(&reference).filter(|(a, b)| a.abs_diff(**b) > 12).count();
     let mean = standard.iter().zip(&reference).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / standard.len() as f64;
-    assert!(far < 20 && mean < 0.3, "{far} values differ by more than 12 of 255, {mean} in the mean");
+    assert!(different < 20 && mean < 0.3, "{different} values differ by more than 12 of 255, {mean} in the mean");
     assert!(standard.iter().any(|v| *v > 60), "the picture is not black");
 }
 
@@ -175,19 +175,19 @@ fn compare_reports_differences_and_refuses_other_sizes() {
     assert!((d["psnr_db"].as_f64().expect("psnr") - 10.0 * (255.0_f64 * 255.0 / 4.0).log10()).abs() < 1e-9, "{d}");
     let shown = image::open(path("d.png")).expect("a picture").into_rgb8();
     assert!(shown.get_pixel(0, 0).0 == [255; 3] && shown.get_pixel(5, 5).0 == [0; 3]);
-    let status = |words: &[&str]| orrery(&[&["compare"], words].concat());
+    let status = |args: &[&str]| orrery(&[&["compare"], args].concat());
     assert_eq!(status(&[&path("a.png"), &path("b.png"), "--tolerance", "20"]).status.code(), Some(0));
-    for (words, about) in [
+    for (args, message_part) in [
         (&[&*path("a.png"), &*path("b.png"), "--tolerance", "19"][..], "20 levels"),
         (&[&path("a.png"), &path("wide.png")], "10x10 and 11x10"),
         (&[&path("a.png"), &path("none.png")], "none.png"),
         (&[&path("a.png"), &path("b.png"), "--tolerance", "-1"], "--tolerance -1"),
     ] {
-        let out = status(words);
+        let out = status(args);
         let stderr_text = String::from_utf8_lossy(&out.stderr);
         assert!(
-            out.status.code() == Some(1) && stderr_text.trim().lines().count() == 1 && stderr_text.contains(about),
-            "{words:?}: {stderr_text}"
+            out.status.code() == Some(1) && stderr_text.trim().lines().count() == 1 && stderr_text.contains(message_part),
+            "{args:?}: {stderr_text}"
         );
     }
 }
@@ -198,21 +198,23 @@ fn a_missing_renderer_is_refused_with_one_line() {
     let png = out_file.path().join("x.png");
     let png = png.to_str().expect("a path");
     // No driver of any kind, as on a machine without one.
-    let none = [("VK_DRIVER_FILES", "/nonexistent"), ("VK_ICD_FILENAMES", "/nonexistent"), ("__EGL_VENDOR_LIBRARY_DIRS", "/nonexistent")];
-    let bare = |words: &[&str]| Command::new(env!("CARGO_BIN_EXE_orrery")).args(words).envs(none).output().expect("the program starts");
+    let no_drivers =
+        [("VK_DRIVER_FILES", "/nonexistent"), ("VK_ICD_FILENAMES", "/nonexistent"), ("__EGL_VENDOR_LIBRARY_DIRS", "/nonexistent")];
+    let without_drivers =
+        |args: &[&str]| Command::new(env!("CARGO_BIN_EXE_orrery")).args(args).envs(no_drivers).output().expect("the program starts");
     let render = ["render", "--target", "moon", "--size", "16x16", "-o", png];
-    for words in [
+    for args in [
         &[&render[..], &["--renderer", "gpu"]].concat()[..],
         &["bench", "--scene", "whole-system", "--renderer", "gpu", "--size", "16x16", "--frames", "1"],
     ] {
-        let out = bare(words);
+        let out = without_drivers(args);
         let stderr_text = String::from_utf8_lossy(&out.stderr);
-        assert!(out.status.code() == Some(1) && stderr_text.trim().lines().count() == 1, "{words:?}: {stderr_text}");
-        assert!(stderr_text.contains("--renderer software"), "{words:?}: {stderr_text}");
+        assert!(out.status.code() == Some(1) && stderr_text.trim().lines().count() == 1, "{args:?}: {stderr_text}");
+        assert!(stderr_text.contains("--renderer software"), "{args:?}: {stderr_text}");
         assert!(!std::path::Path::new(png).exists(), "nothing is written");
     }
     // By default the program draws in software and reports it once.
-    let out = bare(&render);
+    let out = without_drivers(&render);
     let stderr_text = String::from_utf8_lossy(&out.stderr);
     assert!(out.status.success() && std::path::Path::new(png).exists(), "{stderr_text}");
     let expected = if cfg!(feature = "gpu") { 1 } else { 0 };
@@ -227,8 +229,8 @@ fn a_time_report_adds_up() {
     let folder = tempfile::tempdir().expect("a folder");
     let picture = folder.path().join("moon.png");
     let start = std::time::Instant::now();
-    let words = ["render", "--target", "moon", "--time", ECLIPSE, "--size", "32x32", "--renderer", "software", "--time-report", "-o"];
-    let report = json(&[&words[..], &[picture.to_str().expect("a plain name")]].concat());
+    let args = ["render", "--target", "moon", "--time", ECLIPSE, "--size", "32x32", "--renderer", "software", "--time-report", "-o"];
+    let report = json(&[&args[..], &[picture.to_str().expect("a plain name")]].concat());
     let whole_ms = 1e3 * start.elapsed().as_secs_f64();
     let stages = report["stages"].as_object().expect("stages");
     let before_the_frame: f64 =
@@ -248,7 +250,7 @@ fn compare_overwrites_only_with_overwrite() {
         image::RgbImage::from_pixel(4, 4, image::Rgb([level; 3])).save(path(name)).expect("saved");
     }
     let compare = |more: &[&str]| orrery(&[&["compare", &*path("a.png"), &*path("b.png"), "-o", &*path("d.png")], more].concat());
-    assert!(compare(&[]).status.success() && compare(&[]).status.success(), "the same bytes once more are no harm");
+    assert!(compare(&[]).status.success() && compare(&[]).status.success(), "an existing file with the same bytes is accepted");
     let difference = std::fs::read(path("d.png")).expect("a picture");
     std::fs::write(path("d.png"), "mine").expect("a file");
     let refused = compare(&[]);
@@ -278,7 +280,7 @@ fn closed_streams_end_every_verb_quietly() {
     };
     let (a, b, cache) = (path("a.png"), path("b.png"), path("cache"));
     let render = ["render", "--target", "moon", "--time", ECLIPSE, "--size", "16x16", "--renderer", "software"];
-    let good: &[&[&str]] = &[
+    let successful: &[&[&str]] = &[
         &["--help"],
         &["doctor", "--renderer", "software"],
         &["library", "status"],
@@ -295,31 +297,31 @@ fn closed_streams_end_every_verb_quietly() {
         &[&render[..], &["--time-report", "-o", &b]].concat(),
         &[&render[..], &["--frames", "3", "-o", "-"]].concat(),
     ];
-    let bad: &[&[&str]] = &[&["compare", &a, "none.png"], &["man", "nothing"], &["shader", "emit", "nothing"], &["--nothing"]];
-    let run = |words: &[&str], out: Stdio, err: Stdio| {
+    let failing: &[&[&str]] = &[&["compare", &a, "none.png"], &["man", "nothing"], &["shader", "emit", "nothing"], &["--nothing"]];
+    let run = |args: &[&str], out: Stdio, err: Stdio| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
-        command.args(words).env("XDG_CACHE_HOME", &cache).stdin(Stdio::null()).stdout(out).stderr(err);
+        command.args(args).env("XDG_CACHE_HOME", &cache).stdin(Stdio::null()).stdout(out).stderr(err);
         command.spawn().and_then(|child| child.wait_with_output()).expect("the program runs")
     };
-    for words in good {
-        let done = run(words, closed(), Stdio::piped());
+    for args in successful {
+        let done = run(args, closed(), Stdio::piped());
         let stderr_text = String::from_utf8_lossy(&done.stderr);
-        assert!(done.status.success() && stderr_text.is_empty(), "{words:?}: {:?}, {stderr_text}", done.status);
+        assert!(done.status.success() && stderr_text.is_empty(), "{args:?}: {:?}, {stderr_text}", done.status);
         // Closed standard error does not change the result.
-        assert!(run(words, Stdio::null(), closed()).status.success(), "{words:?}");
+        assert!(run(args, Stdio::null(), closed()).status.success(), "{args:?}");
     }
-    for words in bad {
-        let code = run(words, closed(), closed()).status.code();
-        assert!(matches!(code, Some(1 | 2)), "{words:?}: {code:?}");
+    for args in failing {
+        let code = run(args, closed(), closed()).status.code();
+        assert!(matches!(code, Some(1 | 2)), "{args:?}: {code:?}");
     }
     // A full device is a failure, and reported.
-    for words in [&["man"][..], &["--help"], &["--version"], &["render", "--help"], &["help", "render"]] {
+    for args in [&["man"][..], &["--help"], &["--version"], &["render", "--help"], &["help", "render"]] {
         let Ok(full) = std::fs::File::options().write(true).open("/dev/full") else { continue };
-        let done = run(words, full.into(), Stdio::piped());
+        let done = run(args, full.into(), Stdio::piped());
         let stderr_text = String::from_utf8_lossy(&done.stderr);
         assert!(
             done.status.code() == Some(1) && stderr_text.trim().lines().count() == 1 && stderr_text.contains("standard output"),
-            "{words:?}: {stderr_text}"
+            "{args:?}: {stderr_text}"
         );
     }
 }

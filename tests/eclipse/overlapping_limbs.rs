@@ -21,26 +21,26 @@ static UNOBSTRUCTED: LazyLock<Session> = LazyLock::new(|| {
     let folder = std::env::temp_dir().join(format!("orrery-limbs-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");
     let shrunk = |(id, name): &(i32, &str)| format!("[[body]]\nid = {id}\nname = \"{name}\"\nradii_km = [0.001, 0.001, 0.001]\n");
-    std::fs::write(folder.join("small.toml"), HIDERS.iter().map(shrunk).collect::<String>()).expect("written");
+    std::fs::write(folder.join("small.toml"), OCCLUDERS.iter().map(shrunk).collect::<String>()).expect("written");
     session_over(&folder).0
 });
 
-const HIDERS: [(i32, &str); 4] = [(301, "Moon"), (501, "Io"), (499, "Mars"), (299, "Venus")];
+const OCCLUDERS: [(i32, &str); 4] = [(301, "Moon"), (501, "Io"), (499, "Mars"), (299, "Venus")];
 
-/// A camera behind a body whose disc appears `k` times as large as the Sun's, with its centre `d` solar radii from the Sun's. The Sun is in the middle of the picture
-/// with radius `radius_px`.
-fn view_from_behind(body: i32, k: f64, d: f64, turn: f64, radius_px: f64, size: u32) -> ViewRequest {
+/// A camera behind a body whose disc appears `k` times as large as the Sun's, with its centre `d` solar radii from the Sun's at a position angle. The Sun is in
+/// the middle of the picture, with radius `radius_px`.
+fn view_from_behind(body: i32, k: f64, d: f64, position_angle: f64, radius_px: f64, size: u32) -> ViewRequest {
     let time = Instant::parse("2024-04-16T18:00:00Z").expect("a time");
     let id = NaifId(body);
     let to_sun = SESSION.ephemeris().state(NaifId::SUN, id, time, None).expect("the Sun").state.pos_km;
     let [radius_km, sun_km] = [id, NaifId::SUN].map(|id| SESSION.catalog().body(id).expect("a body").radii_km.x);
-    let towards_sun = to_sun.normalize();
+    let sun_direction = to_sun.normalize();
     // Approximately: radius / x = k sun / (x + distance).
     let distance_km = radius_km * to_sun.length() / (k * sun_km - radius_km);
     let sun_angle = sun_km / (to_sun.length() + distance_km);
-    let sideways = towards_sun.any_orthonormal_vector();
-    let sideways = sideways * turn.cos() + towards_sun.cross(sideways) * turn.sin();
-    let offset_km = -towards_sun * distance_km + sideways * (d * sun_angle * distance_km);
+    let sideways = sun_direction.any_orthonormal_vector();
+    let sideways = sideways * position_angle.cos() + sun_direction.cross(sideways) * position_angle.sin();
+    let offset_km = -sun_direction * distance_km + sideways * (d * sun_angle * distance_km);
     let tangent = sun_angle.asin().tan() * f64::from(size) / (2.0 * radius_px);
     ViewRequest {
         target: Some(NaifId::SUN),
@@ -94,10 +94,10 @@ fn the_suns_light_in_a_picture_equals_its_visible_fraction() {
                 let request = view_from_behind(body, k, d, 0.7 + n as f64, radius_px, size);
                 let (k, d) = apparent_geometry(&request, body);
                 let expected = fraction_left(k, d);
-                let full = light(&UNOBSTRUCTED, &request, 1).0;
+                let unobstructed = light(&UNOBSTRUCTED, &request, 1).0;
                 for samples in [1, 4] {
                     let (sum, hdr) = light(&SESSION, &request, samples);
-                    let found = [0, 1, 2].map(|c| sum[c] / full[c]);
+                    let found = [0, 1, 2].map(|c| sum[c] / unobstructed[c]);
                     let description =
                         format!("body {body}, k {k:.4}, d {d:.4}, {radius_px} px, {samples} samples: {found:?}, {expected:?}");
                     if d < k - 1.0 {
@@ -106,26 +106,26 @@ fn the_suns_light_in_a_picture_equals_its_visible_fraction() {
                         continue;
                     }
                     let error = (0..3).map(|c| (found[c] - expected[c]).abs()).fold(0.0, f64::max);
-                    // A point's light is the closed form; its bodies are spheres. A disc is sampled once per pixel, where its limb and the nearer limb are approximated
+                    // The light of a point comes from the closed form for spheres. A disc is sampled once per pixel, where its limb and the nearer limb are approximated
                     // by straight lines.
-                    let point = radius_px <= 1.0;
-                    let bound = if point { 5e-3 } else { 0.06 / radius_px + 0.003 };
+                    let is_point = radius_px <= 1.0;
+                    let bound = if is_point { 5e-3 } else { 0.06 / radius_px + 0.003 };
                     assert!(error < bound, "{description}: off by {error:.5}");
-                    let worst = if point { &mut worst_point } else { &mut worst_disc };
-                    *worst = worst.max(error * if point { 1.0 } else { radius_px });
+                    let worst = if is_point { &mut worst_point } else { &mut worst_disc };
+                    *worst = worst.max(error * if is_point { 1.0 } else { radius_px });
                     partial += usize::from(expected[1] < 0.99);
                 }
             }
         }
     }
-    println!("points off by {worst_point:e}, discs by {worst_disc:.4} / radius in pixels; {dark} dark, {partial} cut");
-    assert!(dark > 20 && partial > 300, "{dark} dark, {partial} cut");
+    println!("points off by {worst_point:e}, discs by {worst_disc:.4} / radius in pixels; {dark} dark, {partial} partial");
+    assert!(dark > 20 && partial > 300, "{dark} dark, {partial} partial");
 }
 
 /// The eclipse of 2024 from Dallas, from a telescope's field of view to a fisheye's: no sunlight in totality, some half an hour before.
 #[test]
 fn totality_is_dark_at_any_field_of_view() {
-    for (time, total) in [("2024-04-08T18:42:38Z", true), ("2024-04-08T18:10:00Z", false)] {
+    for (time, is_total) in [("2024-04-08T18:42:38Z", true), ("2024-04-08T18:10:00Z", false)] {
         for fov_deg in [0.7, 2.0, 5.0, 10.0, 20.0, 40.0, 80.0, 120.0] {
             for samples in [1, 4] {
                 let request = ViewRequest {
@@ -140,7 +140,7 @@ fn totality_is_dark_at_any_field_of_view() {
                 let (_, hdr) = light(&SESSION, &request, samples);
                 let near = |k: usize| (k % 160).abs_diff(80) < 80 && (k / 160).abs_diff(80) < 30;
                 let brightest = hdr.iter().enumerate().filter(|(k, _)| near(*k)).map(|(_, p)| p[1]).fold(0.0, f32::max);
-                assert_eq!(brightest < 0.01, total, "{time}, {fov_deg} degrees, {samples} samples: {brightest}");
+                assert_eq!(brightest < 0.01, is_total, "{time}, {fov_deg} degrees, {samples} samples: {brightest}");
             }
         }
     }

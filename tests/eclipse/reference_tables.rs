@@ -52,7 +52,7 @@ fn list<'a>(v: &'a Value, name: &str) -> &'a [Value] {
     v[name].as_array().unwrap_or_else(|| panic!("{name}"))
 }
 
-/// The number named `answer` in the result of a probe question with an object of fields.
+/// The number named `answer` in the answer to a probe question.
 fn ask(prober: &Prober<'_>, question: &Value, answer: &str) -> f64 {
     number(&prober.answer(&question.to_string()).unwrap_or_else(|e| panic!("{question}: {e}")), answer)
 }
@@ -92,9 +92,9 @@ fn the_ramp_is_exact_only_at_the_contacts() {
     let blocked = |k: f64, d: f64, model: &str| ask(&prober, &json!({"q": "disc-overlap", "k": k, "d": d, "model": model}), "blocked");
     for k in [0.3, 1.0, 4.0] {
         assert_eq!(blocked(k, 1.0 + k, "linear"), 0.0);
-        let all = f64::min(k * k, 1.0);
-        assert!((blocked(k, (1.0 - k).abs(), "linear") - all).abs() < 1e-6);
-        assert!((blocked(k, 0.5 * (1.0 + k + (1.0 - k).abs()), "linear") - 0.5 * all).abs() < 1e-6);
+        let greatest = f64::min(k * k, 1.0);
+        assert!((blocked(k, (1.0 - k).abs(), "linear") - greatest).abs() < 1e-6);
+        assert!((blocked(k, 0.5 * (1.0 + k + (1.0 - k).abs()), "linear") - 0.5 * greatest).abs() < 1e-6);
     }
     let error = blocked(1.0, 0.5, "linear") - blocked(1.0, 0.5, "uniform-disc");
     assert!((0.02..0.12).contains(&error), "{error}");
@@ -128,12 +128,12 @@ fn solar_eclipses_on_the_ground_agree_with_de440() {
     let mut partial = 0;
     for eclipse in list(&table, "eclipses").iter().filter(|e| e["kind"] == "solar") {
         for point in list(eclipse, "sample_points") {
-            for (sample, at) in list(eclipse, "sample_times").iter().zip(list(point, "at")) {
+            for (sample, expected) in list(eclipse, "sample_times").iter().zip(list(point, "at")) {
                 let time = format!("{}Z", sample["utc"].as_str().expect("a time"));
                 for (model, hidden) in [("limb-darkened", "obscured_flux_limb_darkened"), ("uniform-disc", "obscured_fraction")] {
                     let q = json!({"q": "sunlight", "body": "earth", "time": time, "lat": point["lat_deg"], "lon": point["lon_east_deg"],
                         "model": model});
-                    let hidden = number(at, hidden);
+                    let hidden = number(expected, hidden);
                     let error = ask(&single(), &q, "fraction") - (1.0 - hidden);
                     // Measured 2.1e-5. A shadow one second late would give an error of 3e-4; so would neglecting the Earth's aberration.
                     assert!(error.abs() < 5e-5, "{q}: off by {error:e}");
@@ -145,12 +145,12 @@ fn solar_eclipses_on_the_ground_agree_with_de440() {
     assert!(partial > 100, "{partial} samples in the penumbra");
 }
 
-/// Sunlight at the Earth's centre, ignoring the Earth itself.
-fn at_the_centre(prober: &Prober<'_>, body: NaifId, time: Instant, law: &Photometry) -> f64 {
+/// Sunlight at a body's centre, ignoring the body itself.
+fn light_at_the_centre(prober: &Prober<'_>, body: NaifId, time: Instant, sun_photometry: &Photometry) -> f64 {
     let body = prober.catalog().body(body).expect("a body");
     let receiver = Receiver::at(prober.ephemeris(), body, time).expect("placed");
     let sky = EclipsedSky::over(prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("a sky");
-    sky.sunlight(&sky.occluders, &[DVec3::ZERO], Some(law)).expect("answers")[0][1]
+    sky.sunlight(&sky.occluders, &[DVec3::ZERO], Some(sun_photometry)).expect("answers")[0][1]
 }
 
 const UNIFORM_DISC: Photometry = Photometry::Emissive { u1: [0.0; 3], u2: [0.0; 3] };
@@ -158,7 +158,7 @@ const UNIFORM_DISC: Photometry = Photometry::Emissive { u1: [0.0; 3], u2: [0.0; 
 #[test]
 fn the_minimum_of_light_is_within_a_second_of_greatest_eclipse() {
     let table = table(include_str!("../data/eclipses_public.json"));
-    let mut found = 0;
+    let mut checked = 0;
     for eclipse in list(&table, "eclipses").iter().filter(|e| e["kind"] == "solar") {
         let greatest = &eclipse["greatest_eclipse"];
         // The light at the centre is least when the shadow axis passes nearest to it; beyond half a radius the penumbra misses the centre.
@@ -167,13 +167,14 @@ fn the_minimum_of_light_is_within_a_second_of_greatest_eclipse() {
         }
         let t0 = Instant::from_tdb_seconds_past_j2000(number(greatest, "tdb_s_past_j2000"));
         let step_s = 120.0;
-        let [a, b, c] = [-step_s, 0.0, step_s].map(|s| at_the_centre(&double(), NaifId::EARTH, t0.plus_seconds(s), &UNIFORM_DISC));
-        assert!(a > b && c > b && b < 0.99, "{a} {b} {c}");
-        let least_s = 0.5 * step_s * (a - c) / (a - 2.0 * b + c);
-        assert!(least_s.abs() < 1.0, "{}: {least_s} s", eclipse["id"]);
-        found += 1;
+        let [before, middle, after] =
+            [-step_s, 0.0, step_s].map(|s| light_at_the_centre(&double(), NaifId::EARTH, t0.plus_seconds(s), &UNIFORM_DISC));
+        assert!(before > middle && after > middle && middle < 0.99, "{before} {middle} {after}");
+        let minimum_s = 0.5 * step_s * (before - after) / (before - 2.0 * middle + after);
+        assert!(minimum_s.abs() < 1.0, "{}: {minimum_s} s", eclipse["id"]);
+        checked += 1;
     }
-    assert_eq!(found, 3, "1999, 2020 and 2024");
+    assert_eq!(checked, 3, "1999, 2020 and 2024");
 }
 
 #[test]
@@ -192,8 +193,8 @@ fn the_moon_crosses_the_earths_shadow_as_in_de440() {
             let seen = Instant::from_tdb_seconds_past_j2000(number(track, "tdb_s_past_j2000"));
             let state = prober.ephemeris().state(NaifId::MOON, NaifId::EARTH, seen, None).expect("the Moon").state;
             let time = seen.plus_seconds(-state.pos_km.length() / SPEED_OF_LIGHT_KM_S);
-            let error =
-                at_the_centre(&prober, NaifId::MOON, time, &UNIFORM_DISC) - (1.0 - number(track, "sun_blocked_fraction_at_moon_centre"));
+            let error = light_at_the_centre(&prober, NaifId::MOON, time, &UNIFORM_DISC)
+                - (1.0 - number(track, "sun_blocked_fraction_at_moon_centre"));
             // An error of one second would be 2.5e-4.
             assert!(error.abs() < 2.5e-4, "{} {}: off by {error:e}", eclipse["id"], track["dt_s_from_greatest"]);
         }
@@ -315,8 +316,8 @@ fn uniforms(sun_distance: f64, tan_sun: f64, occluders: &[[f64; 4]], model: Ecli
     (Eclipse { occluders: occluders.len() as u8, model }, uniforms)
 }
 
-/// Fraction of the light left by discs (x, y, radius in solar radii), from a fine grid over the Sun's disc.
-fn grid(discs: &[[f64; 3]], u1: f64, u2: f64) -> f64 {
+/// Fraction of the Sun's light left by discs (x, y, radius in solar radii), from a fine grid over the Sun's disc.
+fn fraction_left_by_grid(discs: &[[f64; 3]], u1: f64, u2: f64) -> f64 {
     let n = 1200;
     let (mut all, mut left) = (0.0, 0.0);
     for i in 0..n {
@@ -349,16 +350,16 @@ fn overlapping_occluders_block_the_union_of_their_discs() {
     for discs in cases {
         let mut product = 1.0;
         for disc in discs {
-            product *= grid(std::slice::from_ref(disc), 0.4, 0.26);
+            product *= fraction_left_by_grid(std::slice::from_ref(disc), 0.4, 0.26);
         }
-        let exact = grid(discs, 0.4, 0.26);
-        let (eclipse, a) = uniforms(1e7, 0.01, &sky(discs), EclipseModel::LimbDarkened);
-        let left = sunlight_from_uniforms(&single(), eclipse, a, &[DVec3::ZERO]).expect("answers")[0][1];
+        let exact = fraction_left_by_grid(discs, 0.4, 0.26);
+        let (eclipse, eclipse_uniforms) = uniforms(1e7, 0.01, &sky(discs), EclipseModel::LimbDarkened);
+        let left = sunlight_from_uniforms(&single(), eclipse, eclipse_uniforms, &[DVec3::ZERO]).expect("answers")[0][1];
         assert!((left - exact).abs() < 1e-3, "{discs:?}: {left}, the grid says {exact}");
-        assert!((product - exact).abs() > 0.01, "{discs:?}: the product {product} would pass, too");
+        assert!((product - exact).abs() > 0.01, "{discs:?}: the product {product} would pass as well");
         // The ramp is a rough model, but it does not multiply either: two equal discs hide no more than one.
-        let (eclipse, a) = uniforms(1e7, 0.01, &sky(discs), EclipseModel::Linear);
-        let ramp = sunlight_from_uniforms(&single(), eclipse, a, &[DVec3::ZERO]).expect("answers")[0][1];
+        let (eclipse, eclipse_uniforms) = uniforms(1e7, 0.01, &sky(discs), EclipseModel::Linear);
+        let ramp = sunlight_from_uniforms(&single(), eclipse, eclipse_uniforms, &[DVec3::ZERO]).expect("answers")[0][1];
         assert!((ramp - exact).abs() < 0.15, "{discs:?}: ramp {ramp}, the grid says {exact}");
     }
 }
@@ -366,14 +367,14 @@ fn overlapping_occluders_block_the_union_of_their_discs() {
 #[test]
 fn bodies_behind_the_lit_point_do_not_darken_it() {
     for model in [EclipseModel::Linear, EclipseModel::UniformDisc, EclipseModel::LimbDarkened] {
-        let (eclipse, a) = uniforms(2e4, 0.005, &[[0.0, 0.0, -60.0, 0.3]], model);
+        let (eclipse, eclipse_uniforms) = uniforms(2e4, 0.005, &[[0.0, 0.0, -60.0, 0.3]], model);
         let ground = [DVec3::Z, DVec3::X, DVec3::ZERO, -DVec3::Z];
-        for rgb in sunlight_from_uniforms(&single(), eclipse, a, &ground).expect("answers") {
+        for rgb in sunlight_from_uniforms(&single(), eclipse, eclipse_uniforms, &ground).expect("answers") {
             assert_eq!(rgb, [1.0; 3], "{model:?}");
         }
         // The same occluder in front of the point blocks all its light.
-        let (eclipse, a) = uniforms(2e4, 0.005, &[[0.0, 0.0, 30.0, 0.3]], model);
-        assert!(sunlight_from_uniforms(&single(), eclipse, a, &[DVec3::Z]).expect("answers")[0][1] < 1e-6);
+        let (eclipse, eclipse_uniforms) = uniforms(2e4, 0.005, &[[0.0, 0.0, 30.0, 0.3]], model);
+        assert!(sunlight_from_uniforms(&single(), eclipse, eclipse_uniforms, &[DVec3::Z]).expect("answers")[0][1] < 1e-6);
     }
 }
 
@@ -391,14 +392,16 @@ fn single_precision_suffices_out_to_neptune() {
         (21_400_000.0, 3313.0, 560.0, 117.9),
     ];
     let mut worst = (0.0, 0.0);
-    for (sun_distance, sun_radius, along, radius) in cases {
+    for (sun_distance, sun_radius, distance, radius) in cases {
         let tan_sun = sun_radius / sun_distance;
         for k in 0..400 {
             // From the shadow's axis to beyond the penumbra of an occluder that is displaced by two of its radii.
-            let miss = f64::from(k) / 400.0 * (radius + 1.2 * tan_sun * along);
-            let (eclipse, a) = uniforms(sun_distance, tan_sun, &[[miss, 0.1 * miss, along, radius]], EclipseModel::LimbDarkened);
+            let miss = f64::from(k) / 400.0 * (radius + 1.2 * tan_sun * distance);
+            let (eclipse, eclipse_uniforms) =
+                uniforms(sun_distance, tan_sun, &[[miss, 0.1 * miss, distance, radius]], EclipseModel::LimbDarkened);
             let points = [DVec3::new(0.6, -0.3, 0.7), DVec3::new(-0.2, 0.1, 0.97)];
-            let [a, b] = [single(), double()].map(|p| sunlight_from_uniforms(&p, eclipse, a.clone(), &points).expect("answers"));
+            let [a, b] =
+                [single(), double()].map(|p| sunlight_from_uniforms(&p, eclipse, eclipse_uniforms.clone(), &points).expect("answers"));
             for (x, y) in a.iter().zip(&b) {
                 let error = (x[1] - y[1]).abs();
                 if error > worst.0 {
@@ -431,23 +434,23 @@ fn features_of(request: &ViewRequest) -> DrawFeatures {
 #[test]
 fn the_scene_has_an_eclipse_feature_where_an_eclipse_occurs() {
     let eclipse = |target, time, effects: &str, quality| features_of(&view(target, time, effects, quality)).eclipse;
-    let of = |occluders, model| Eclipse { occluders, model };
+    let eclipse_by = |occluders, model| Eclipse { occluders, model };
     let (earth, moon, jupiter) = (NaifId::EARTH, NaifId::MOON, NaifId(599));
-    let best = Quality::Standard;
-    assert_eq!(eclipse(earth, "2024-04-08T18:17:00Z", "", best), of(1, EclipseModel::LimbDarkened));
-    assert_eq!(eclipse(earth, "2024-04-08T18:17:00Z", "", Quality::Draft), of(1, EclipseModel::UniformDisc));
-    assert_eq!(eclipse(earth, "2024-04-08T18:17:00Z", "+eclipse=linear", best), of(1, EclipseModel::Linear));
+    let standard = Quality::Standard;
+    assert_eq!(eclipse(earth, "2024-04-08T18:17:00Z", "", standard), eclipse_by(1, EclipseModel::LimbDarkened));
+    assert_eq!(eclipse(earth, "2024-04-08T18:17:00Z", "", Quality::Draft), eclipse_by(1, EclipseModel::UniformDisc));
+    assert_eq!(eclipse(earth, "2024-04-08T18:17:00Z", "+eclipse=linear", standard), eclipse_by(1, EclipseModel::Linear));
     assert_eq!(
-        eclipse(earth, "2024-04-08T18:17:00Z", "+eclipse=refracted", best),
-        of(1, EclipseModel::LimbDarkened),
+        eclipse(earth, "2024-04-08T18:17:00Z", "+eclipse=refracted", standard),
+        eclipse_by(1, EclipseModel::LimbDarkened),
         "the Moon has no air"
     );
-    assert_eq!(eclipse(earth, "2024-04-08T18:17:00Z", "-eclipse", best), Eclipse::default());
-    assert_eq!(eclipse(earth, "2024-04-22T18:17:00Z", "", best), Eclipse::default());
-    assert_eq!(eclipse(moon, "2022-11-08T10:59:00Z", "", best), of(1, EclipseModel::Refracted));
-    assert_eq!(eclipse(moon, "2022-11-01T10:59:00Z", "", best), Eclipse::default());
-    // The rare triple transit that the Earth saw from 06:27 to 06:52 UT; here with 36 minutes of light time.
-    let request = ViewRequest { position: Position::Centre(earth), ..view(jupiter, "2015-01-24T06:40:00Z", "", best) };
+    assert_eq!(eclipse(earth, "2024-04-08T18:17:00Z", "-eclipse", standard), Eclipse::default());
+    assert_eq!(eclipse(earth, "2024-04-22T18:17:00Z", "", standard), Eclipse::default());
+    assert_eq!(eclipse(moon, "2022-11-08T10:59:00Z", "", standard), eclipse_by(1, EclipseModel::Refracted));
+    assert_eq!(eclipse(moon, "2022-11-01T10:59:00Z", "", standard), Eclipse::default());
+    // The rare triple transit that was visible from the Earth from 06:27 to 06:52 UT. The light took 36 minutes to arrive.
+    let request = ViewRequest { position: Position::Centre(earth), ..view(jupiter, "2015-01-24T06:40:00Z", "", standard) };
     let scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
     let decisions = &scene.body(jupiter).expect("Jupiter").decisions;
     let reason = &decisions.iter().find(|d| d.feature == "eclipse").expect("decided").reason;
@@ -476,12 +479,12 @@ impl ResourceProvider for Layouts {
 fn an_occluder_beside_the_sun_changes_no_bit() {
     let draw = |effects: &str| {
         let request = view(NaifId::EARTH, "2024-04-08T18:17:00Z", effects, Quality::Draft);
-        let mut plain = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
+        let mut scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
         // Move the Moon to the side.
-        for draw in &mut plain.draws {
+        for draw in &mut scene.draws {
             draw.uniforms.eclipse.places.iter_mut().for_each(|p| p.x += 50.0);
         }
-        let plan = plan(&plain, &Layouts, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
+        let plan = plan(&scene, &Layouts, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
         SINGLE.render(&plan, SESSION.library(), true).expect("a picture").0
     };
     const WITHOUT_SURFACE_EFFECTS: &str = ",-albedo,-normal,-specular,-night,-clouds,-cloud-shadow,-atmosphere";

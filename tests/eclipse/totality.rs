@@ -22,7 +22,7 @@ pub(super) const DALLAS: (f64, f64) = (32.78, -96.80);
 
 pub(super) const TOTALITY: &str = "2024-04-08T18:42:38Z";
 
-pub(super) fn at(time: &str) -> Instant {
+pub(super) fn parse_time(time: &str) -> Instant {
     Instant::parse(time).expect("a time")
 }
 
@@ -49,14 +49,20 @@ fn luminance(p: &[f32; 4]) -> f64 {
     0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2])
 }
 
-fn reason(scene: &Scene, body: NaifId, feature: &str) -> (bool, String) {
+fn decision(scene: &Scene, body: NaifId, feature: &str) -> (bool, String) {
     let body = scene.body(body).expect("a body");
     let d = body.decisions.iter().find(|d| d.feature == feature).unwrap_or_else(|| panic!("{feature} of {}", body.name));
     (d.on, d.reason.clone())
 }
 
-/// For each pixel: the distance from the Sun's centre in solar radii, the angle from its equator, and the light.
-fn around_sun(drawn: &DrawnFrame) -> Vec<(f64, f64, f64)> {
+/// A pixel at `radius` solar radii from the Sun's centre, at `angle` from its equator.
+struct SunPixel {
+    radius: f64,
+    angle: f64,
+    luminance: f64,
+}
+
+fn around_sun(drawn: &DrawnFrame) -> Vec<SunPixel> {
     let sun = drawn.scene.body(NaifId::SUN).expect("the Sun");
     let camera = &drawn.scene.camera;
     let towards = sun.placement.centre_km.normalize();
@@ -64,10 +70,14 @@ fn around_sun(drawn: &DrawnFrame) -> Vec<(f64, f64, f64)> {
     let north = (pole - towards * pole.dot(towards)).normalize();
     let sine = sun.placement.radii_km.x / sun.distance_km;
     let pixel = |(k, p): (usize, &[f32; 4])| {
-        let place = glam::DVec2::new(k as f64 % f64::from(camera.width) + 0.5, (k / camera.width as usize) as f64 + 0.5);
-        let ray = camera.ray(camera.clip_from_pixel(place)).normalize();
+        let pixel_centre = glam::DVec2::new(k as f64 % f64::from(camera.width) + 0.5, (k / camera.width as usize) as f64 + 0.5);
+        let ray = camera.ray(camera.clip_from_pixel(pixel_centre)).normalize();
         let across = ray - towards * ray.dot(towards);
-        (across.length() / sine, across.dot(north).atan2(across.dot(towards.cross(north))), luminance(p))
+        SunPixel {
+            radius: across.length() / sine,
+            angle: across.dot(north).atan2(across.dot(towards.cross(north))),
+            luminance: luminance(p),
+        }
     };
     drawn.frame.hdr.iter().enumerate().map(pixel).collect()
 }
@@ -76,7 +86,7 @@ fn around_sun(drawn: &DrawnFrame) -> Vec<(f64, f64, f64)> {
 fn bare_sun(time: &str, fov_deg: f64, size: u32) -> DrawnFrame {
     let space = ViewRequest {
         position: Position::Centre(NaifId::EARTH),
-        ..request(NaifId::SUN, at(time), fov_deg, size, 12.0, "+corona,-glow,-points,-albedo")
+        ..request(NaifId::SUN, parse_time(time), fov_deg, size, 12.0, "+corona,-glow,-points,-albedo")
     };
     drawn(&space)
 }
@@ -91,18 +101,19 @@ fn faint_light_around_the_sun_has_no_sharp_edge() {
         let request_in_space = ViewRequest {
             position: Position::Centre(NaifId::EARTH),
             layers: Layers::parse("-stars").expect("a layer"),
-            ..request(NaifId::SUN, at("2022-03-01T00:00:00Z"), fov_deg, 400, stops, &format!("{effects},-points"))
+            ..request(NaifId::SUN, parse_time("2022-03-01T00:00:00Z"), fov_deg, 400, stops, &format!("{effects},-points"))
         };
         let picture = drawn(&request_in_space);
-        let least = VISIBLE_LIGHT * picture.scene.exposure.white();
+        let faintest = VISIBLE_LIGHT * picture.scene.exposure.white();
         let light: Vec<f64> = picture.frame.hdr.iter().map(|p| f64::from(p[0].max(p[1]).max(p[2]))).collect();
         assert!(
-            light.iter().any(|l| *l > 10.0 * least) && light.contains(&0.0),
+            light.iter().any(|l| *l > 10.0 * faintest) && light.contains(&0.0),
             "{fov_deg} degrees: the light must begin and end inside the picture"
         );
         let rows = light.windows(2).enumerate().filter(|(k, _)| k % 400 != 399).map(|(_, w)| (w[0], w[1]));
         let columns = (0..light.len() - 400).map(|k| (light[k], light[k + 400]));
-        let worst = rows.chain(columns).filter(|(a, b)| a.max(*b) < 3.0 * least).map(|(a, b)| (a - b).abs() / least).fold(0.0, f64::max);
+        let worst =
+            rows.chain(columns).filter(|(a, b)| a.max(*b) < 3.0 * faintest).map(|(a, b)| (a - b).abs() / faintest).fold(0.0, f64::max);
         println!("{fov_deg} degrees, {effects}: {worst:.3}");
         assert!(worst < 0.33, "{fov_deg} degrees, {effects}: a step of {worst} of the faintest light that shows");
     }
@@ -111,33 +122,37 @@ fn faint_light_around_the_sun_has_no_sharp_edge() {
 /// At fields of view and sizes that resolve the corona well or barely: the light in rings against the integral of the law, within 3 % at best and 6 % for coarse pixels.
 #[test]
 fn the_corona_follows_its_law_at_every_scale() {
-    for (fov_deg, size, most) in [(1.2, 128, 0.03), (3.0, 160, 0.03), (8.0, 200, 0.03), (12.0, 96, 0.06)] {
+    for (fov_deg, size, tolerance) in [(1.2, 128, 0.03), (3.0, 160, 0.03), (8.0, 200, 0.03), (12.0, 96, 0.06)] {
         let picture = bare_sun("2022-03-01T00:00:00Z", fov_deg, size);
         let all = around_sun(&picture);
         let pixel = 2.0 * (fov_deg.to_radians() / 2.0).tan() / f64::from(size);
         let sine = {
-            let s = picture.scene.body(NaifId::SUN).expect("it");
+            let s = picture.scene.body(NaifId::SUN).expect("the Sun");
             s.placement.radii_km.x / s.distance_km
         };
-        let px = pixel / sine;
+        let pixel_radii = pixel / sine;
         // Rings of entire pixels, away from the disc's soft edge.
-        let edges: Vec<f64> = (0..6).map(|k| (1.0 + 1.5 * px) * (1.25_f64).powi(k)).filter(|r| *r < 0.45 * f64::from(size) * px).collect();
+        let edges: Vec<f64> =
+            (0..6).map(|k| (1.0 + 1.5 * pixel_radii) * (1.25_f64).powi(k)).filter(|r| *r < 0.45 * f64::from(size) * pixel_radii).collect();
         for ring in edges.windows(2) {
-            let ring_pixels: Vec<&(f64, f64, f64)> = all.iter().filter(|(rho, _, _)| (ring[0]..ring[1]).contains(rho)).collect();
+            let ring_pixels: Vec<&SunPixel> = all.iter().filter(|p| (ring[0]..ring[1]).contains(&p.radius)).collect();
             if ring_pixels.len() < 60 {
                 continue;
             }
-            let got = ring_pixels.iter().map(|p| p.2).sum::<f64>() / ring_pixels.len() as f64;
+            let measured = ring_pixels.iter().map(|p| p.luminance).sum::<f64>() / ring_pixels.len() as f64;
             // The law averaged over 5 x 5 points in each pixel.
-            let place = |k: i32| (f64::from(k) - 2.0) / 5.0 * px;
-            let law_in_pixel = |&&(rho, angle, _): &&(f64, f64, f64)| {
-                (0..25).map(|k| corona::radiance((rho + place(k % 5) * angle.cos().abs()).hypot(place(k / 5)).max(1.0))).sum::<f64>() / 25.0
+            let subpixel = |k: i32| (f64::from(k) - 2.0) / 5.0 * pixel_radii;
+            let law_in_pixel = |p: &&SunPixel| {
+                (0..25)
+                    .map(|k| corona::radiance((p.radius + subpixel(k % 5) * p.angle.cos().abs()).hypot(subpixel(k / 5)).max(1.0)))
+                    .sum::<f64>()
+                    / 25.0
             };
             let expected = ring_pixels.iter().map(law_in_pixel).sum::<f64>() / ring_pixels.len() as f64;
-            assert!((got / expected - 1.0).abs() < most, "{fov_deg} degrees, {size} px, {ring:?}: {got:e} for {expected:e}");
+            assert!((measured / expected - 1.0).abs() < tolerance, "{fov_deg} degrees, {size} px, {ring:?}: {measured:e} for {expected:e}");
         }
         // The middle of the disc shows the Sun itself: a million times brighter than the corona.
-        let middle = all.iter().filter(|p| p.0 < 0.8).map(|p| p.2).fold(f64::MAX, f64::min);
+        let middle = all.iter().filter(|p| p.radius < 0.8).map(|p| p.luminance).fold(f64::MAX, f64::min);
         assert!(middle > 2e4, "{middle}");
     }
 }
@@ -147,8 +162,8 @@ fn the_corona_follows_its_law_at_every_scale() {
 #[test]
 fn the_corona_gives_a_millionth_of_the_suns_light() {
     let all = around_sun(&bare_sun("2022-03-01T00:00:00Z", 6.0, 300));
-    let disc: f64 = all.iter().filter(|p| p.0 < 0.99).map(|p| p.2).sum();
-    let corona: f64 = all.iter().filter(|p| p.0 > 1.03).map(|p| p.2).sum();
+    let disc: f64 = all.iter().filter(|p| p.radius < 0.99).map(|p| p.luminance).sum();
+    let corona: f64 = all.iter().filter(|p| p.radius > 1.03).map(|p| p.luminance).sum();
     let light_ratio = corona / disc;
     assert!((0.5e-6..2e-6).contains(&light_ratio), "{light_ratio:e}");
 }
@@ -157,18 +172,18 @@ fn the_corona_gives_a_millionth_of_the_suns_light() {
 /// poles, minus 1.
 #[test]
 fn the_flattening_of_the_corona_follows_the_solar_cycle() {
-    let index = |time: &str| {
+    let measured_flattening = |time: &str| {
         let all = around_sun(&bare_sun(time, 4.0, 240));
         let level = corona::radiance(2.0);
         let radius = |angle_deg: f64| {
-            let near = |&&(_, angle, _): &&(f64, f64, f64)| {
-                let off = (angle.to_degrees() - angle_deg).rem_euclid(180.0);
+            let near = |p: &&SunPixel| {
+                let off = (p.angle.to_degrees() - angle_deg).rem_euclid(180.0);
                 off.min(180.0 - off) < 4.0
             };
             // The radius at which the brightness crosses the level, interpolated in logarithms.
-            let sector: Vec<_> = all.iter().filter(near).filter(|p| (1.5..2.6).contains(&p.0)).collect();
+            let sector: Vec<_> = all.iter().filter(near).filter(|p| (1.5..2.6).contains(&p.radius)).collect();
             let (n, x, y, xx, xy) = sector.iter().fold((0.0, 0.0, 0.0, 0.0, 0.0), |(n, sx, sy, sxx, sxy), p| {
-                let (x, y) = (p.2.ln(), p.0.ln());
+                let (x, y) = (p.luminance.ln(), p.radius.ln());
                 (n + 1.0, sx + x, sy + y, sxx + x * x, sxy + x * y)
             });
             let slope = (n * xy - x * y) / (n * xx - x * x);
@@ -177,13 +192,13 @@ fn the_flattening_of_the_corona_follows_the_solar_cycle() {
         let mean = |a: f64| (radius(a) + radius(a - 22.5) + radius(a + 22.5)) / 3.0;
         mean(0.0) / mean(90.0) - 1.0
     };
-    for (time, round) in
+    for (time, is_round) in
         [("1976-03-01T00:00:00Z", false), ("2019-12-01T00:00:00Z", false), ("2024-04-08T00:00:00Z", true), ("2001-01-01T00:00:00Z", true)]
     {
-        let (got, expected) = (index(time), corona::flattening(at(time)));
+        let (measured, expected) = (measured_flattening(time), corona::flattening(parse_time(time)));
         // Measured error: 0.02, from the curvature of the isophote within the sectors.
-        assert!((got - expected).abs() < 0.05, "{time}: {got:.3} for {expected:.3}");
-        assert_eq!(got < 0.12, round, "{time}: {got:.3}");
+        assert!((measured - expected).abs() < 0.05, "{time}: {measured:.3} for {expected:.3}");
+        assert_eq!(measured < 0.12, is_round, "{time}: {measured:.3}");
     }
 }
 
@@ -191,61 +206,61 @@ fn the_flattening_of_the_corona_follows_the_solar_cycle() {
 #[test]
 fn the_corona_is_drawn_when_it_can_be_seen() {
     let from_ground = |time: &str, place, stops| {
-        let view = ViewRequest { position: on_ground(NaifId::EARTH, place), ..request(NaifId::SUN, at(time), 3.0, 32, stops, "") };
+        let view = ViewRequest { position: on_ground(NaifId::EARTH, place), ..request(NaifId::SUN, parse_time(time), 3.0, 32, stops, "") };
         SESSION.scene(&view).expect("a scene")
     };
     for stops in [-12.0, -8.0, -4.0, 0.0, 4.0, 8.0, 16.0, 24.0] {
-        let (on, why) = reason(&from_ground(TOTALITY, DALLAS, stops), NaifId::SUN, "corona");
-        assert_eq!(on, stops > -11.0, "totality at {stops} stops: {why}");
+        let (is_on, reason) = decision(&from_ground(TOTALITY, DALLAS, stops), NaifId::SUN, "corona");
+        assert_eq!(is_on, stops > -11.0, "totality at {stops} stops: {reason}");
         for (time, place) in
             [("2023-10-14T16:37:00Z", (35.08, -106.65)), ("2024-04-08T17:30:00Z", DALLAS), ("2024-06-08T17:30:00Z", DALLAS)]
         {
-            let (on, why) = reason(&from_ground(time, place, stops), NaifId::SUN, "corona");
+            let (is_on, reason) = decision(&from_ground(time, place, stops), NaifId::SUN, "corona");
             // The visible ring of an annular Sun is faint enough for half a percent of corona to be noticeable.
-            assert!((!on || time.starts_with("2023")) && why.contains("glare"), "{time} at {stops} stops: {why}");
+            assert!((!is_on || time.starts_with("2023")) && reason.contains("glare"), "{time} at {stops} stops: {reason}");
         }
     }
-    for (from, seen) in [(NaifId(199), true), (NaifId::EARTH, true), (NaifId(599), true), (NaifId(999), false)] {
-        let view = ViewRequest { position: Position::Centre(from), ..request(NaifId::SUN, at(TOTALITY), 4.0, 100, 6.0, "-glow") };
-        let (on, why) = reason(&SESSION.scene(&view).expect("a scene"), NaifId::SUN, "corona");
-        assert_eq!(on, seen, "{from:?}: {why}");
+    for (from, is_drawn) in [(NaifId(199), true), (NaifId::EARTH, true), (NaifId(599), true), (NaifId(999), false)] {
+        let view = ViewRequest { position: Position::Centre(from), ..request(NaifId::SUN, parse_time(TOTALITY), 4.0, 100, 6.0, "-glow") };
+        let (is_on, reason) = decision(&SESSION.scene(&view).expect("a scene"), NaifId::SUN, "corona");
+        assert_eq!(is_on, is_drawn, "{from:?}: {reason}");
     }
 }
 
 /// In totality the Moon's disc, lit by the Earth, is dark in front of the corona; from space, the Earth's disc hides the corona.
 #[test]
 fn the_moon_is_dark_in_front_of_the_corona() {
-    let view = ViewRequest { position: on_ground(NaifId::EARTH, DALLAS), ..request(NaifId::SUN, at(TOTALITY), 1.2, 96, 12.0, "") };
+    let view = ViewRequest { position: on_ground(NaifId::EARTH, DALLAS), ..request(NaifId::SUN, parse_time(TOTALITY), 1.2, 96, 12.0, "") };
     let with = drawn(&view);
     let all = around_sun(&with);
     // Here the Moon is a sixteenth larger than the Sun and 0.02 radii off centre.
-    let on_moon: Vec<f64> = all.iter().filter(|p| p.0 < 0.95).map(|p| p.2).collect();
-    let beside_moon: f64 = all.iter().filter(|p| (1.1..1.2).contains(&p.0)).map(|p| p.2).fold(f64::MAX, f64::min);
+    let on_moon: Vec<f64> = all.iter().filter(|p| p.radius < 0.95).map(|p| p.luminance).collect();
+    let beside_moon: f64 = all.iter().filter(|p| (1.1..1.2).contains(&p.radius)).map(|p| p.luminance).fold(f64::MAX, f64::min);
     let brightest = on_moon.iter().copied().fold(0.0, f64::max);
     assert!(beside_moon > 1e-2 && brightest < 0.02 * beside_moon, "the Moon is {brightest:e} in front of {beside_moon:e}");
     // The full Earth above the Moon: 10 to 16 lux (an Earth of magnitude -16.9 to -17.5) on an albedo of 0.05 to 0.2.
     let without = drawn(&ViewRequest { effects: EffectOverrides::parse("-planet-shine").expect("effects"), ..view });
-    let dark = around_sun(&without).iter().filter(|p| p.0 < 0.8).map(|p| p.2).sum::<f64>();
-    let light = all.iter().filter(|p| p.0 < 0.8).map(|p| p.2).sum::<f64>();
-    let count = all.iter().filter(|p| p.0 < 0.8).count() as f64;
+    let dark = around_sun(&without).iter().filter(|p| p.radius < 0.8).map(|p| p.luminance).sum::<f64>();
+    let light = all.iter().filter(|p| p.radius < 0.8).map(|p| p.luminance).sum::<f64>();
+    let count = all.iter().filter(|p| p.radius < 0.8).count() as f64;
     let earthshine = (light - dark) / count * UNIT_CD_M2;
     assert!((0.1..1.5).contains(&earthshine), "{earthshine} cd/m2");
     // From behind the Earth's disc, on the side opposite the Sun, the corona is visible only as a ring outside the disc.
-    let far = Position::Offset { body: NaifId::EARTH, offset_km: behind_the_earth(), axes: Axes::Icrf };
-    let space = drawn(&ViewRequest { position: far, ..request(NaifId::SUN, at(TOTALITY), 4.0, 96, 5.0, "-points,-atmosphere") });
-    let (on, why) = reason(&space.scene, NaifId::SUN, "corona");
+    let behind = Position::Offset { body: NaifId::EARTH, offset_km: behind_the_earth(), axes: Axes::Icrf };
+    let space = drawn(&ViewRequest { position: behind, ..request(NaifId::SUN, parse_time(TOTALITY), 4.0, 96, 5.0, "-points,-atmosphere") });
+    let (is_on, reason) = decision(&space.scene, NaifId::SUN, "corona");
     let seen = around_sun(&space);
-    let hidden = seen.iter().filter(|p| p.0 < 1.1).map(|p| p.2).fold(0.0, f64::max);
-    let ring = seen.iter().filter(|p| (2.0..2.2).contains(&p.0)).map(|p| p.2).fold(f64::MAX, f64::min);
-    assert!(on && hidden < 1e-5 && ring > 3e-4, "{why}: {hidden:e} behind the Earth, {ring:e} beside it");
+    let hidden = seen.iter().filter(|p| p.radius < 1.1).map(|p| p.luminance).fold(0.0, f64::max);
+    let ring = seen.iter().filter(|p| (2.0..2.2).contains(&p.radius)).map(|p| p.luminance).fold(f64::MAX, f64::min);
+    assert!(is_on && hidden < 1e-5 && ring > 3e-4, "{reason}: {hidden:e} behind the Earth, {ring:e} beside it");
 }
 
 /// A position so far behind the Earth that its disc is slightly larger than the Sun's.
 fn behind_the_earth() -> DVec3 {
     let scene = SESSION
-        .scene(&ViewRequest { position: Position::Centre(NaifId::EARTH), ..request(NaifId::SUN, at(TOTALITY), 4.0, 32, 0.0, "") })
+        .scene(&ViewRequest { position: Position::Centre(NaifId::EARTH), ..request(NaifId::SUN, parse_time(TOTALITY), 4.0, 32, 0.0, "") })
         .expect("a scene");
-    scene.body(NaifId::SUN).expect("it").placement.centre_km.normalize() * -1.05e6
+    scene.body(NaifId::SUN).expect("the Sun").placement.centre_km.normalize() * -1.05e6
 }
 
 /// Venus and Jupiter near the eclipsed Sun are visible as points against the dark sky, and invisible against the day sky; the air dims them by its full extinction.
@@ -253,15 +268,17 @@ fn behind_the_earth() -> DVec3 {
 fn planets_are_visible_next_to_the_eclipsed_sun() {
     let (venus, jupiter) = (NaifId(299), NaifId(599));
     for planet in [venus, jupiter] {
-        let look = |time: &str, effects: &str| {
-            let view = ViewRequest { position: on_ground(NaifId::EARTH, DALLAS), ..request(planet, at(time), 4.0, 48, 8.0, effects) };
+        let draw_at = |time: &str, effects: &str| {
+            let view =
+                ViewRequest { position: on_ground(NaifId::EARTH, DALLAS), ..request(planet, parse_time(time), 4.0, 48, 8.0, effects) };
             drawn(&view)
         };
         let contrast = |time: &str| {
-            let (with, without) = (look(time, "-corona"), look(time, "-corona,-points"));
-            assert_eq!(with.scene.body(planet).expect("it").appearance, Appearance::Point);
-            let most = with.frame.hdr.iter().zip(&without.frame.hdr).map(|(a, b)| (luminance(a) - luminance(b)) / luminance(b).max(1e-12));
-            most.fold(0.0, f64::max)
+            let (with, without) = (draw_at(time, "-corona"), draw_at(time, "-corona,-points"));
+            assert_eq!(with.scene.body(planet).expect("the planet").appearance, Appearance::Point);
+            let contrasts =
+                with.frame.hdr.iter().zip(&without.frame.hdr).map(|(a, b)| (luminance(a) - luminance(b)) / luminance(b).max(1e-12));
+            contrasts.fold(0.0, f64::max)
         };
         let (dark, day) = (contrast(TOTALITY), contrast("2024-04-08T17:00:00Z"));
         assert!(dark > 1.0 && day < 0.02 * dark && day > 0.0, "{planet:?}: {dark} in totality, {day} by day");
@@ -275,29 +292,29 @@ fn a_planet_near_the_horizon_is_dimmed_by_the_air() {
         let view = ViewRequest { position: on_ground(NaifId::EARTH, DALLAS), ..request(NaifId(299), time, 4.0, 32, 8.0, effects) };
         let scene = SESSION.scene(&view).expect("a scene");
         let up = -scene.body(NaifId::EARTH).expect("ground").placement.centre_km.normalize();
-        let sine = up.dot(scene.body(NaifId(299)).expect("it").placement.centre_km.normalize());
+        let sine = up.dot(scene.body(NaifId(299)).expect("Venus").placement.centre_km.normalize());
         (sine, scene.points.iter().find(|p| p.body == NaifId(299)).map_or(Vec3::ZERO, |p| p.flux))
     };
-    let mut ks = Vec::new();
+    let mut extinctions = Vec::new();
     for minutes in 0..14 {
-        let time = at("2024-04-08T18:42:38Z").plus_seconds(f64::from(minutes) * 1500.0);
-        let (sine, aired) = flux(time, "-eclipse");
+        let time = parse_time("2024-04-08T18:42:38Z").plus_seconds(f64::from(minutes) * 1500.0);
+        let (sine, with_air) = flux(time, "-eclipse");
         if sine < 5.0_f64.to_radians().sin() {
             continue;
         }
-        let bare = flux_without_air(time);
+        let without_air = flux_without_air(time);
         // The air mass is 1 / sine within a few percent down to 10 degrees.
-        let k = -(f64::from(aired.y) / bare).ln() * sine;
+        let extinction = -(f64::from(with_air.y) / without_air).ln() * sine;
         if sine > 0.17 {
-            ks.push(k);
+            extinctions.push(extinction);
         } else {
-            assert!(f64::from(aired.y) < 0.5 * bare, "low: {} of {bare}", aired.y);
+            assert!(f64::from(with_air.y) < 0.5 * without_air, "low: {} of {without_air}", with_air.y);
         }
     }
-    assert!(ks.len() > 5, "{ks:?}");
-    let (least, most) = ks.iter().fold((f64::MAX, 0.0_f64), |(a, b), k| (a.min(*k), b.max(*k)));
+    assert!(extinctions.len() > 5, "{extinctions:?}");
+    let (least, most) = extinctions.iter().fold((f64::MAX, 0.0_f64), |(a, b), k| (a.min(*k), b.max(*k)));
     // Green: gas 0.09; with aerosol and ozone 0.1 to 0.25 in total.
-    assert!(least > 0.1 && most < 0.25 && most / least < 1.1, "{ks:?}");
+    assert!(least > 0.1 && most < 0.25 && most / least < 1.1, "{extinctions:?}");
 }
 
 /// The point's flux at the camera without air, from the magnitude.
@@ -315,24 +332,24 @@ fn single_precision_is_enough_for_totality() {
     for (fov_deg, stops, target) in [(3.0, 5.0, NaifId::SUN), (90.0, 11.0, NaifId::SUN), (100.0, 11.0, NaifId::EARTH)] {
         let view = ViewRequest {
             position: on_ground(NaifId::EARTH, DALLAS),
-            ..request(target, at(TOTALITY), fov_deg, 40, stops, "-albedo,-normal,-clouds")
+            ..request(target, parse_time(TOTALITY), fov_deg, 40, stops, "-albedo,-normal,-clouds")
         };
         let (single, exact) = (drawn(&view), double.draw(&view, SAMPLING, true).expect("draws"));
         let level = |v: f32| {
             let x = (f64::from(v) * stops.exp2()).clamp(0.0, 1.0);
             255.0 * if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
         };
-        let mut off: Vec<f64> = single
+        let mut differences: Vec<f64> = single
             .frame
             .hdr
             .iter()
             .zip(&exact.frame.hdr)
             .map(|(a, b)| (0..3).map(|c| (level(a[c]) - level(b[c])).abs()).fold(0.0, f64::max))
             .collect();
-        off.sort_by(f64::total_cmp);
+        differences.sort_by(f64::total_cmp);
         // Without the pixels of the limb and the horizon.
-        let most = off[off.len() * 98 / 100];
-        assert!(most < 0.5, "{fov_deg} degrees: {most} levels");
+        let percentile_98 = differences[differences.len() * 98 / 100];
+        assert!(percentile_98 < 0.5, "{fov_deg} degrees: {percentile_98} levels");
         assert!(single.frame.hdr.iter().any(|p| p[1] > 0.0));
     }
 }

@@ -1,7 +1,7 @@
 //! The sky without the Sun's disc: in totality, where light from beyond the umbra keeps it above zero, and from day to night, against published illuminances and followed
 //! photons.
 
-use super::totality::{DALLAS, TOTALITY, UNIT_CD_M2, at, drawn, on_ground, request};
+use super::totality::{DALLAS, TOTALITY, UNIT_CD_M2, drawn, on_ground, parse_time, request};
 use crate::support::session::SESSION;
 use glam::{DVec3, Vec3, Vec4};
 use orrery::catalog::{Catalog, NaifId};
@@ -30,23 +30,24 @@ fn sky(body: NaifId, (latitude_deg, longitude_deg): (f64, f64), time: Instant, h
     hdr.iter().map(|p| DVec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]))).sum::<DVec3>() / hdr.len() as f64
 }
 
-const CLEAR: &str = "-glow,-corona,-points,-planet-shine,-clouds,-night";
+const CLEAR_SKY: &str = "-glow,-corona,-points,-planet-shine,-clouds,-night";
 
 /// From first to last contact at Dallas (17:23 to 20:02 UTC) the sky overhead is never zero and falls and rises without a jump. In northern Kenya on 1973-06-30 Shaw
 /// (1975, Appl. Opt. 14, 388) measured 10^-4 of the daylight value: agreement within a factor of 4.
 #[test]
 fn the_sky_overhead_darkens_by_four_powers_of_ten_but_not_to_zero() {
     let overhead = |time: Instant, eclipse: bool| {
-        let effects = format!("{CLEAR}{}", if eclipse { "" } else { ",-eclipse" });
+        let effects = format!("{CLEAR_SKY}{}", if eclipse { "" } else { ",-eclipse" });
         // Off the zenith, on the side away from the Sun.
         sky(NaifId::EARTH, DALLAS, time, 80.0, 0.0, &effects).y
     };
-    let shaw_1975 = |effects: &str| sky(NaifId::EARTH, (3.0, 36.6), at("1973-06-30T13:00:00Z"), 80.0, 0.0, &format!("{CLEAR}{effects}")).y;
-    let depth = shaw_1975("") / shaw_1975(",-eclipse");
-    assert!((0.25e-4..4e-4).contains(&depth), "{depth:e}");
-    let middle = at(TOTALITY);
-    let depth = overhead(middle, true) / overhead(middle, false);
-    assert!((1e-4..1e-3).contains(&depth), "{depth:e}");
+    let shaw_1975 =
+        |effects: &str| sky(NaifId::EARTH, (3.0, 36.6), parse_time("1973-06-30T13:00:00Z"), 80.0, 0.0, &format!("{CLEAR_SKY}{effects}")).y;
+    let daylight_ratio = shaw_1975("") / shaw_1975(",-eclipse");
+    assert!((0.25e-4..4e-4).contains(&daylight_ratio), "{daylight_ratio:e}");
+    let middle = parse_time(TOTALITY);
+    let daylight_ratio = overhead(middle, true) / overhead(middle, false);
+    assert!((1e-4..1e-3).contains(&daylight_ratio), "{daylight_ratio:e}");
     let from_middle = |s: f64| overhead(middle.plus_seconds(s), true);
     for side in [-1.0, 1.0] {
         let times = [0.0, 60.0, 110.0, 114.0, 118.0, 130.0, 150.0, 200.0, 400.0, 1000.0, 2400.0, 4300.0];
@@ -62,16 +63,16 @@ fn the_sky_overhead_darkens_by_four_powers_of_ten_but_not_to_zero() {
 /// In totality the horizon is brighter and redder than the sky overhead in all directions, and the ground is lit by the same light.
 #[test]
 fn twilight_surrounds_the_horizon_in_totality() {
-    let time = at(TOTALITY);
-    let overhead = sky(NaifId::EARTH, DALLAS, time, 85.0, 0.0, CLEAR);
+    let time = parse_time(TOTALITY);
+    let overhead = sky(NaifId::EARTH, DALLAS, time, 85.0, 0.0, CLEAR_SKY);
     assert!(overhead.z > overhead.x, "deep blue: {overhead}");
     for azimuth in 0..12 {
-        let low = sky(NaifId::EARTH, DALLAS, time, 3.0, f64::from(azimuth) * 30.0, CLEAR);
+        let low = sky(NaifId::EARTH, DALLAS, time, 3.0, f64::from(azimuth) * 30.0, CLEAR_SKY);
         assert!(low.y > 2.0 * overhead.y, "{azimuth}: {low} against {overhead}");
         assert!(low.x / low.z > 1.5 * overhead.x / overhead.z, "{azimuth}: {low} against {overhead}");
     }
     // The ground: a few lux, an estimate (that of a twilight with the Sun about 5 degrees down), on an albedo of 0.05 to 0.3.
-    let ground = sky(NaifId::EARTH, DALLAS, time, -60.0, 0.0, CLEAR).y * UNIT_CD_M2 * PI;
+    let ground = sky(NaifId::EARTH, DALLAS, time, -60.0, 0.0, CLEAR_SKY).y * UNIT_CD_M2 * PI;
     assert!((0.05..5.0).contains(&ground), "{ground} lm/m2");
 }
 
@@ -84,18 +85,19 @@ fn light_in_the_umbra_agrees_with_photons() {
     air.species.retain(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none());
     let (per_km, scale_km, top_km) = (air.species[0].scattering_per_km, air.species[0].scale_height_km, air.top_km);
     let radius_km = earth.radii_km.x;
-    let ground = earth.target_mean_colour();
+    let ground_albedo = earth.target_mean_colour();
+    // Cotangent of the Sun's angular radius, and the Moon's distance in Earth radii.
     let (cot, depth) = (215.0, 59.0);
     for umbra_km in [40.0, 90.0, 130.0] {
         // A Moon in front of the Sun at the zenith, larger than the Sun by the given margin; the Sun's disc is uniform.
         let solar_radius_km = radius_km * depth / cot;
-        let semi = ((1.0 + umbra_km / solar_radius_km) * depth / cot) as f32;
+        let occluder_radius = ((1.0 + umbra_km / solar_radius_km) * depth / cot) as f32;
         let eclipse = EclipseUniforms {
             axis: Vec4::new(0.0, 0.0, 1.0, 1.0 / 23_455.0),
             across: [Vec4::new(1.0, 0.0, 0.0, cot as f32), Vec4::new(0.0, 1.0, 0.0, (cot / 23_455.0) as f32)],
             limb: [Vec3::splat(1.0 / std::f32::consts::PI).extend(0.0), Vec4::ZERO, Vec4::ZERO],
             places: vec![Vec4::new(0.0, 0.0, depth as f32 + 1.0, 0.0)],
-            shapes: vec![Vec4::new(1.0, 0.0, semi, semi)],
+            shapes: vec![Vec4::new(1.0, 0.0, occluder_radius, occluder_radius)],
             ..EclipseUniforms::default()
         };
         let roots = air_spread::tables(&earth, &eclipse);
@@ -103,11 +105,12 @@ fn light_in_the_umbra_agrees_with_photons() {
         assert!(roots[..air_spread::NODES].iter().all(|r| r.min_element() >= 0.0 && r.max_element() <= 1.0));
         // The middle of the shadow, 2 km above the ground: first column of the second row.
         for channel in [1, 2] {
-            let got = f64::from(roots[air_spread::COLUMNS][channel]).powi(2);
+            let tabulated = f64::from(roots[air_spread::COLUMNS][channel]).powi(2);
             let visible_fraction =
-                |x: f64, y: f64| visible_fraction_of_uniform_disc(f64::from(semi) * cot / depth, x.hypot(y) / solar_radius_km);
-            let expected = shadow_ratio_by_photons(per_km[channel], scale_km, top_km, radius_km, ground[channel], 60_000, visible_fraction);
-            assert!((got / expected - 1.0).abs() < 0.4, "{umbra_km} km, channel {channel}: {got:.2e} for {expected:.2e}");
+                |x: f64, y: f64| visible_fraction_of_uniform_disc(f64::from(occluder_radius) * cot / depth, x.hypot(y) / solar_radius_km);
+            let expected =
+                shadow_ratio_by_photons(per_km[channel], scale_km, top_km, radius_km, ground_albedo[channel], 60_000, visible_fraction);
+            assert!((tabulated / expected - 1.0).abs() < 0.4, "{umbra_km} km, channel {channel}: {tabulated:.2e} for {expected:.2e}");
         }
     }
 }
@@ -131,7 +134,7 @@ fn shadow_ratio_by_photons(
     scale_km: f64,
     top_km: f64,
     radius_km: f64,
-    ground: f64,
+    ground_albedo: f64,
     paths: u32,
     visible_fraction: impl Fn(f64, f64) -> f64,
 ) -> f64 {
@@ -145,7 +148,7 @@ fn shadow_ratio_by_photons(
     let sunlight = |height: f64| (-per_km * scale_km * (-height / scale_km).exp()).exp();
     let (mut shadowed, mut unshadowed) = (0.0, 0.0);
     for _ in 0..paths {
-        let mut at = DVec3::new(0.0, 0.0, radius_km + 2.0);
+        let mut position = DVec3::new(0.0, 0.0, radius_km + 2.0);
         let isotropic = |random: &mut dyn FnMut() -> f64| {
             let z = 2.0 * random() - 1.0;
             let (sin, cos) = (TAU * random()).sin_cos();
@@ -155,26 +158,26 @@ fn shadow_ratio_by_photons(
         let mut weight = 1.0;
         // Delta tracking to the next scattering: the air is sampled at the ground's density, and a scattering is accepted with the probability of the local density.
         loop {
-            let before = at;
-            at += along * (-random().ln() / per_km);
-            let height = at.length() - radius_km;
+            let before = position;
+            position += along * (-random().ln() / per_km);
+            let height = position.length() - radius_km;
             let b = before.dot(along);
             let discriminant = b * b - before.length_squared() + radius_km * radius_km;
-            if b < 0.0 && discriminant > 0.0 && (-b - discriminant.sqrt()) < (at - before).length() {
-                at = before + along * (-b - discriminant.sqrt());
-                let up = at.normalize();
-                weight *= ground;
+            if b < 0.0 && discriminant > 0.0 && (-b - discriminant.sqrt()) < (position - before).length() {
+                position = before + along * (-b - discriminant.sqrt());
+                let up = position.normalize();
+                weight *= ground_albedo;
                 let light = weight * up.z.max(0.0) * sunlight(0.0) / PI;
-                shadowed += light * visible_fraction(at.x, at.y);
+                shadowed += light * visible_fraction(position.x, position.y);
                 unshadowed += light;
                 let side = isotropic(&mut random);
                 along = (up + side).normalize();
-                at += up * 1e-6;
+                position += up * 1e-6;
             } else if height > top_km {
                 break;
             } else if random() < (-height / scale_km).exp() {
                 let light = weight * sunlight(height) / (4.0 * PI);
-                shadowed += light * visible_fraction(at.x, at.y);
+                shadowed += light * visible_fraction(position.x, position.y);
                 unshadowed += light;
                 along = isotropic(&mut random);
             }
@@ -189,37 +192,38 @@ fn shadow_ratio_by_photons(
 /// Outside every penumbra the tables change nothing, to the last bit.
 #[test]
 fn outside_the_penumbra_the_sky_is_unchanged() {
-    let time = at("2024-04-08T18:42:38Z");
-    for place in [(-30.0, -60.0), (45.0, 10.0)] {
+    let time = parse_time("2024-04-08T18:42:38Z");
+    for location in [(-30.0, -60.0), (45.0, 10.0)] {
         for height in [3.0, 40.0] {
-            let radiance_with = |effects: &str| sky(NaifId::EARTH, place, time, height, 120.0, &format!("{CLEAR}{effects}"));
-            assert_eq!(radiance_with(",+eclipse"), radiance_with(",-eclipse"), "{place:?} {height}");
+            let radiance_with = |effects: &str| sky(NaifId::EARTH, location, time, height, 120.0, &format!("{CLEAR_SKY}{effects}"));
+            assert_eq!(radiance_with(",+eclipse"), radiance_with(",-eclipse"), "{location:?} {height}");
         }
     }
 }
 
-/// Illuminance of level ground by the entire sky without the Sun's disc, lux: 6 altitudes by 8 azimuths.
-fn lux(body: NaifId, place: (f64, f64), time: Instant) -> f64 {
-    let rows = [4.0, 14.0, 26.0, 40.0, 57.0, 78.0];
-    let edges = [0.0, 9.0, 20.0, 33.0, 48.0, 67.0, 90.0_f64];
-    let ring = |k: usize| {
-        let weight = PI * (edges[k + 1].to_radians().sin().powi(2) - edges[k].to_radians().sin().powi(2));
-        let mean = (0..8).map(|a| {
-            let c = sky(body, place, time, rows[k], f64::from(a) * 45.0 + 10.0, &format!("{CLEAR},-eclipse"));
+/// Illuminance of level ground by the entire sky without the Sun's disc, in lux, sampled at 6 altitudes by 8 azimuths.
+fn lux(body: NaifId, location: (f64, f64), time: Instant) -> f64 {
+    let altitudes_deg = [4.0, 14.0, 26.0, 40.0, 57.0, 78.0];
+    let band_edges_deg = [0.0, 9.0, 20.0, 33.0, 48.0, 67.0, 90.0_f64];
+    let band = |k: usize| {
+        let weight = PI * (band_edges_deg[k + 1].to_radians().sin().powi(2) - band_edges_deg[k].to_radians().sin().powi(2));
+        let luminances = (0..8).map(|a| {
+            let c = sky(body, location, time, altitudes_deg[k], f64::from(a) * 45.0 + 10.0, &format!("{CLEAR_SKY},-eclipse"));
             0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z
         });
-        weight * mean.sum::<f64>() / 8.0
+        weight * luminances.sum::<f64>() / 8.0
     };
-    (0..6).map(ring).sum::<f64>() * UNIT_CD_M2
+    (0..6).map(band).sum::<f64>() * UNIT_CD_M2
 }
 
 /// The time in an afternoon when the Sun is at the given altitude above a location; degrees.
-fn afternoon_time(body: NaifId, place: (f64, f64), from: Instant, height_deg: f64, afternoon_s: f64) -> Instant {
+fn afternoon_time(body: NaifId, location: (f64, f64), from: Instant, height_deg: f64, afternoon_s: f64) -> Instant {
     let height = |t: f64| {
-        let view = ViewRequest { position: on_ground(body, place), ..request(NaifId::SUN, from.plus_seconds(t), 1.0, 8, 0.0, CLEAR) };
+        let view =
+            ViewRequest { position: on_ground(body, location), ..request(NaifId::SUN, from.plus_seconds(t), 1.0, 8, 0.0, CLEAR_SKY) };
         let scene = SESSION.scene(&view).expect("a scene");
         let up = -scene.body(body).expect("the ground").placement.centre_km.normalize();
-        up.dot(scene.body(NaifId::SUN).expect("it").placement.centre_km.normalize()).asin().to_degrees()
+        up.dot(scene.body(NaifId::SUN).expect("the Sun").placement.centre_km.normalize()).asin().to_degrees()
     };
     let (mut early, mut late) = (0.0, afternoon_s);
     assert!(height(early) > height_deg && height(late) < height_deg, "{} to {} degrees", height(early), height(late));
@@ -240,9 +244,9 @@ const SUNSET_DEG: f64 = -0.833;
 /// Part of the excess comes from the catalog's air, which is clearer than average; the rest is not explained (docs/measurements.md).
 #[test]
 fn twilight_is_as_bright_as_published() {
-    let place = (0.0, 0.0);
-    let noon = at("2024-03-20T12:00:00Z");
-    let lux_at = |deg: f64| lux(NaifId::EARTH, place, afternoon_time(NaifId::EARTH, place, noon, deg, 36_000.0));
+    let location = (0.0, 0.0);
+    let noon = parse_time("2024-03-20T12:00:00Z");
+    let lux_at = |deg: f64| lux(NaifId::EARTH, location, afternoon_time(NaifId::EARTH, location, noon, deg, 36_000.0));
     let heights = [60.0, 30.0, 10.0, 3.0, 0.0, SUNSET_DEG, -2.0, -4.0, -6.0, -8.0, -10.0, -12.0, -14.0, -16.0, -18.0, -22.0, -30.0];
     let all: Vec<f64> = heights.iter().map(|h| lux_at(*h)).collect();
     println!("{heights:?} degrees: {all:?} lux");
@@ -252,10 +256,10 @@ fn twilight_is_as_bright_as_published() {
         assert!(decades_per_deg < 0.8, "at {h:?} degrees {w:?} lux: {decades_per_deg:.2}");
     }
     let lux_of = |deg: f64| all[heights.iter().position(|h| *h == deg).expect("one of them")];
-    for (deg, least, most) in
+    for (deg, lowest, highest) in
         [(SUNSET_DEG, 165.0, 1000.0), (-6.0, 0.8, 8.75), (-12.0, 0.0032, 0.02), (-18.0, 2.4e-4, 1.5e-3), (-30.0, 2e-4, 1.2e-3)]
     {
-        assert!((least..most).contains(&lux_of(deg)), "{deg} degrees: {} lux", lux_of(deg));
+        assert!((lowest..highest).contains(&lux_of(deg)), "{deg} degrees: {} lux", lux_of(deg));
     }
     assert!(lux_of(60.0) > 5e3 && lux_of(60.0) < 2.5e4, "{} lux by day", lux_of(60.0));
 }
@@ -263,32 +267,32 @@ fn twilight_is_as_bright_as_published() {
 /// The ground is lit by the sky that is drawn: from dusk to night their ratio, the ground's albedo, stays within a factor of 1.7 of its geometric mean.
 #[test]
 fn the_ground_is_lit_by_the_sky_that_is_drawn() {
-    let place = (0.0, 0.0);
-    let noon = at("2024-03-20T12:00:00Z");
+    let location = (0.0, 0.0);
+    let noon = parse_time("2024-03-20T12:00:00Z");
     let ratios: Vec<f64> = [-1.0, -3.0, -5.0, -7.0, -9.0, -11.0, -13.0, -16.0, -20.0, -28.0]
         .into_iter()
         .map(|height| {
-            let time = afternoon_time(NaifId::EARTH, place, noon, height, 36_000.0);
-            let c = sky(NaifId::EARTH, place, time, -70.0, 0.0, &format!("{CLEAR},-eclipse,-albedo,-specular"));
-            (0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z) * UNIT_CD_M2 * PI / lux(NaifId::EARTH, place, time)
+            let time = afternoon_time(NaifId::EARTH, location, noon, height, 36_000.0);
+            let c = sky(NaifId::EARTH, location, time, -70.0, 0.0, &format!("{CLEAR_SKY},-eclipse,-albedo,-specular"));
+            (0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z) * UNIT_CD_M2 * PI / lux(NaifId::EARTH, location, time)
         })
         .collect();
-    let middle = (ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64).exp();
-    assert!(ratios.iter().all(|r| (r / middle).ln().abs() < 1.7_f64.ln()), "{ratios:?}");
-    assert!((0.4..1.0).contains(&middle), "one and a half times the disc's geometric albedo of 0.43: {middle}");
+    let geometric_mean = (ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64).exp();
+    assert!(ratios.iter().all(|r| (r / geometric_mean).ln().abs() < 1.7_f64.ln()), "{ratios:?}");
+    assert!((0.4..1.0).contains(&geometric_mean), "one and a half times the disc's geometric albedo of 0.43: {geometric_mean}");
 }
 
-/// The same for Mars, in all tiers: ground and sky fall without a jump and never to zero.
+/// On Mars and the Earth, in all tiers: ground and sky are never entirely black, at any time of day.
 #[test]
 fn every_sky_has_a_night() {
-    let cases = [(NaifId(499), (0.0, 0.0), "2024-03-20T12:00:00Z", 0.0), (NaifId::EARTH, (0.0, 0.0), "2024-03-20T23:59:00Z", 0.0)];
-    for (body, place, time, _) in cases {
+    let cases = [(NaifId(499), (0.0, 0.0), "2024-03-20T12:00:00Z"), (NaifId::EARTH, (0.0, 0.0), "2024-03-20T23:59:00Z")];
+    for (body, location, time) in cases {
         for tier in ["table", "pixel-8", "pixel-32", "vertex"] {
             let mut least = f64::MAX;
             for hour in 0..6 {
-                let time = at(time).plus_seconds(f64::from(hour) * 4.0 * 3600.0);
+                let time = parse_time(time).plus_seconds(f64::from(hour) * 4.0 * 3600.0);
                 for height in [60.0, 5.0, -40.0] {
-                    let c = sky(body, place, time, height, 0.0, &format!("{CLEAR},-eclipse,+atmosphere={tier}"));
+                    let c = sky(body, location, time, height, 0.0, &format!("{CLEAR_SKY},-eclipse,+atmosphere={tier}"));
                     assert!(c.min_element() > 0.0 && c.is_finite(), "{body:?} {tier} {hour} {height}: {c}");
                     least = least.min(c.y);
                 }

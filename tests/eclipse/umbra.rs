@@ -47,13 +47,13 @@ impl Outline {
 }
 
 /// Channels with different limb darkening, like the Sun's: red darkens least.
-const LAWS: [[f64; 2]; 3] = [[0.34, 0.25], [0.40, 0.26], [0.625, 0.18]];
+const LIMB_DARKENING: [[f64; 2]; 3] = [[0.34, 0.25], [0.40, 0.26], [0.625, 0.18]];
 
 /// Occluders at a depth of 100 radii in front of a Sun that has a radius of one there, so lengths are in solar radii. The Sun is far away and the receiver is a
 /// point.
 fn uniforms(occluders: &[Outline], model: EclipseModel) -> (Eclipse, EclipseUniforms) {
     let v = |x: f64, y: f64, z: f64, w: f64| Vec4::new(x as f32, y as f32, z as f32, w as f32);
-    let law = |k: usize| if model == EclipseModel::LimbDarkened { LAWS[k] } else { [0.0; 2] };
+    let law = |k: usize| if model == EclipseModel::LimbDarkened { LIMB_DARKENING[k] } else { [0.0; 2] };
     let factors = [0, 1, 2].map(|k| {
         let [u1, u2] = law(k);
         let flux = std::f64::consts::PI * (1.0 - u1 / 3.0 - u2 / 6.0);
@@ -84,8 +84,8 @@ fn random_numbers(seed: f64) -> impl FnMut() -> f64 {
 #[test]
 fn sunlight_is_exact_at_the_contacts_and_falls_monotonically() {
     let mut next = random_numbers(3.0);
-    // (dark, full, between) numbers of receivers tested.
-    let mut counted = [0; 3];
+    // Numbers of receivers without light, with full light and in between.
+    let mut receiver_counts = [0; 3];
     let (mut worst_round, mut worst_long) = (0.0_f64, 0.0_f64);
     for case in 0..36 {
         let round = case % 3 != 0;
@@ -94,11 +94,11 @@ fn sunlight_is_exact_at_the_contacts_and_falls_monotonically() {
         let shape = Outline { centre: DVec2::ZERO, axis: DVec2::from_angle(6.0 * next()), semi: DVec2::new(long, short) };
         let direction = DVec2::from_angle(6.0 * next());
         let aside = direction.perp() * (0.3 * next() * (long - 1.0).clamp(0.0, 1.0));
-        // From 1.3 solar radii outside the bounding circle to the middle.
+        // Distances to go, from 1.3 solar radii outside the bounding circle to the middle.
         let steps = 240;
-        let along: Vec<f64> = (0..=steps).map(|k| (long + 2.3) * (1.0 - f64::from(k) / f64::from(steps))).collect();
+        let distances: Vec<f64> = (0..=steps).map(|k| (long + 2.3) * (1.0 - f64::from(k) / f64::from(steps))).collect();
         // The receiver moves and the occluders rest, so as seen from the receiver the occluders move the other way.
-        let points: Vec<_> = along.iter().map(|a| (-(direction * *a + aside)).extend(0.0)).collect();
+        let points: Vec<_> = distances.iter().map(|d| (-(direction * *d + aside)).extend(0.0)).collect();
         // The ramp approximates an elongated occluder by its tangent, whose contacts differ from the outline's.
         for model in MODELS.into_iter().filter(|m| round || *m != EclipseModel::Linear) {
             // Each size is tested with two occluders and with four, in different rounds of twelve cases.
@@ -106,22 +106,23 @@ fn sunlight_is_exact_at_the_contacts_and_falls_monotonically() {
                 // The other occluders are far to the side and hide nothing.
                 let others = (1..count).map(|k| shape.shifted(DVec2::new(3e4 * f64::from(k), 1e4)));
                 let occluders: Vec<_> = std::iter::once(shape).chain(others).collect();
-                let (eclipse, a) = uniforms(&occluders, model);
+                let (eclipse, eclipse_uniforms) = uniforms(&occluders, model);
                 for (prober, precision) in probers() {
-                    let light = sunlight_from_uniforms(&prober, eclipse, a.clone(), &points).expect("answers");
-                    let describe = |k: usize| format!("{model:?} {precision} {count} occluders {shape:?} at {}: {:?}", along[k], light[k]);
+                    let light = sunlight_from_uniforms(&prober, eclipse, eclipse_uniforms.clone(), &points).expect("answers");
+                    let describe =
+                        |k: usize| format!("{model:?} {precision} {count} occluders {shape:?} at {}: {:?}", distances[k], light[k]);
                     for (k, rgb) in light.iter().enumerate() {
-                        let seen = shape.shifted(direction * along[k] + aside);
-                        let (least, most) = seen.levels();
+                        let outline = shape.shifted(direction * distances[k] + aside);
+                        let (least, most) = outline.levels();
                         let margin = 2e-3;
-                        if most < 1.0 - margin && seen.semi.y > 1.0 {
+                        if most < 1.0 - margin && outline.semi.y > 1.0 {
                             assert_eq!(*rgb, [0.0; 3], "{}", describe(k));
-                            counted[0] += 1;
-                        } else if least > 1.0 + margin && seen.centre.length() > 1.0 {
+                            receiver_counts[0] += 1;
+                        } else if least > 1.0 + margin && outline.centre.length() > 1.0 {
                             assert_eq!(*rgb, [1.0; 3], "{}", describe(k));
-                            counted[1] += 1;
+                            receiver_counts[1] += 1;
                         } else {
-                            counted[2] += 1;
+                            receiver_counts[2] += 1;
                         }
                     }
                     for k in 1..light.len() {
@@ -131,15 +132,15 @@ fn sunlight_is_exact_at_the_contacts_and_falls_monotonically() {
                         *worst = worst.max(rise);
                         // Round occluders: rounding, plus 2e-7 where the sum over the hidden part switches to the sum over the visible part. Elongated occluders:
                         // chords between 32 nodes are within 1.3e-4 of the light (tests/data).
-                        let slack = if round { 4e-7 } else { 3e-4 };
-                        assert!(rise <= slack, "rises by {rise:e} from {:?}: {}", light[k - 1], describe(k));
+                        let tolerance = if round { 4e-7 } else { 3e-4 };
+                        assert!(rise <= tolerance, "rises by {rise:e} from {:?}: {}", light[k - 1], describe(k));
                     }
                 }
             }
         }
     }
-    println!("{counted:?}; light rises by {worst_round:e} and {worst_long:e} at most");
-    assert!(counted.iter().all(|n| *n > 5000), "{counted:?}");
+    println!("{receiver_counts:?}; light rises by {worst_round:e} and {worst_long:e} at most");
+    assert!(receiver_counts.iter().all(|n| *n > 5000), "{receiver_counts:?}");
 }
 
 /// Occluders that hide the entire Sun only together, and sets in which one occluder hides all of it.
@@ -154,13 +155,13 @@ fn occluders_that_cover_the_sun_together_leave_no_light() {
         (&[disc(0.0, 9.0, 9.2), disc(9.0, -6.0, 8.9), disc(-9.0, -6.0, 8.9)], false),
         (&[disc(3.0, 0.0, 4.2), disc(0.2, 0.1, 0.2), disc(0.5, 0.3, 0.3), disc(-0.4, 0.3, 0.25)], true),
     ];
-    for (occluders, all) in cases {
+    for (occluders, is_covered) in cases {
         for model in [EclipseModel::UniformDisc, EclipseModel::LimbDarkened] {
-            let (eclipse, a) = uniforms(occluders, model);
+            let (eclipse, eclipse_uniforms) = uniforms(occluders, model);
             for (prober, precision) in probers() {
-                let rgb = sunlight_from_uniforms(&prober, eclipse, a.clone(), &[DVec3::ZERO]).expect("answers")[0];
-                assert_eq!(rgb == [0.0; 3], all, "{model:?} {precision} {occluders:?}: {rgb:?}");
-                assert!(all || rgb.iter().all(|v| *v > 0.01), "{model:?} {precision} {occluders:?}: {rgb:?}");
+                let rgb = sunlight_from_uniforms(&prober, eclipse, eclipse_uniforms.clone(), &[DVec3::ZERO]).expect("answers")[0];
+                assert_eq!(rgb == [0.0; 3], is_covered, "{model:?} {precision} {occluders:?}: {rgb:?}");
+                assert!(is_covered || rgb.iter().all(|v| *v > 0.01), "{model:?} {precision} {occluders:?}: {rgb:?}");
             }
         }
     }
@@ -201,7 +202,8 @@ fn moons_become_dark_in_every_channel_at_once() {
 /// Along a ring through its planet's shadow, and on the globe across the edge of the ring's shadow.
 #[test]
 fn ring_and_globe_shadows_have_exact_limits() {
-    let mut counted = [0; 2];
+    // Points without shadow and in full shadow.
+    let mut point_counts = [0; 2];
     for (prober, precision) in probers() {
         for (height_deg, radius) in [(0.5_f64, 1.3), (4.0, 1.9), (20.0, 1.5), (26.0, 2.2)] {
             for (model, sun_deg) in [("sphere", 0.03), ("uniform-disc", 0.03), ("limb-darkened", 0.03), ("limb-darkened", 0.3)] {
@@ -217,16 +219,16 @@ fn ring_and_globe_shadows_have_exact_limits() {
                     .collect();
                 assert_eq!(blocked[0], 0.0, "{precision} {model}: noon");
                 // A wide ring under a high Sun leaves the shadow again above the pole; up to its darkest point the blocked fraction must not fall.
-                let most = blocked.iter().copied().fold(0.0, f64::max);
-                let deepest = blocked.iter().position(|b| *b == most).expect("one");
+                let darkest = blocked.iter().copied().fold(0.0, f64::max);
+                let deepest = blocked.iter().position(|b| *b == darkest).expect("one");
                 for pair in blocked[..=deepest].windows(2) {
                     assert!(pair[1] >= pair[0] - 3e-7, "{precision} {model} {height_deg} degrees: {pair:?}");
                 }
-                counted[0] += blocked.iter().filter(|b| **b == 0.0).count();
-                counted[1] += blocked.iter().filter(|b| **b == 1.0).count();
-                // At most one of these points may lie so close to the edge that it sees only a trace.
-                let stray = blocked.iter().filter(|b| **b != 0.0 && **b < 1e-6 || **b != 1.0 && **b > 1.0 - 1e-6).count();
-                assert!(stray <= 1, "{precision} {model} {height_deg} degrees: {stray}");
+                point_counts[0] += blocked.iter().filter(|b| **b == 0.0).count();
+                point_counts[1] += blocked.iter().filter(|b| **b == 1.0).count();
+                // At most one of these points may lie so close to the edge that only a trace of light is blocked or left.
+                let nearly_exact = blocked.iter().filter(|b| **b != 0.0 && **b < 1e-6 || **b != 1.0 && **b > 1.0 - 1e-6).count();
+                assert!(nearly_exact <= 1, "{precision} {model} {height_deg} degrees: {nearly_exact}");
             }
         }
         // Outside the ring's shadow the globe receives all of the light.
@@ -238,5 +240,5 @@ fn ring_and_globe_shadows_have_exact_limits() {
             assert_eq!(answer(&prober, &q)["transmission"].as_f64(), Some(1.0), "{precision} {q}");
         }
     }
-    assert!(counted.iter().all(|n| *n > 500), "{counted:?}");
+    assert!(point_counts.iter().all(|n| *n > 500), "{point_counts:?}");
 }

@@ -7,7 +7,7 @@ use orrery::time::Instant;
 use serde_json::Value;
 
 /// The IAU models are closed formulas, so only rounding may differ. Degrees of rotation between two matrices.
-const IAU_DEG: f64 = 1e-7;
+const IAU_TOLERANCE_DEG: f64 = 1e-7;
 /// Tolerance for the Earth with the reference's Delta T: polar motion is left out on both sides.
 const EARTH_DEG: f64 = 1e-6;
 /// Tolerance for sub-points with light time. The shipped kernel's error, and the difference between planets' centres and the
@@ -28,7 +28,7 @@ fn matrix(v: &Value) -> DMat3 {
 }
 
 /// Angle in degrees of the rotation from one matrix to the other; from the antisymmetric part, which preserves small angles.
-fn turn_deg(a: &DMat3, b: &DMat3) -> f64 {
+fn rotation_between_deg(a: &DMat3, b: &DMat3) -> f64 {
     let d = *a * b.transpose();
     let axis = DVec3::new(d.y_axis.z - d.z_axis.y, d.z_axis.x - d.x_axis.z, d.x_axis.y - d.y_axis.x);
     (axis.length() / 2.0).atan2((d.x_axis.x + d.y_axis.y + d.z_axis.z - 1.0) / 2.0).to_degrees()
@@ -41,20 +41,20 @@ fn id_of(name: &str) -> NaifId {
 #[test]
 fn poles_and_prime_meridians_agree_with_wgccre() {
     let pck = orientation::Pck::parse(orientation::EMBEDDED_PCK).expect("the shipped PCK reads");
-    let (mut count, mut off) = (0, Vec::new());
+    let (mut count, mut failures) = (0, Vec::new());
     for epoch in reference()["epochs"].as_array().expect("epochs") {
         let t = Instant::from_jd_tdb(number(&epoch["jd_tdb"]));
         for (name, body) in epoch["bodies"].as_object().expect("bodies") {
-            let at = pck.pole_and_meridian(id_of(name), t.tdb_seconds_past_j2000()).expect("the PCK has it");
-            let deg = turn_deg(&at.body_from_icrf(), &matrix(&body["icrf_to_body"]));
+            let model = pck.pole_and_meridian(id_of(name), t.tdb_seconds_past_j2000()).expect("the PCK has it");
+            let deg = rotation_between_deg(&model.body_from_icrf(), &matrix(&body["icrf_to_body"]));
             count += 1;
-            if deg > IAU_DEG {
-                off.push(format!("{name} at {}: {deg:.3e} degrees", t.jd_tdb()));
+            if deg > IAU_TOLERANCE_DEG {
+                failures.push(format!("{name} at {}: {deg:.3e} degrees", t.jd_tdb()));
             }
         }
     }
     assert!(count >= 60, "{count}");
-    assert!(off.is_empty(), "{off:#?}");
+    assert!(failures.is_empty(), "{failures:#?}");
 }
 
 #[test]
@@ -64,13 +64,13 @@ fn the_earths_rotation_agrees_with_erfa() {
         let Some(earth) = epoch.get("earth_erfa") else { continue };
         let t = Instant::from_jd_tdb(number(&epoch["jd_tdb"]));
         let bpn = orientation::true_of_date_from_gcrs(t);
-        assert!(turn_deg(&bpn, &matrix(&earth["bpn_gcrs_to_true_of_date"])) < EARTH_DEG, "{}", t.jd_tdb());
+        assert!(rotation_between_deg(&bpn, &matrix(&earth["bpn_gcrs_to_true_of_date"])) < EARTH_DEG, "{}", t.jd_tdb());
         // Our Delta T differs from the assumed one: that is a rotation about the pole, 15 arcsec per second of time.
-        let turned = orientation::earth_itrs_from_gcrs(t);
+        let itrs_from_gcrs = orientation::earth_itrs_from_gcrs(t);
         let delta_t_s = (t.jd_tt() - t.jd_ut1()) * 86_400.0;
-        let late_s = delta_t_s - number(&earth["assumed_delta_t_tt_minus_ut1_s"]);
-        let back = DMat3::from_rotation_z(-(late_s * 360.985_647 / 86_400.0).to_radians());
-        let deg = turn_deg(&(back * turned), &matrix(&earth["gcrs_to_itrs_no_polar_motion"]));
+        let delta_t_difference_s = delta_t_s - number(&earth["assumed_delta_t_tt_minus_ut1_s"]);
+        let to_assumed_delta_t = DMat3::from_rotation_z(-(delta_t_difference_s * 360.985_647 / 86_400.0).to_radians());
+        let deg = rotation_between_deg(&(to_assumed_delta_t * itrs_from_gcrs), &matrix(&earth["gcrs_to_itrs_no_polar_motion"]));
         // A Julian date in a single f64 has a resolution of 40 microseconds, 1.7e-7 degrees of rotation.
         assert!(deg < EARTH_DEG, "{}: {deg:.3e} degrees, Delta T {delta_t_s}", t.jd_tdb());
         count += 1;
@@ -97,37 +97,37 @@ fn arc_deg(a: (f64, f64), b: (f64, f64)) -> f64 {
 fn sub_points_include_light_time() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped data reads");
-    let (mut count, mut off) = (0, Vec::new());
+    let (mut count, mut failures) = (0, Vec::new());
     for date in reference()["sub_points_dates"].as_array().expect("dates") {
         let t = Instant::from_jd_tdb(number(&date["jd_tdb"]));
-        let place = |id, t| ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("a state").state.pos_km;
-        let earth = place(NaifId::EARTH, t);
+        let position_km = |id, t| ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("a state").state.pos_km;
+        let earth = position_km(NaifId::EARTH, t);
         for (name, body) in date["bodies"].as_object().expect("bodies") {
             let id = id_of(name);
-            let seen = &body["light_time"];
+            let expected = &body["light_time"];
             let (pos, emitted) = ephemeris.light_time_position(id, earth, t).expect("light time");
             let pck = orientation::Pck::parse(orientation::EMBEDDED_PCK).expect("reads");
-            let turned = pck.pole_and_meridian(id, emitted.tdb_seconds_past_j2000()).expect("the PCK has it").body_from_icrf();
+            let body_from_icrf = pck.pole_and_meridian(id, emitted.tdb_seconds_past_j2000()).expect("the PCK has it").body_from_icrf();
             let (sun, _) = ephemeris.light_time_position(NaifId::SUN, pos, emitted).expect("light time");
             for (what, direction, lon, lat) in [
                 ("sub-earth", earth - pos, "sub_earth_lon_east_deg", "sub_earth_lat_centric_deg"),
                 ("sub-solar", sun - pos, "sub_solar_lon_east_deg", "sub_solar_lat_centric_deg"),
             ] {
-                let deg = arc_deg(lon_lat(turned * direction), (number(&seen[lon]), number(&seen[lat])));
+                let deg = arc_deg(lon_lat(body_from_icrf * direction), (number(&expected[lon]), number(&expected[lat])));
                 count += 1;
                 if deg > SUB_POINT_DEG {
-                    off.push(format!("{name} {what} at {}: {deg:.2e} degrees", t.jd_tdb()));
+                    failures.push(format!("{name} {what} at {}: {deg:.2e} degrees", t.jd_tdb()));
                 }
             }
         }
     }
     assert!(count >= 40, "{count}");
-    assert!(off.is_empty(), "{off:#?}");
+    assert!(failures.is_empty(), "{failures:#?}");
 }
 
 #[test]
 fn a_small_rotation_is_detected() {
-    let turned = DMat3::from_rotation_y(1e-6_f64.to_radians());
-    assert!((turn_deg(&turned, &DMat3::IDENTITY) - 1e-6).abs() < 1e-12);
+    let small_rotation = DMat3::from_rotation_y(1e-6_f64.to_radians());
+    assert!((rotation_between_deg(&small_rotation, &DMat3::IDENTITY) - 1e-6).abs() < 1e-12);
     assert!((arc_deg((359.9995, 0.0), (0.0005, 0.0)) - 0.001).abs() < 1e-9);
 }

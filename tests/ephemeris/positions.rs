@@ -8,7 +8,7 @@ use serde_json::Value;
 
 const RAD_PER_ARCSEC: f64 = std::f64::consts::PI / 648_000.0;
 
-const PLACES: &[(&str, i32)] = &[
+const BODIES: &[(&str, i32)] = &[
     ("mercury", 199),
     ("venus", 299),
     ("earth", 399),
@@ -31,8 +31,8 @@ struct Epoch {
 }
 
 fn vector(v: &Value) -> DVec3 {
-    let a = |i: usize| v[i].as_f64().expect("a number");
-    DVec3::new(a(0), a(1), a(2))
+    let component = |i: usize| v[i].as_f64().expect("a number");
+    DVec3::new(component(0), component(1), component(2))
 }
 
 fn epochs() -> Vec<Epoch> {
@@ -47,7 +47,7 @@ fn epochs() -> Vec<Epoch> {
         Epoch {
             t: Instant::from_jd_tdb(jd),
             jd,
-            heliocentric: PLACES.iter().map(helio).collect(),
+            heliocentric: BODIES.iter().map(helio).collect(),
             moon_geocentric: vector(&e["moon_geocentric"]["pos_km"]),
             sun_barycentric: vector(&e["barycentric"]["sun"]["pos_km"]),
         }
@@ -67,9 +67,9 @@ fn ephemeris() -> Ephemeris {
 #[test]
 fn the_kernel_keeps_its_stated_errors_at_every_reference_epoch() {
     let ephemeris = ephemeris();
-    let mut seen = 0;
+    let mut compared = 0;
     for epoch in epochs().iter().filter(|e| (2_415_020.5..=2_488_069.5).contains(&e.jd)) {
-        seen += 1;
+        compared += 1;
         let moon = ephemeris.state(NaifId::MOON, NaifId::EARTH, epoch.t, Some(Source::Kernel)).expect("Moon").state;
         assert!(
             (moon.pos_km - epoch.moon_geocentric).length() < 0.1,
@@ -81,15 +81,15 @@ fn the_kernel_keeps_its_stated_errors_at_every_reference_epoch() {
         assert!((sun.state.pos_km - epoch.sun_barycentric).length() < sun.error_km);
         for &(name, id, pos_km, vel_km_s) in &epoch.heliocentric {
             let answer = ephemeris.state(id, NaifId::SUN, epoch.t, None).expect(name);
-            let (off, angle) = ((answer.state.pos_km - pos_km).length(), arcsec(answer.state.pos_km, pos_km));
+            let (off_km, angle_arcsec) = ((answer.state.pos_km - pos_km).length(), arcsec(answer.state.pos_km, pos_km));
             assert_eq!(answer.source, Source::Kernel);
-            assert!(angle < 0.02, "{} {name}: {angle} arcsec", epoch.jd);
-            assert!(off < answer.error_km, "{} {name}: {off} km, stated {}", epoch.jd, answer.error_km);
+            assert!(angle_arcsec < 0.02, "{} {name}: {angle_arcsec} arcsec", epoch.jd);
+            assert!(off_km < answer.error_km, "{} {name}: {off_km} km, stated {}", epoch.jd, answer.error_km);
             let speed_error = (answer.state.vel_km_s - vel_km_s).length();
             assert!(speed_error < 1e-4, "{} {name}: velocity off by {speed_error} km/s", epoch.jd);
         }
     }
-    assert!(seen >= 10, "only {seen} reference epochs in the kernel's span");
+    assert!(compared >= 10, "only {compared} reference epochs in the kernel's span");
 }
 
 #[test]
@@ -149,14 +149,14 @@ fn series_stay_within_30_arcsec_from_1600_to_2500() {
     let ephemeris = ephemeris();
     for epoch in epochs() {
         let moon = ephemeris.state(NaifId::MOON, NaifId::EARTH, epoch.t, Some(Source::Series)).expect("Moon");
-        let off = (moon.state.pos_km - epoch.moon_geocentric).length();
-        assert!(arcsec(moon.state.pos_km, epoch.moon_geocentric) < 30.0 && off < moon.error_km, "{}: Moon {off} km", epoch.jd);
+        let off_km = (moon.state.pos_km - epoch.moon_geocentric).length();
+        assert!(arcsec(moon.state.pos_km, epoch.moon_geocentric) < 30.0 && off_km < moon.error_km, "{}: Moon {off_km} km", epoch.jd);
         for &(name, id, pos_km, vel_km_s) in &epoch.heliocentric {
             let answer = ephemeris.state(id, NaifId::SUN, epoch.t, Some(Source::Series)).expect(name);
-            let off = (answer.state.pos_km - pos_km).length();
+            let off_km = (answer.state.pos_km - pos_km).length();
             assert_eq!(answer.source, Source::Series);
-            assert!(arcsec(answer.state.pos_km, pos_km) < 30.0, "{} {name}: {off} km", epoch.jd);
-            assert!(off < answer.error_km, "{} {name}: {off} km, stated {}", epoch.jd, answer.error_km);
+            assert!(arcsec(answer.state.pos_km, pos_km) < 30.0, "{} {name}: {off_km} km", epoch.jd);
+            assert!(off_km < answer.error_km, "{} {name}: {off_km} km, stated {}", epoch.jd, answer.error_km);
             assert!((answer.state.vel_km_s - vel_km_s).length() < 3e-3, "{} {name}: {}", epoch.jd, answer.state.vel_km_s);
         }
     }
@@ -170,8 +170,8 @@ fn mean_elements_keep_their_stated_error() {
         assert!((moon.state.pos_km - epoch.moon_geocentric).length() < moon.error_km, "{}: Moon", epoch.jd);
         for &(name, id, pos_km, _) in &epoch.heliocentric {
             let answer = ephemeris.state(id, NaifId::SUN, epoch.t, Some(Source::Mean)).expect(name);
-            let off = (answer.state.pos_km - pos_km).length();
-            assert!(off < answer.error_km, "{} {name}: {off} km, stated {}", epoch.jd, answer.error_km);
+            let off_km = (answer.state.pos_km - pos_km).length();
+            assert!(off_km < answer.error_km, "{} {name}: {off_km} km, stated {}", epoch.jd, answer.error_km);
         }
     }
     // For years far from the reference epochs, VSOP87 is the reference.
@@ -181,8 +181,8 @@ fn mean_elements_keep_their_stated_error() {
         for id in 1..=8 {
             let state = |source| ephemeris.state(NaifId(id), NaifId::SUN, t, Some(source)).expect("a planet");
             let (mean, series) = (state(Source::Mean), state(Source::Series));
-            let off = (mean.state.pos_km - series.state.pos_km).length();
-            assert!(off < mean.error_km + series.error_km, "{year} {id}: {off} km, stated {}", mean.error_km);
+            let off_km = (mean.state.pos_km - series.state.pos_km).length();
+            assert!(off_km < mean.error_km + series.error_km, "{year} {id}: {off_km} km, stated {}", mean.error_km);
         }
     }
 }
@@ -213,11 +213,11 @@ fn every_source_keeps_its_stated_error_at_every_reference_epoch() {
     let all: Vec<_> = epochs().iter().flat_map(|epoch| deviations(&ephemeris, epoch)).collect();
     // Two sources at every epoch, and the kernel within its span.
     assert!(all.len() > 30 * 24 * 2 + 10 * 24, "{}", all.len());
-    let broken = |share: f64| all.iter().filter(|(_, off_km, error_km)| *off_km >= share * error_km).collect::<Vec<_>>();
-    assert!(broken(1.0).is_empty(), "{:?}", broken(1.0));
+    let exceeding = |factor: f64| all.iter().filter(|(_, off_km, error_km)| *off_km >= factor * error_km).collect::<Vec<_>>();
+    assert!(exceeding(1.0).is_empty(), "{:?}", exceeding(1.0));
     // The stated errors are not too generous: with a third of each, every source would exceed some.
     for source in ["Mean", "Series", "Kernel"] {
-        assert!(broken(1.0 / 3.0).iter().any(|(asked, ..)| asked.ends_with(source)), "{source}");
+        assert!(exceeding(1.0 / 3.0).iter().any(|(label, ..)| label.ends_with(source)), "{source}");
     }
 }
 
@@ -235,8 +235,8 @@ fn dates_without_a_theory_are_refused_and_give_no_nan() {
                     Err(e) => assert!(!e.to_string().contains('\n')),
                 }
             }
-            if let Ok(turned) = ephemeris.body_from_icrf(id, t) {
-                assert!((turned.determinant() - 1.0).abs() < 1e-9, "{id:?} {jd}");
+            if let Ok(rotation) = ephemeris.body_from_icrf(id, t) {
+                assert!((rotation.determinant() - 1.0).abs() < 1e-9, "{id:?} {jd}");
             }
         }
         assert!(ephemeris.state(NaifId::EARTH, NaifId::SUN, t, None).is_err());
@@ -279,10 +279,10 @@ fn a_moons_path_is_straight_while_light_crosses_its_system() {
     for moon in catalog.bodies().iter().filter(|b| b.kind == orrery::catalog::BodyKind::Moon) {
         let parent = moon.parent.expect("a planet");
         let state = |t: Instant| ephemeris.state(moon.id, parent, t, None).expect("a place").state;
-        let bent_km = |late_s: f64| (state(t).pos_km - state(t).vel_km_s * late_s - state(t.plus_seconds(-late_s)).pos_km).length();
-        let of = [bent_km(1.0), bent_km(10.0)];
-        assert!(moon.name != "Io" || of[1] < 0.04, "Io: {of:?} km");
-        worst_km = [worst_km[0].max(of[0]), worst_km[1].max(of[1])];
+        let curvature_km = |light_s: f64| (state(t).pos_km - state(t).vel_km_s * light_s - state(t.plus_seconds(-light_s)).pos_km).length();
+        let error_km = [curvature_km(1.0), curvature_km(10.0)];
+        assert!(moon.name != "Io" || error_km[1] < 0.04, "Io: {error_km:?} km");
+        worst_km = [worst_km[0].max(error_km[0]), worst_km[1].max(error_km[1])];
     }
     // The error of the linear motion that light_time_position and the occluders' positions assume; it is small but not zero.
     assert!(worst_km[0] < 6e-3 && worst_km[1] < 0.4, "{worst_km:?} km");
@@ -301,13 +301,14 @@ fn the_polynomials_follow_the_planets_series() {
     let series = Series::embedded().expect("embedded");
     let (mut worst_km, mut worst_km_s) = (0.0_f64, 0.0_f64);
     for place in [1, 2, 3, 4, 5, 6, 7, 8, 10] {
-        let summed = |tdb_s: f64| Series::evaluate_km(place, tdb_s).expect("has a series");
+        let series_km = |tdb_s: f64| Series::evaluate_km(place, tdb_s).expect("has a series");
         for tdb_s in series_dates() {
             let state = series.state(place, tdb_s).expect("has a series");
             let h = 0.2 * 86_400.0;
-            // Numerical derivative, exact up to the fifth derivative.
-            let near = (summed(tdb_s + h) - summed(tdb_s - h)) * 8.0 - (summed(tdb_s + 2.0 * h) - summed(tdb_s - 2.0 * h));
-            let (km, km_s) = ((state.pos_km - summed(tdb_s)).length(), (state.vel_km_s - near / (12.0 * h)).length());
+            // Fourth-order central difference, times 12 h.
+            let derivative_12h =
+                (series_km(tdb_s + h) - series_km(tdb_s - h)) * 8.0 - (series_km(tdb_s + 2.0 * h) - series_km(tdb_s - 2.0 * h));
+            let (km, km_s) = ((state.pos_km - series_km(tdb_s)).length(), (state.vel_km_s - derivative_12h / (12.0 * h)).length());
             assert!(km < 5e-3 && km_s < 2e-6, "{place} at {tdb_s}: {km} km, {km_s} km/s");
             (worst_km, worst_km_s) = (worst_km.max(km), worst_km_s.max(km_s));
         }

@@ -19,18 +19,18 @@ fn table() -> Value {
 }
 
 fn vector(v: &Value) -> DVec3 {
-    let a = |i: usize| v[i].as_f64().expect("a number");
-    DVec3::new(a(0), a(1), a(2))
+    let component = |i: usize| v[i].as_f64().expect("a number");
+    DVec3::new(component(0), component(1), component(2))
 }
 
 /// Every (moon, state) in the table of one planet.
 fn states<'a>(table: &'a Value, planet: &str) -> Vec<(NaifId, &'a Value)> {
     let moons = table[planet]["moons"].as_array().expect("moons");
-    let of = |m: &'a Value| {
+    let states_of = |m: &'a Value| {
         let id = NaifId(i32::try_from(m["naif"].as_i64().expect("naif")).expect("a code"));
         m["states"].as_array().expect("states").iter().map(move |s| (id, s))
     };
-    moons.iter().flat_map(of).collect()
+    moons.iter().flat_map(states_of).collect()
 }
 
 #[test]
@@ -60,9 +60,9 @@ fn galilean_moons_keep_their_stated_error_against_jup365() {
 #[test]
 fn saturns_moons_agree_with_another_program_on_the_same_theory() {
     let (ephemeris, table) = (ephemeris(), table());
-    let mut seen = 0;
+    let mut compared = 0;
     for (id, reference) in states(&table, "saturn") {
-        seen += 1;
+        compared += 1;
         let t = Instant::from_jd_tt(reference["jd_tt"].as_f64().expect("jd_tt"));
         let answer = ephemeris.state(id, SATURN, t, None).expect("a moon");
         assert_eq!(answer.source, Source::Series);
@@ -74,7 +74,7 @@ fn saturns_moons_agree_with_another_program_on_the_same_theory() {
         let late = ephemeris.state(id, SATURN, t.plus_seconds(1.0), None).expect("a moon").state;
         assert!((late.pos_km - vector(&reference["pos_km"])).length() > 0.5);
     }
-    assert_eq!(seen, 40);
+    assert_eq!(compared, 40);
 }
 
 #[test]
@@ -100,19 +100,19 @@ fn velocity_is_the_slope_of_position() {
 }
 
 /// Angle in degrees from a locked moon's prime meridian to its planet, along the moon's equator.
-fn facing_deg(ephemeris: &Ephemeris, moon: NaifId, planet: NaifId, t: Instant, late_s: f64) -> f64 {
-    let to_moon = ephemeris.state(moon, planet, t.plus_seconds(late_s), None).expect("a moon").state.pos_km;
+fn facing_deg(ephemeris: &Ephemeris, moon: NaifId, planet: NaifId, t: Instant, offset_s: f64) -> f64 {
+    let to_moon = ephemeris.state(moon, planet, t.plus_seconds(offset_s), None).expect("a moon").state.pos_km;
     let planet_in_body = ephemeris.body_from_icrf(moon, t).expect("a rotation") * -to_moon;
     planet_in_body.y.atan2(planet_in_body.x).to_degrees()
 }
 
 /// Largest of 60 angles from 2000 to 2041.
-fn worst_facing_deg(ephemeris: &Ephemeris, moon: i32, planet: i32, late_s: f64) -> f64 {
+fn worst_facing_deg(ephemeris: &Ephemeris, moon: i32, planet: i32, offset_s: f64) -> f64 {
     let instant = |i: i32| Instant::from_jd_tdb(2_451_545.0 + 251.7 * f64::from(i));
-    (0..60).map(|i| facing_deg(ephemeris, NaifId(moon), NaifId(planet), instant(i), late_s).abs()).fold(0.0, f64::max)
+    (0..60).map(|i| facing_deg(ephemeris, NaifId(moon), NaifId(planet), instant(i), offset_s).abs()).fold(0.0, f64::max)
 }
 
-/// Moons that rotate once per orbit in the IAU's model, and the largest angle allowed, degrees. An orbit's eccentricity makes the planet librate by 2e
+/// Moons that rotate once per orbit in the IAU's model, and the largest angle allowed, degrees. An orbit's eccentricity e makes the planet's direction librate by 2e
 /// radians (Titan and Iapetus 3.3); the IAU defines some longitudes by craters that are off the mean meridian (Enceladus 4, Rhea and Ganymede 2.5, Mimas
 /// 6); mean elements add a degree or two. Small moons close to their planets drift and are left out.
 const LOCKED: &[(i32, i32, f64)] = &[
@@ -142,26 +142,26 @@ const LOCKED: &[(i32, i32, f64)] = &[
 #[test]
 fn locked_moons_face_their_planets_by_the_iau_meridian() {
     let ephemeris = ephemeris();
-    let mut off = Vec::new();
-    for &(moon, planet, most_deg) in LOCKED {
+    let mut failures = Vec::new();
+    for &(moon, planet, allowed_deg) in LOCKED {
         let worst = worst_facing_deg(&ephemeris, moon, planet, 0.0);
         println!("{moon} {worst:.3}");
-        if worst > most_deg {
-            off.push(format!("{moon}: {worst:.2} degrees"));
+        if worst > allowed_deg {
+            failures.push(format!("{moon}: {worst:.2} degrees"));
         }
     }
-    assert!(off.is_empty(), "{off:?}");
+    assert!(failures.is_empty(), "{failures:?}");
     // Two hours are 17 degrees for Io.
     assert!(worst_facing_deg(&ephemeris, 501, 599, 7200.0) > 10.0);
 }
 
 #[test]
 fn mean_motions_of_moons_match_their_rotation_for_a_century() {
-    // The crater's offset and the libration cancel between two long means; the remainder is a difference of mean motions.
+    // The meridian's offset and the libration cancel in the difference of two long means; the remainder is a difference of mean motions.
     let ephemeris = ephemeris();
-    let mean_deg = |moon: i32, planet: i32, from_jd: f64, late_s: f64| {
+    let mean_deg = |moon: i32, planet: i32, from_jd: f64, offset_s: f64| {
         let instant = |i: i32| Instant::from_jd_tdb(from_jd + 12.473 * f64::from(i));
-        (0..400).map(|i| facing_deg(&ephemeris, NaifId(moon), NaifId(planet), instant(i), late_s)).sum::<f64>() / 400.0
+        (0..400).map(|i| facing_deg(&ephemeris, NaifId(moon), NaifId(planet), instant(i), offset_s)).sum::<f64>() / 400.0
     };
     for moon in [501, 502, 503, 504, 602, 604, 605, 606] {
         let planet = moon / 100 * 100 + 99;
@@ -189,11 +189,11 @@ fn the_planets_and_their_moons_balance_on_the_barycentre() {
         let barycentre = NaifId(planet / 100);
         let from_barycentre = |id| ephemeris.state(NaifId(id), barycentre, t, None).expect("a place").state.pos_km;
         let centre = ephemeris.state(NaifId(planet), barycentre, t, None).expect("a planet");
-        let torque = from_barycentre(planet) * gm(planet) + moons.iter().map(|&m| from_barycentre(m) * gm(m)).sum::<DVec3>();
-        let left_km = torque.length() / gm(planet);
+        let moment = from_barycentre(planet) * gm(planet) + moons.iter().map(|&m| from_barycentre(m) * gm(m)).sum::<DVec3>();
+        let remainder_km = moment.length() / gm(planet);
         println!("{planet}: {:.3} km, stated {:.3}", centre.state.pos_km.length(), centre.error_km);
         // Moons that this sum leaves out may change the balance by a hundred metres.
-        assert!(left_km < 0.1, "{planet}: {left_km} km");
+        assert!(remainder_km < 0.1, "{planet}: {remainder_km} km");
         assert!(centre.state.pos_km.length() > 1.0 && centre.state.pos_km.length() < most_km, "{planet}: {}", centre.state.pos_km);
         assert!(centre.error_km < 50.0 && centre.source < Source::Kernel);
         // Without the moons, the planet alone is off the barycentre.
@@ -202,9 +202,9 @@ fn the_planets_and_their_moons_balance_on_the_barycentre() {
 }
 
 /// Mean angle in degrees from a locked moon's prime meridian to its planet over 14 years around a year.
-fn mean_facing_deg(ephemeris: &Ephemeris, moon: i32, planet: i32, year: f64, late_s: f64) -> f64 {
+fn mean_facing_deg(ephemeris: &Ephemeris, moon: i32, planet: i32, year: f64, offset_s: f64) -> f64 {
     let instant = |i: i32| Instant::from_jd_tdb(2_451_545.0 + 365.25 * (year - 2000.0) + 12.473 * f64::from(i - 200));
-    (0..400).map(|i| facing_deg(ephemeris, NaifId(moon), NaifId(planet), instant(i), late_s)).sum::<f64>() / 400.0
+    (0..400).map(|i| facing_deg(ephemeris, NaifId(moon), NaifId(planet), instant(i), offset_s)).sum::<f64>() / 400.0
 }
 
 /// Tidal acceleration changes a mean motion, so the longitude has a term quadratic in time. The IAU's meridian includes it for Phobos (12.72 degrees per
@@ -213,16 +213,16 @@ fn mean_facing_deg(ephemeris: &Ephemeris, moon: i32, planet: i32, year: f64, lat
 #[test]
 fn no_moon_lacks_a_tidal_acceleration_of_the_iau_meridian() {
     let ephemeris = ephemeris();
-    let mut off = Vec::new();
+    let mut failures = Vec::new();
     for &(moon, planet, _) in LOCKED.iter().filter(|(moon, ..)| *moon != 601) {
         let [before, now, after] = [1907.0, 2000.0, 2093.0].map(|year| mean_facing_deg(&ephemeris, moon, planet, year, 0.0));
         let quadratic_deg_cy2 = 0.5 * (before - 2.0 * now + after) / 0.93_f64.powi(2);
         println!("{moon}: {before:.3} {now:.3} {after:.3} degrees; {quadratic_deg_cy2:.3} degrees a century squared");
         if quadratic_deg_cy2.abs() > MAX_QUADRATIC_DEG_CY2 {
-            off.push(format!("{moon}: {quadratic_deg_cy2:.3} degrees a century squared"));
+            failures.push(format!("{moon}: {quadratic_deg_cy2:.3} degrees a century squared"));
         }
     }
-    assert!(off.is_empty(), "{off:?}");
+    assert!(failures.is_empty(), "{failures:?}");
 }
 
 /// Half a degree in a century is within every locked moon's stated error; Phobos without its term has 12.7.
@@ -261,7 +261,7 @@ const MEAN_LOCKED: &[(i32, i32)] = &[
 #[test]
 fn mean_moons_keep_their_stated_error_by_the_iau_meridian_over_two_centuries() {
     let ephemeris = ephemeris();
-    let mut breaks = 0;
+    let mut beyond_a_third = 0;
     for &(moon, planet) in MEAN_LOCKED {
         // The meridian's own offset: libration and longitude system, as in LOCKED.
         let offset_deg = match moon {
@@ -278,19 +278,19 @@ fn mean_moons_keep_their_stated_error_by_the_iau_meridian_over_two_centuries() {
             let stated_deg = (answer.error_km / answer.state.pos_km.length()).to_degrees();
             assert!(off_deg < stated_deg + offset_deg, "{moon} {jd}: {off_deg} degrees, stated {stated_deg}");
             // The stated errors are not too generous: a third of them would be exceeded.
-            breaks += i32::from(off_deg > stated_deg / 3.0 + offset_deg);
+            beyond_a_third += i32::from(off_deg > stated_deg / 3.0 + offset_deg);
         }
     }
-    assert!(breaks > 0);
+    assert!(beyond_a_third > 0);
 }
 
 #[test]
 fn stated_errors_of_moons_grow_with_time_up_to_the_orbits_width() {
     let ephemeris = ephemeris();
     let catalog = Catalog::embedded();
-    let (mut seen, mut grown) = (0, 0);
+    let (mut moons, mut growing) = (0, 0);
     for moon in catalog.bodies().iter().filter(|b| (400..999).contains(&b.id.0) && b.id.0 % 100 != 99) {
-        seen += 1;
+        moons += 1;
         let planet = moon.parent.expect("a planet");
         let state_in = |year: f64| {
             let t = Instant::from_jd_tdb(2_451_545.0 + 365.25 * (year - 2000.0));
@@ -305,10 +305,10 @@ fn stated_errors_of_moons_grow_with_time_up_to_the_orbits_width() {
             let farthest_km = (0..200).map(|i| state_in(year + 0.005 * f64::from(i)).state.pos_km.length()).fold(0.0, f64::max);
             assert!(answer.error_km < 2.3 * farthest_km, "{} {year}: {} of {farthest_km} km", moon.name, answer.error_km);
         }
-        grown += i32::from(before_km > state_in(2013.0).error_km);
+        growing += i32::from(before_km > state_in(2013.0).error_km);
     }
     // Janus and Epimetheus have the largest error, anywhere on their orbit, from the start.
-    assert!(seen > 30 && grown >= seen - 2, "{grown} of {seen}");
+    assert!(moons > 30 && growing >= moons - 2, "{growing} of {moons}");
 }
 
 /// The shipped kernel's errors are not stated for a kernel that the user supplies.

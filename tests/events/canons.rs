@@ -1,32 +1,32 @@
 //! Counts, types and series of two centuries against NASA's Five Millennium Canons (F. Espenak and J. Meeus).
 
-use super::{ALMANAC, EPHEMERIS, IAU, at, seconds_after};
+use super::{ALMANAC, EPHEMERIS, IAU, parse_time, seconds_after};
 use orrery::Catalog;
 use orrery::events::{LunarEclipse, LunarType, SolarEclipse, SolarType, lunar_eclipses, solar_eclipses};
 use std::sync::LazyLock;
 
 /// All eclipses of both centuries, computed once.
-struct Found {
+struct Eclipses {
     solar: Vec<SolarEclipse>,
     lunar: Vec<LunarEclipse>,
 }
 
-fn find_eclipses(catalog: &Catalog) -> Found {
-    let (from, to) = (at("1901-01-01"), at("2099-12-31"));
-    Found {
+fn find_eclipses(catalog: &Catalog) -> Eclipses {
+    let (from, to) = (parse_time("1901-01-01"), parse_time("2099-12-31"));
+    Eclipses {
         solar: solar_eclipses(catalog, &EPHEMERIS, from, to).expect("solar eclipses"),
         lunar: lunar_eclipses(catalog, &EPHEMERIS, from, to).expect("lunar eclipses"),
     }
 }
 
-static BY_ALMANAC: LazyLock<Found> = LazyLock::new(|| find_eclipses(&ALMANAC));
-static BY_IAU: LazyLock<Found> = LazyLock::new(|| find_eclipses(&IAU));
+static BY_ALMANAC: LazyLock<Eclipses> = LazyLock::new(|| find_eclipses(&ALMANAC));
+static BY_IAU: LazyLock<Eclipses> = LazyLock::new(|| find_eclipses(&IAU));
 
 /// Numbers by type: partial, annular, total, hybrid; penumbral, partial, total.
 type Counts = ([usize; 4], [usize; 3]);
 
 fn counts(catalog: &Catalog, from: &str, to: &str) -> Counts {
-    let (from, to) = (at(from), at(to));
+    let (from, to) = (parse_time(from), parse_time(to));
     let solar = solar_eclipses(catalog, &EPHEMERIS, from, to).expect("solar eclipses");
     let lunar = lunar_eclipses(catalog, &EPHEMERIS, from, to).expect("lunar eclipses");
     let solar_count = |class| solar.iter().filter(|e| e.class == class).count();
@@ -98,8 +98,8 @@ fn central_eclipses_are_as_large_and_long_as_in_the_canon() {
         ("2023-10-14", 0.9520, 317.0, 11.4, -83.1),
         ("2024-04-08", 1.0566, 268.0, 25.3, -104.1),
     ] {
-        let of = |found: &'static Found| found.solar.iter().find(|e| e.greatest.to_utc_iso().starts_with(day)).expect(day);
-        let (e, by_iau) = (of(&BY_ALMANAC), of(&BY_IAU));
+        let eclipse_in = |found: &'static Eclipses| found.solar.iter().find(|e| e.greatest.to_utc_iso().starts_with(day)).expect(day);
+        let (e, by_iau) = (eclipse_in(&BY_ALMANAC), eclipse_in(&BY_IAU));
         let duration = e.duration_s.expect("central");
         assert!((e.magnitude - magnitude).abs() < 1e-4, "{day}: {}", e.magnitude);
         assert!((duration - duration_s).abs() < 1.0, "{day}: {duration} s");

@@ -3,17 +3,17 @@
 use serde_json::Value;
 use std::process::{Command, Output};
 
-fn find(words: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_orrery")).args(["eclipse", "find"]).args(words).output().expect("the program starts")
+fn find(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_orrery")).args(["eclipse", "find"]).args(args).output().expect("the program starts")
 }
 
-fn json(words: &[&str]) -> Value {
-    let out = find(&[words, &["--json"]].concat());
-    assert!(out.status.success(), "{words:?}: {}", String::from_utf8_lossy(&out.stderr));
-    serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{words:?}: {e}"))
+fn json(args: &[&str]) -> Value {
+    let out = find(&[args, &["--json"]].concat());
+    assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
+    serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{args:?}: {e}"))
 }
 
-const APRIL: [&str; 4] = ["--from", "2024-04-01", "--to", "2024-05-01"];
+const APRIL_2024: [&str; 4] = ["--from", "2024-04-01", "--to", "2024-05-01"];
 
 #[test]
 fn json_has_the_fields_of_the_contract() {
@@ -35,7 +35,7 @@ fn json_has_the_fields_of_the_contract() {
             assert!(e["contacts"].as_object().is_some_and(|c| c.len() >= 2));
         }
     }
-    let eclipse_with_radii = |radii: &str| json(&[&APRIL[..], &["--kind", "solar", "--radii", radii]].concat())[0].clone();
+    let eclipse_with_radii = |radii: &str| json(&[&APRIL_2024[..], &["--kind", "solar", "--radii", radii]].concat())[0].clone();
     let (iau, almanac) = (eclipse_with_radii("iau"), eclipse_with_radii("almanac"));
     assert_eq!((iau["saros"].as_i64(), almanac["radii"].as_str()), (Some(139), Some("almanac")));
     let seconds = |e: &Value| e["duration_s"].as_f64().expect("a duration");
@@ -44,19 +44,19 @@ fn json_has_the_fields_of_the_contract() {
 
 #[test]
 fn places_and_paths_are_reported() {
-    let seen = json(&[&APRIL[..], &["--kind", "solar", "--at", "32.7767,-96.797,130"]].concat());
+    let seen = json(&[&APRIL_2024[..], &["--kind", "solar", "--at", "32.7767,-96.797,130"]].concat());
     assert_eq!(seen[0]["local"]["visible"], true);
     for contact in ["C1", "C2", "C3", "C4"] {
         assert!(seen[0]["contacts"][contact].is_string() && seen[0]["local"]["contacts"][contact]["altitude_deg"].is_number());
     }
-    assert_eq!(json(&[&APRIL[..], &["--kind", "solar", "--at", "-30,150"]].concat())[0]["local"]["visible"], false);
-    let text = String::from_utf8(find(&[&APRIL[..], &["--at", "-30,150"]].concat()).stdout).expect("text");
+    assert_eq!(json(&[&APRIL_2024[..], &["--kind", "solar", "--at", "-30,150"]].concat())[0]["local"]["visible"], false);
+    let text = String::from_utf8(find(&[&APRIL_2024[..], &["--at", "-30,150"]].concat()).stdout).expect("text");
     assert!(text.contains("here: not visible") && text.contains("radii iau"), "{text}");
 
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("path.geojson");
     let file = file.to_str().expect("a path");
-    assert!(find(&[&APRIL[..], &["--path", file]].concat()).status.success());
+    assert!(find(&[&APRIL_2024[..], &["--path", file]].concat()).status.success());
     let path: Value = serde_json::from_slice(&std::fs::read(file).expect("a file")).expect("GeoJSON");
     assert_eq!(path["type"], "FeatureCollection");
     let names: Vec<_> = path["features"].as_array().expect("features").iter().filter_map(|f| f["properties"]["name"].as_str()).collect();
@@ -74,22 +74,22 @@ fn places_and_paths_are_reported() {
 
 #[test]
 fn invalid_arguments_get_one_clear_line() {
-    for (words, about) in [
+    for (args, message_part) in [
         (vec!["--from", "2024-05-01", "--to", "2024-04-01"], "swap"),
         (vec!["--from", "soon", "--to", "2024-04-01"], "--from"),
         (vec!["--from", "2024-04-01", "--to", "2024-13-01"], "--to"),
-        ([&APRIL[..], &["--at", "here"]].concat(), "--at"),
-        ([&APRIL[..], &["--at", "91,0"]].concat(), "latitude"),
-        ([&APRIL[..], &["--at", "nan,0"]].concat(), "latitude"),
-        ([&APRIL[..], &["--at", "1,2,3,4"]].concat(), "two or three"),
-        ([&APRIL[..], &["--kind", "lunar", "--path", "x.geojson"]].concat(), "--path"),
+        ([&APRIL_2024[..], &["--at", "here"]].concat(), "--at"),
+        ([&APRIL_2024[..], &["--at", "91,0"]].concat(), "latitude"),
+        ([&APRIL_2024[..], &["--at", "nan,0"]].concat(), "latitude"),
+        ([&APRIL_2024[..], &["--at", "1,2,3,4"]].concat(), "two or three"),
+        ([&APRIL_2024[..], &["--kind", "lunar", "--path", "x.geojson"]].concat(), "--path"),
         (vec!["--from", "2018-02-01", "--to", "2018-03-01", "--path", "x.geojson"], "no central eclipse"),
         (vec!["--from", "-9000-01-01", "--to", "-8999-01-01"], "not at"),
     ] {
-        let out = find(&words);
+        let out = find(&args);
         let stderr_text = String::from_utf8_lossy(&out.stderr);
-        assert_eq!(out.status.code(), Some(1), "{words:?}: {stderr_text}");
-        assert!(stderr_text.contains(about) && stderr_text.trim_end().lines().count() == 1, "{words:?}: {stderr_text}");
+        assert_eq!(out.status.code(), Some(1), "{args:?}: {stderr_text}");
+        assert!(stderr_text.contains(message_part) && stderr_text.trim_end().lines().count() == 1, "{args:?}: {stderr_text}");
     }
     assert_eq!(find(&["--from", "2024-04-01"]).status.code(), Some(2));
 }

@@ -3,7 +3,7 @@
 //! The reference shares only positions with the program: its map, interpolation and rays are its own. It follows a ray from the location to a point of the Sun's limb
 //! through the shell that contains all heights, in steps of 200 m. Totality is when every such ray is blocked, annularity when none is.
 
-use super::{EPHEMERIS, IAU, at, seconds_after};
+use super::{EPHEMERIS, IAU, parse_time, seconds_after};
 use glam::{DMat3, DVec3};
 use orrery::Instant;
 use orrery::catalog::NaifId;
@@ -21,8 +21,8 @@ use std::sync::LazyLock;
 const COLUMNS: usize = 1440;
 const ROWS: usize = 720;
 const SPHERE_KM: f64 = 1737.4;
-const LEAST_KM: f64 = -3.5;
-const GREATEST_KM: f64 = 6.0;
+const LOWEST_KM: f64 = -3.5;
+const HIGHEST_KM: f64 = 6.0;
 
 /// Heights in half metres: hills and valleys of several sizes, and deep valleys, narrow in latitude, every 12 degrees along both limbs, which run across the limb.
 static HALF_METRES: LazyLock<Vec<i16>> = LazyLock::new(|| {
@@ -34,7 +34,7 @@ static HALF_METRES: LazyLock<Vec<i16>> = LazyLock::new(|| {
                 0.9 * (7.0 * x).sin() * (9.0 * y).sin() + 0.5 * (31.0 * x + 5.0 * y).sin() * y.sin() + 0.3 * (57.0 * y - 3.0 * x).cos();
             let valley = (0.5 + 0.5 * (30.0 * y).cos()).powi(12);
             let summit = (0.5 + 0.5 * (23.0 * y + 0.7).cos()).powi(20) * (0.5 + 0.5 * (19.0 * x).cos()).powi(6);
-            all.push((2000.0 * (waves - 1.6 * valley + 2.5 * summit).clamp(LEAST_KM, GREATEST_KM)).round() as i16);
+            all.push((2000.0 * (waves - 1.6 * valley + 2.5 * summit).clamp(LOWEST_KM, HIGHEST_KM)).round() as i16);
         }
     }
     all
@@ -50,13 +50,13 @@ fn height_km(at: DVec3) -> f64 {
     let latitude = (at.z / at.length()).asin();
     let (y, x) = ((PI / 2.0 - latitude) / PI * ROWS as f64 - 0.5, at.y.atan2(at.x) / TAU * COLUMNS as f64 - 0.5);
     let row = (y.floor().max(0.0) as usize).min(ROWS - 2);
-    let part_y = (y - row as f64).clamp(0.0, 1.0);
+    let fraction_y = (y - row as f64).clamp(0.0, 1.0);
     let interpolate_row = |row: usize| {
         let left = x.floor();
-        let cell = |n: f64| f64::from(HALF_METRES[row * COLUMNS + (n as i64).rem_euclid(COLUMNS as i64) as usize]) * 5e-4;
-        cell(left) * (1.0 - (x - left)) + cell(left + 1.0) * (x - left)
+        let texel = |n: f64| f64::from(HALF_METRES[row * COLUMNS + (n as i64).rem_euclid(COLUMNS as i64) as usize]) * 5e-4;
+        texel(left) * (1.0 - (x - left)) + texel(left + 1.0) * (x - left)
     };
-    interpolate_row(row) * (1.0 - part_y) + interpolate_row(row + 1) * part_y
+    interpolate_row(row) * (1.0 - fraction_y) + interpolate_row(row + 1) * fraction_y
 }
 
 /// The Sun and the Moon from a location, ICRF km, without aberration, and the rotation to the Moon's axes.
@@ -65,9 +65,9 @@ fn sky(place: Place, t: Instant) -> (DVec3, DVec3, DMat3) {
     let radii_km = IAU.body(NaifId::EARTH).expect("the Earth").radii_km;
     let (point_km, _) = ground_point_km(radii_km, place.latitude_deg, place.longitude_deg, place.height_km);
     let here_km = earth_km + earth_itrs_from_gcrs(t).transpose() * point_km;
-    let seen = |body| EPHEMERIS.light_time_position(body, here_km, t).expect("placed");
-    let ((sun_km, _), (moon_km, left)) = (seen(NaifId::SUN), seen(NaifId::MOON));
-    (sun_km - here_km, moon_km - here_km, EPHEMERIS.body_from_icrf(NaifId::MOON, left).expect("turned"))
+    let apparent = |body| EPHEMERIS.light_time_position(body, here_km, t).expect("placed");
+    let ((sun_km, _), (moon_km, emitted)) = (apparent(NaifId::SUN), apparent(NaifId::MOON));
+    (sun_km - here_km, moon_km - here_km, EPHEMERIS.body_from_icrf(NaifId::MOON, emitted).expect("an orientation"))
 }
 
 /// Number of rays to the Sun's limb that the Moon's ground blocks, and number of rays.
@@ -82,17 +82,17 @@ fn blocked_rays(place: Place, t: Instant) -> (usize, usize) {
         let (sin, cos) = (TAU * k as f64 / RAYS as f64).sin_cos();
         let ray = moon_from_icrf * (towards * radius.cos() + (x * cos + y * sin) * radius.sin());
         let nearest = -from.dot(ray);
-        let least = (from + ray * nearest).length();
-        if least <= SPHERE_KM + LEAST_KM {
+        let perigee_km = (from + ray * nearest).length();
+        if perigee_km <= SPHERE_KM + LOWEST_KM {
             return true;
         }
-        if least > SPHERE_KM + GREATEST_KM {
+        if perigee_km > SPHERE_KM + HIGHEST_KM {
             return false;
         }
-        let half = ((SPHERE_KM + GREATEST_KM).powi(2) - least * least).sqrt();
-        let steps = (2.0 * half / 0.2).ceil();
+        let half_chord = ((SPHERE_KM + HIGHEST_KM).powi(2) - perigee_km * perigee_km).sqrt();
+        let steps = (2.0 * half_chord / 0.2).ceil();
         (0..=steps as usize).any(|n| {
-            let p = from + ray * (nearest - half + 2.0 * half * n as f64 / steps);
+            let p = from + ray * (nearest - half_chord + 2.0 * half_chord * n as f64 / steps);
             p.length() <= SPHERE_KM + height_km(p)
         })
     };
@@ -100,7 +100,7 @@ fn blocked_rays(place: Place, t: Instant) -> (usize, usize) {
 }
 
 fn eclipse(day: &str) -> SolarEclipse {
-    solar_eclipses(&IAU, &EPHEMERIS, at(day), at(day).plus_seconds(86_400.0)).expect("eclipses").remove(0)
+    solar_eclipses(&IAU, &EPHEMERIS, parse_time(day), parse_time(day).plus_seconds(86_400.0)).expect("eclipses").remove(0)
 }
 
 fn contact(all: &[LimbContact], name: &str) -> LimbContact {
@@ -110,7 +110,7 @@ fn contact(all: &[LimbContact], name: &str) -> LimbContact {
 const DALLAS: Place = Place { latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.13 };
 const ALBUQUERQUE: Place = Place { latitude_deg: 35.08, longitude_deg: -106.65, height_km: 1.6 };
 
-/// Required: the last bead within 0.3 s of an independent computation with the same heights.
+/// The last and the first bead are within 0.3 s of an independent computation with the same heights.
 #[test]
 fn beads_agree_with_rays_over_the_same_heights() {
     let map = map();
@@ -118,29 +118,30 @@ fn beads_agree_with_rays_over_the_same_heights() {
     for (day, place, is_total) in [("2024-04-08", DALLAS, true), ("2023-10-14", ALBUQUERQUE, false)] {
         let eclipse = eclipse(day);
         let mean = eclipse.seen_from(place).expect("an eclipse");
-        let found = eclipse.limb_contacts(place, &EPHEMERIS, &map).expect("the Moon is turned");
+        let found = eclipse.limb_contacts(place, &EPHEMERIS, &map).expect("the Moon's orientation");
         assert_eq!(found.iter().map(|c| c.name).collect::<Vec<_>>(), ["C1", "C2", "C3", "C4"], "{day}");
         let is_total_or_annular = |t: Instant| {
-            let (blocked_rays, all) = blocked_rays(place, t);
-            if is_total { blocked_rays == all } else { blocked_rays == 0 }
+            let (blocked, all) = blocked_rays(place, t);
+            if is_total { blocked == all } else { blocked == 0 }
         };
         let middle = contact(&found, "C2").time.plus_seconds(0.5 * seconds_after(contact(&found, "C3").time, contact(&found, "C2").time));
         assert!(is_total_or_annular(middle), "{day}");
-        for (name, way) in [("C2", -1.0), ("C3", 1.0)] {
-            let ours = contact(&found, name);
+        for (name, outward) in [("C2", -1.0), ("C3", 1.0)] {
+            let found_contact = contact(&found, name);
             // Step outwards from 12 seconds inside totality or annularity, then bisect.
-            let inside = ours.time.plus_seconds(-way * 12.0);
-            let first = (1..60).map(|k| way * 0.5 * f64::from(k)).find(|s| !is_total_or_annular(inside.plus_seconds(*s))).expect("it ends");
-            let (mut inner_s, mut outer_s) = (first - way * 0.5, first);
+            let inside = found_contact.time.plus_seconds(-outward * 12.0);
+            let first =
+                (1..60).map(|k| outward * 0.5 * f64::from(k)).find(|s| !is_total_or_annular(inside.plus_seconds(*s))).expect("it ends");
+            let (mut inner_s, mut outer_s) = (first - outward * 0.5, first);
             for _ in 0..6 {
                 let half = 0.5 * (inner_s + outer_s);
                 if is_total_or_annular(inside.plus_seconds(half)) { inner_s = half } else { outer_s = half }
             }
             let reference = inside.plus_seconds(0.5 * (inner_s + outer_s));
-            let off_s = seconds_after(ours.time, reference);
+            let off_s = seconds_after(found_contact.time, reference);
             assert!(off_s.abs() < 0.3, "{day} {name}: {off_s} s");
             let mean_limb_time = mean.contacts.iter().find(|c| c.name == name).expect("central").time;
-            assert!((seconds_after(ours.time, mean_limb_time) - ours.later_s).abs() < 0.01);
+            assert!((seconds_after(found_contact.time, mean_limb_time) - found_contact.later_s).abs() < 0.01);
             off_mean_s = off_mean_s.max(seconds_after(mean_limb_time, reference).abs());
         }
     }
@@ -155,16 +156,16 @@ fn level_ground_shifts_contacts_like_a_larger_moon() {
     let level_map = |km: f32| HeightMap::new("even", 360, vec![km; 360 * 180], 0.0, SPHERE_KM).expect("a map");
     let eclipse = eclipse("2024-04-08");
     let mean = eclipse.seen_from(DALLAS).expect("an eclipse");
-    let at_zero = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &level_map(0.0)).expect("turned");
+    let at_zero = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &level_map(0.0)).expect("an orientation");
     for c in &at_zero {
         let mean_limb_time = mean.contacts.iter().find(|m| m.name == c.name).expect("central").time;
         assert!(seconds_after(c.time, mean_limb_time).abs() < 0.05, "{} {}", c.name, seconds_after(c.time, mean_limb_time));
     }
-    let higher = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &level_map(2.0)).expect("turned");
+    let higher = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &level_map(2.0)).expect("an orientation");
     let delay_s = |name: &str| seconds_after(contact(&higher, name).time, contact(&at_zero, name).time);
     // Two kilometres are 1.1 arcsec, and the Moon moves by 0.4 to 0.6 arcsec per second.
     assert!((-4.5..-1.5).contains(&delay_s("C2")) && (1.5..4.5).contains(&delay_s("C3")), "{} {}", delay_s("C2"), delay_s("C3"));
-    let deep = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &level_map(-19.0)).expect("turned");
+    let deep = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &level_map(-19.0)).expect("an orientation");
     assert!(contact(&deep, "C2").later_s > 20.0);
 }
 
@@ -181,8 +182,8 @@ fn the_rendered_sun_goes_dark_with_the_last_bead() {
     std::fs::write(folder.path().join("MADE.IMG"), HALF_METRES.iter().flat_map(|h| h.to_le_bytes()).collect::<Vec<_>>()).expect("written");
     let sources = Sources { lunar_heights: Some(folder.path().join("MADE.LBL").into_os_string()), ..crate::support::session::sources() };
     let with = Session::open(&sources, |_| ()).expect("opens");
-    let found = eclipse("2024-04-08").limb_contacts(DALLAS, &EPHEMERIS, &map()).expect("turned");
-    let sun_light = |session: &Session, t: Instant, edge: f64| {
+    let found = eclipse("2024-04-08").limb_contacts(DALLAS, &EPHEMERIS, &map()).expect("an orientation");
+    let sun_light = |session: &Session, t: Instant, threshold: f64| {
         let request = ViewRequest {
             width: 900,
             height: 900,
@@ -200,14 +201,14 @@ fn the_rendered_sun_goes_dark_with_the_last_bead() {
         };
         let frame = session.draw(&request, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("draws").frame;
         // Exclude the dark Moon, which has some earthshine.
-        frame.hdr.iter().map(|p| f64::from(p[1])).filter(|v| *v > edge).sum::<f64>()
+        frame.hdr.iter().map(|p| f64::from(p[1])).filter(|v| *v > threshold).sum::<f64>()
     };
-    for (name, way) in [("C2", -1.0), ("C3", 1.0)] {
+    for (name, outward) in [("C2", -1.0), ("C3", 1.0)] {
         let bead = contact(&found, name).time;
-        let bright = sun_light(&with, bead.plus_seconds(way * 60.0), 0.0);
+        let bright = sun_light(&with, bead.plus_seconds(outward * 60.0), 0.0);
         // A bead that covers a thousandth of a pixel still has the radiance of the Sun's surface.
-        let edge = 1e-3;
-        let [before, after] = [0.5, -0.5].map(|s| sun_light(&with, bead.plus_seconds(way * s), edge));
+        let threshold = 1e-3;
+        let [before, after] = [0.5, -0.5].map(|s| sun_light(&with, bead.plus_seconds(outward * s), threshold));
         assert!(bright > 0.0 && before > 0.0, "{name}: {bright} {before}");
         assert_eq!(after, 0.0, "{name}");
     }

@@ -1,6 +1,6 @@
 //! Local circumstances: contacts against a topocentric search with discs, known totalities, eclipses cut off by sunrise, paths on the ground.
 
-use super::{ALMANAC, EPHEMERIS, IAU, at, seconds_after};
+use super::{ALMANAC, EPHEMERIS, IAU, parse_time, seconds_after};
 use orrery::Catalog;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
@@ -11,7 +11,7 @@ fn place(latitude_deg: f64, longitude_deg: f64) -> Place {
 }
 
 fn eclipse_of(catalog: &Catalog, day: &str) -> SolarEclipse {
-    let from = at(day);
+    let from = parse_time(day);
     solar_eclipses(catalog, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0)
 }
 
@@ -34,16 +34,16 @@ fn local_contacts_agree_with_the_disc_search() {
         let e = eclipse_of(&IAU, day);
         for (lat, lon) in places {
             let here = place(lat, lon);
-            let ours = e.seen_from(here);
-            let theirs =
+            let circumstances = e.seen_from(here);
+            let by_discs =
                 sky(here).passage(NaifId::SUN, NaifId::MOON, e.greatest.plus_seconds(-4.0 * 3600.0), 8.0 * 3600.0).expect("places");
-            assert_eq!(ours.is_some(), theirs.is_some(), "{day} {lat} {lon}");
-            let (Some(ours), Some(theirs)) = (ours, theirs) else { continue };
-            let mut expected = vec![theirs.begins, theirs.ends];
-            expected.splice(1..1, theirs.inner.into_iter().flat_map(|(a, b)| [a, b]));
-            assert_eq!(ours.contacts.len(), expected.len(), "{day} {lat} {lon}");
-            central += usize::from(theirs.inner.is_some());
-            for (contact, t) in ours.contacts.iter().zip(expected) {
+            assert_eq!(circumstances.is_some(), by_discs.is_some(), "{day} {lat} {lon}");
+            let (Some(circumstances), Some(by_discs)) = (circumstances, by_discs) else { continue };
+            let mut expected = vec![by_discs.begins, by_discs.ends];
+            expected.splice(1..1, by_discs.inner.into_iter().flat_map(|(a, b)| [a, b]));
+            assert_eq!(circumstances.contacts.len(), expected.len(), "{day} {lat} {lon}");
+            central += usize::from(by_discs.inner.is_some());
+            for (contact, t) in circumstances.contacts.iter().zip(expected) {
                 let off_s = seconds_after(contact.time, t);
                 assert!(off_s.abs() < 0.2, "{day} {lat} {lon} {}: {off_s} s", contact.name);
                 assert!(seconds_after(contact.time, t.plus_seconds(30.0)).abs() > 1.0);
@@ -56,14 +56,22 @@ fn local_contacts_agree_with_the_disc_search() {
 /// Prediction for Longyearbyen (78.22 N, 15.65 E) by svalbard2015.no: totality from 10:10:42.8 to 10:13:10.2 UT, altitude 11.2 to 11.3 degrees.
 #[test]
 fn the_eclipse_of_2015_is_total_at_longyearbyen() {
-    let seen = eclipse_of(&ALMANAC, "2015-03-20").seen_from(place(78.22, 15.65)).expect("an eclipse");
-    let names: Vec<_> = seen.contacts.iter().map(|c| c.name).collect();
+    let circumstances = eclipse_of(&ALMANAC, "2015-03-20").seen_from(place(78.22, 15.65)).expect("an eclipse");
+    let names: Vec<_> = circumstances.contacts.iter().map(|c| c.name).collect();
     assert_eq!(names, ["C1", "C2", "C3", "C4"]);
-    assert!(seconds_after(seen.contacts[1].time, at("2015-03-20T10:10:43Z")).abs() < 5.0, "{}", seen.contacts[1].time.to_utc_iso());
-    assert!(seconds_after(seen.contacts[2].time, at("2015-03-20T10:13:10Z")).abs() < 5.0, "{}", seen.contacts[2].time.to_utc_iso());
-    assert!(seen.visible && seen.magnitude > 1.0 && seen.obscuration == Some(1.0));
-    assert!((seen.maximum.altitude_deg - 11.2).abs() < 0.3, "{}", seen.maximum.altitude_deg);
-    assert!((seen.central_s.expect("totality") - 147.0).abs() < 3.0);
+    assert!(
+        seconds_after(circumstances.contacts[1].time, parse_time("2015-03-20T10:10:43Z")).abs() < 5.0,
+        "{}",
+        circumstances.contacts[1].time.to_utc_iso()
+    );
+    assert!(
+        seconds_after(circumstances.contacts[2].time, parse_time("2015-03-20T10:13:10Z")).abs() < 5.0,
+        "{}",
+        circumstances.contacts[2].time.to_utc_iso()
+    );
+    assert!(circumstances.visible && circumstances.magnitude > 1.0 && circumstances.obscuration == Some(1.0));
+    assert!((circumstances.maximum.altitude_deg - 11.2).abs() < 0.3, "{}", circumstances.maximum.altitude_deg);
+    assert!((circumstances.central_s.expect("totality") - 147.0).abs() < 3.0);
     // In Tromsø, 950 km to the south, a sliver of the Sun remains.
     let tromso = eclipse_of(&ALMANAC, "2015-03-20").seen_from(place(69.65, 18.96)).expect("an eclipse");
     assert!(tromso.central_s.is_none() && (0.9..1.0).contains(&tromso.magnitude), "{}", tromso.magnitude);
@@ -73,32 +81,32 @@ fn the_eclipse_of_2015_is_total_at_longyearbyen() {
 fn at_sunrise_only_the_rest_of_the_eclipse_is_visible() {
     let new_york = place(40.71, -74.01);
     let e = eclipse_of(&IAU, "2021-06-10");
-    let seen = e.seen_from(new_york).expect("an eclipse");
-    let rise = seen.rise.expect("a sunrise");
+    let circumstances = e.seen_from(new_york).expect("an eclipse");
+    let rise = circumstances.rise.expect("a sunrise");
     // 5:24 to 5:25 local time; the search for risings defines the horizon differently, without aberration.
-    let by_almanac = sky(new_york).day(NaifId::SUN, at("2021-06-10T04:00:00Z"), 43_200.0).expect("a day").rise.expect("a sunrise");
+    let by_almanac = sky(new_york).day(NaifId::SUN, parse_time("2021-06-10T04:00:00Z"), 43_200.0).expect("a day").rise.expect("a sunrise");
     assert!(seconds_after(rise, by_almanac).abs() < 6.0, "{} {}", rise.to_utc_iso(), by_almanac.to_utc_iso());
-    assert!(!seen.contacts[0].is_up() && seen.contacts[1].is_up(), "first contact is before sunrise");
-    assert!(seconds_after(seen.maximum.time, rise) >= 0.0 && seen.visible);
-    assert!((seen.magnitude - 0.80).abs() < 0.01, "{}", seen.magnitude);
+    assert!(!circumstances.contacts[0].is_up() && circumstances.contacts[1].is_up(), "first contact is before sunrise");
+    assert!(seconds_after(circumstances.maximum.time, rise) >= 0.0 && circumstances.visible);
+    assert!((circumstances.magnitude - 0.80).abs() < 0.01, "{}", circumstances.magnitude);
     // Farther west the greatest phase is before sunrise, so the largest visible phase is at sunrise.
     let west = e.seen_from(place(40.71, -82.0)).expect("an eclipse");
     assert!(west.visible && seconds_after(west.maximum.time, west.rise.expect("a sunrise")).abs() < 1e-3);
     assert!(west.magnitude < e.seen_from(new_york).expect("an eclipse").magnitude);
     // Where the Sun rises after last contact, the eclipse is not visible.
-    let farther = e.seen_from(place(40.71, -110.0));
-    assert!(farther.is_none_or(|seen| !seen.visible));
+    let farther_west = e.seen_from(place(40.71, -110.0));
+    assert!(farther_west.is_none_or(|circumstances| !circumstances.visible));
 }
 
 #[test]
 fn the_moon_rises_eclipsed_or_not_at_all() {
-    let from = at("2018-07-27");
+    let from = parse_time("2018-07-27");
     let e = lunar_eclipses(&IAU, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0);
     let berlin = e.seen_from(place(52.52, 13.4));
     // The Moon rises in the partial phase; the search for risings uses its true semidiameter, the events 16 arcmin.
     let rise = berlin.rise.expect("a moonrise");
     let by_almanac =
-        sky(place(52.52, 13.4)).day(NaifId::MOON, at("2018-07-27T12:00:00Z"), 43_200.0).expect("a day").rise.expect("a moonrise");
+        sky(place(52.52, 13.4)).day(NaifId::MOON, parse_time("2018-07-27T12:00:00Z"), 43_200.0).expect("a day").rise.expect("a moonrise");
     assert!(seconds_after(rise, by_almanac).abs() < 20.0, "{} {}", rise.to_utc_iso(), by_almanac.to_utc_iso());
     assert!(seconds_after(rise, e.contacts[1].1) > 0.0 && seconds_after(rise, e.contacts[2].1) < 0.0);
     assert!(berlin.visible && !berlin.contacts[0].is_up() && berlin.maximum.altitude_deg > 0.0);
@@ -115,14 +123,14 @@ fn the_eclipse_is_central_only_between_the_limits_of_the_path() {
         let e = eclipse_of(&ALMANAC, day);
         let path = e.path().expect("a path");
         assert!(path.centre_line.len() > 100 && path.northern_limit.len() > 100 && path.southern_limit.len() > 100);
-        let central = |p: Place| e.seen_from(p).is_some_and(|s| s.central_s.is_some());
+        let is_central = |p: Place| e.seen_from(p).is_some_and(|s| s.central_s.is_some());
         for (_, centre) in path.centre_line.iter().skip(5).step_by(10).take(10) {
-            assert!(central(*centre), "{day} {centre:?}");
+            assert!(is_central(*centre), "{day} {centre:?}");
         }
         for (limit, outward) in [(&path.northern_limit, 1.0), (&path.southern_limit, -1.0)] {
             for p in limit.iter().skip(10).step_by(20).take(4) {
                 let moved = |degrees: f64| Place { latitude_deg: p.latitude_deg + outward * degrees, ..*p };
-                assert!(central(moved(-0.01)) && !central(moved(0.01)), "{day} {p:?}");
+                assert!(is_central(moved(-0.01)) && !is_central(moved(0.01)), "{day} {p:?}");
             }
         }
         // The width across the path at greatest eclipse.

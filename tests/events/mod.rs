@@ -19,7 +19,7 @@ static IAU: LazyLock<Catalog> = LazyLock::new(Catalog::embedded);
 static ALMANAC: LazyLock<Catalog> = LazyLock::new(|| Catalog::embedded().with_eclipse_radii(EclipseRadii::Almanac));
 static EPHEMERIS: LazyLock<Ephemeris> = LazyLock::new(|| Ephemeris::embedded(&IAU).expect("the shipped ephemeris"));
 
-fn at(text: &str) -> Instant {
+fn parse_time(text: &str) -> Instant {
     Instant::parse(text).expect(text)
 }
 

@@ -1,6 +1,6 @@
 //! Events of the Galilean moons and Titan against published times.
 
-use super::{EPHEMERIS, IAU, at, seconds_after};
+use super::{EPHEMERIS, IAU, parse_time, seconds_after};
 use orrery::Instant;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::angle_rad;
@@ -8,7 +8,7 @@ use orrery::ephemeris::apparent::sub_points;
 use orrery::events::{MoonEvent, MoonEventType, moon_events, mutual_events};
 
 fn events(from: &str, to: &str) -> Vec<MoonEvent> {
-    moon_events(&IAU, &EPHEMERIS, at(from), at(to)).expect("events")
+    moon_events(&IAU, &EPHEMERIS, parse_time(from), parse_time(to)).expect("events")
 }
 
 fn contact(e: &MoonEvent, name: &str) -> Instant {
@@ -25,7 +25,7 @@ fn three_shadows_fall_on_jupiter_on_the_24th_of_january_2015() {
     };
     for (moon, begin, end) in [(504, "03:11", "08:00"), (501, "04:35", "06:52"), (502, "06:28", "09:22")] {
         for (name, published) in [("begin", begin), ("end", end)] {
-            let off_s = seconds_after(contact(shadow(moon), name), at(&format!("2015-01-24T{published}:00Z")));
+            let off_s = seconds_after(contact(shadow(moon), name), parse_time(&format!("2015-01-24T{published}:00Z")));
             println!("{moon} {name}: {off_s:.0} s");
             assert!(off_s.abs() < 150.0, "{moon} {name}: {off_s} s");
             // The light from Jupiter takes 36 minutes.
@@ -56,12 +56,12 @@ fn contacts_come_in_order_and_every_orbit_has_its_events() {
 #[test]
 fn titans_shadow_meets_saturn_only_near_the_equinox() {
     // After the years of open rings Titan first enters Saturn's shadow; its own shadow meets the planet half an orbit later.
-    let first = events("2024-07-01", "2024-11-10")
+    let titan_events = events("2024-07-01", "2024-11-10")
         .into_iter()
         .filter(|e| e.moon == NaifId(606) && matches!(e.class, MoonEventType::Eclipse | MoonEventType::ShadowTransit));
-    let first: Vec<_> = first.collect();
-    assert_eq!(first[0].class, MoonEventType::Eclipse);
-    assert!(contact(&first[0], "P1").to_utc_iso().starts_with("2024-10-27"), "{:?}", first[0]);
+    let titan_events: Vec<_> = titan_events.collect();
+    assert_eq!(titan_events[0].class, MoonEventType::Eclipse);
+    assert!(contact(&titan_events[0], "P1").to_utc_iso().starts_with("2024-10-27"), "{:?}", titan_events[0]);
     let shadows = |from: &str, to: &str| {
         events(from, to).into_iter().filter(|e| e.class == MoonEventType::ShadowTransit && e.moon == NaifId(606)).collect::<Vec<_>>()
     };
@@ -75,39 +75,39 @@ fn titans_shadow_meets_saturn_only_near_the_equinox() {
 #[test]
 fn the_earth_and_the_sun_cross_the_plane_of_saturns_rings_on_the_known_days() {
     let saturn = IAU.body(NaifId(699)).expect("Saturn");
-    let heights_deg = |t: Instant| {
+    let elevations_deg = |t: Instant| {
         let points = sub_points(&EPHEMERIS, saturn, NaifId::EARTH, t).expect("points");
         [points.sub_observer.lat_centric_deg, points.sub_solar.expect("the Sun's").lat_centric_deg]
     };
-    for (of, day, sense) in [(0, "2009-09-04", 1.0), (0, "2025-03-23", -1.0), (1, "2009-08-11", 1.0), (1, "2025-05-06", -1.0)] {
-        let [before, after] = [0.0, 86_400.0].map(|s| sense * heights_deg(at(day).plus_seconds(s))[of]);
+    for (body_index, day, sense) in [(0, "2009-09-04", 1.0), (0, "2025-03-23", -1.0), (1, "2009-08-11", 1.0), (1, "2025-05-06", -1.0)] {
+        let [before, after] = [0.0, 86_400.0].map(|s| sense * elevations_deg(parse_time(day).plus_seconds(s))[body_index]);
         assert!(before < 0.0 && after > 0.0, "{day}: {before} to {after} degrees");
-        let next = sense * heights_deg(at(day).plus_seconds(2.0 * 86_400.0))[of];
+        let next = sense * elevations_deg(parse_time(day).plus_seconds(2.0 * 86_400.0))[body_index];
         assert!(next > after, "{day}: the next day must not pass too");
     }
 }
 
 /// Position of a moon as seen from the Earth's centre, km, with light time to the moon.
-fn seen_km(moon: NaifId, t: Instant) -> glam::DVec3 {
+fn apparent_km(moon: NaifId, t: Instant) -> glam::DVec3 {
     let earth_km = EPHEMERIS.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("the Earth").state.pos_km;
     EPHEMERIS.light_time_position(moon, earth_km, t).expect("a moon").0 - earth_km
 }
 
-/// The mutual events of 2009, 2015 and 2021 (IMCCE's campaigns PHEMU); there are none while Jupiter's equator is far open.
+/// The mutual events of 2009, 2015 and 2021 (IMCCE's campaigns PHEMU); there are none while the Earth and the Sun are far from the plane of Jupiter's equator.
 #[test]
 fn mutual_events_occur_in_their_seasons_at_the_observed_geometry() {
-    assert!(mutual_events(&IAU, &EPHEMERIS, at("2018-01-01"), at("2018-04-01")).expect("events").is_empty());
-    let found = mutual_events(&IAU, &EPHEMERIS, at("2015-01-15"), at("2015-02-15")).expect("events");
-    let (hidden, shaded): (Vec<_>, Vec<_>) = found.iter().partition(|e| e.class == MoonEventType::MutualOccultation);
-    assert!(hidden.len() > 20 && shaded.len() > 20, "{} and {}", hidden.len(), shaded.len());
+    assert!(mutual_events(&IAU, &EPHEMERIS, parse_time("2018-01-01"), parse_time("2018-04-01")).expect("events").is_empty());
+    let found = mutual_events(&IAU, &EPHEMERIS, parse_time("2015-01-15"), parse_time("2015-02-15")).expect("events");
+    let (occultations, eclipses): (Vec<_>, Vec<_>) = found.iter().partition(|e| e.class == MoonEventType::MutualOccultation);
+    assert!(occultations.len() > 20 && eclipses.len() > 20, "{} and {}", occultations.len(), eclipses.len());
     let radius_km = |id: NaifId| IAU.body(id).expect("a moon").radii_km.x;
-    for e in hidden {
-        let by = e.by.expect("another moon");
+    for e in occultations {
+        let front = e.by.expect("another moon");
         // Separation of the limbs in degrees: negative where the discs overlap.
         let limb_separation_deg = |t: Instant| {
-            let (far, near) = (seen_km(e.moon, t), seen_km(by, t));
+            let (far, near) = (apparent_km(e.moon, t), apparent_km(front, t));
             assert!(near.length() < far.length());
-            (angle_rad(far, near) - radius_km(e.moon) / far.length() - radius_km(by) / near.length()).to_degrees()
+            (angle_rad(far, near) - radius_km(e.moon) / far.length() - radius_km(front) / near.length()).to_degrees()
         };
         // A disc is 2e-4 degrees wide.
         for name in ["I", "IV"] {
@@ -120,7 +120,7 @@ fn mutual_events_occur_in_their_seasons_at_the_observed_geometry() {
             "{e:?}"
         );
     }
-    for e in shaded {
+    for e in eclipses {
         let times: Vec<_> = e.contacts.iter().map(|c| seconds_after(c.1, e.greatest)).collect();
         assert!(times.windows(2).all(|w| w[0] < w[1]) && times[0] < 0.0 && times[times.len() - 1] > 0.0, "{e:?}");
     }

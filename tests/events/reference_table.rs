@@ -1,6 +1,6 @@
 //! Every eclipse of `eclipses_public.json` (JPL DE440, ERFA; tests/data/README.md).
 
-use super::{EPHEMERIS, IAU, at, seconds_after};
+use super::{EPHEMERIS, IAU, parse_time, seconds_after};
 use orrery::Instant;
 use orrery::events::{lunar_eclipses, solar_eclipses};
 use serde_json::Value;
@@ -18,7 +18,13 @@ fn rows(kind: &str) -> Vec<(Value, Instant, Instant)> {
     let table: Value = serde_json::from_str(include_str!("../data/eclipses_public.json")).expect("JSON");
     let of_kind = table["eclipses"].as_array().expect("a list").iter().filter(|e| e["kind"] == kind);
     of_kind
-        .map(|e| (e.clone(), at(e["date"].as_str().expect("a day")), at(e["date"].as_str().expect("a day")).plus_seconds(86_400.0)))
+        .map(|e| {
+            (
+                e.clone(),
+                parse_time(e["date"].as_str().expect("a day")),
+                parse_time(e["date"].as_str().expect("a day")).plus_seconds(86_400.0),
+            )
+        })
         .collect()
 }
 
@@ -30,7 +36,7 @@ fn solar_eclipses_agree_with_the_reference() {
         let [e] = &found[..] else { panic!("{id}: {} found", found.len()) };
         assert_eq!(e.class.name(), row["type"], "{id}");
         let off_s = seconds_after(e.greatest, instant(&row, "/greatest_eclipse/tdb_s_past_j2000"));
-        let utc_off_s = seconds_after(e.greatest, at(&format!("{}Z", row["greatest_eclipse"]["utc"].as_str().expect("UTC"))));
+        let utc_off_s = seconds_after(e.greatest, parse_time(&format!("{}Z", row["greatest_eclipse"]["utc"].as_str().expect("UTC"))));
         println!("{id}: {off_s:.4} s");
         assert!(off_s.abs() < 0.02 && utc_off_s.abs() < 0.02, "{id}: {off_s} {utc_off_s} s");
         assert!((e.gamma - number(&row, "/greatest_eclipse/gamma")).abs() < 5e-6, "{id}: {}", e.gamma);

@@ -3,7 +3,7 @@
 //! The overlap of a limb-darkened disc, integrated here, converts the light of a picture into a distance between the discs' centres; distances before and after a
 //! contact give its instant. Air, glare, corona and map are off, because the overlap does not include their light.
 
-use super::{EPHEMERIS, IAU, at, seconds_after};
+use super::{EPHEMERIS, IAU, parse_time, seconds_after};
 use crate::support::session::SESSION;
 use glam::{DMat4, DVec4};
 use orrery::Instant;
@@ -24,32 +24,32 @@ fn limb_darkening() -> [f64; 2] {
 }
 
 /// The fraction of the Sun's light that a disc of radius `k` hides when its centre is at distance `s`, in solar radii.
-fn hidden(k: f64, s: f64, [u1, u2]: [f64; 2]) -> f64 {
+fn hidden_fraction(k: f64, s: f64, [u1, u2]: [f64; 2]) -> f64 {
     const RINGS: u32 = 4000;
-    let (mut all, mut behind) = (0.0, 0.0);
+    let (mut total, mut hidden) = (0.0, 0.0);
     for ring in 0..RINGS {
         // Rings of equal steps in mu: narrow at the limb, where contacts occur.
         let mu = (f64::from(ring) + 0.5) / f64::from(RINGS);
         let r = (1.0 - mu * mu).sqrt();
         let light = mu * (1.0 - u1 * (1.0 - mu) - u2 * (1.0 - mu).powi(2));
         let cosine = (r * r + s * s - k * k) / (2.0 * r * s).max(1e-300);
-        all += light;
-        behind += light * cosine.clamp(-1.0, 1.0).acos() / PI;
+        total += light;
+        hidden += light * cosine.clamp(-1.0, 1.0).acos() / PI;
     }
-    behind / all
+    hidden / total
 }
 
 /// The distance, between `near` and `far`, at which the given fraction is hidden.
-fn distance_of(part: f64, k: f64, (mut near, mut far): (f64, f64), law: [f64; 2]) -> f64 {
+fn distance_of(fraction: f64, k: f64, (mut near, mut far): (f64, f64), darkening: [f64; 2]) -> f64 {
     for _ in 0..50 {
         let middle = 0.5 * (near + far);
-        if hidden(k, middle, law) > part { near = middle } else { far = middle }
+        if hidden_fraction(k, middle, darkening) > fraction { near = middle } else { far = middle }
     }
     0.5 * (near + far)
 }
 
 /// Effects that leave the Sun and the Moon as plain discs.
-const DISCS: &str = "-atmosphere,-glow,-corona,-albedo,-points";
+const DISCS_ONLY: &str = "-atmosphere,-glow,-corona,-albedo,-points";
 
 /// The Sun's green light in a picture from a location, divided by the square of the Sun's angular radius (which changes by 1e-4 from first to last contact), and
 /// the ratio of the Moon's angular radius to the Sun's.
@@ -79,7 +79,7 @@ fn seen_from(place: Place, time: Instant, effects: &str) -> (f64, f64) {
 }
 
 fn circumstances(day: &str, place: Place) -> LocalCircumstances {
-    let from = at(day);
+    let from = parse_time(day);
     let eclipses = solar_eclipses(&IAU, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses");
     eclipses[0].seen_from(place).expect("an eclipse")
 }
@@ -90,52 +90,53 @@ const PICTURES_S: [f64; 4] = [40.0, 60.0, 80.0, 100.0];
 /// Measures an eclipse at a location from pictures.
 struct Pictures {
     place: Place,
-    law: [f64; 2],
+    darkening: [f64; 2],
     /// The Sun's light before the first contact.
-    whole: f64,
+    unobscured: f64,
 }
 
 impl Pictures {
     /// Distance of the centres and the Moon's radius at an instant, both in solar radii.
     fn distance(&self, time: Instant) -> (f64, f64) {
-        let (light, k) = seen_from(self.place, time, DISCS);
-        (distance_of(1.0 - light / self.whole, k, ((k - 1.0).abs(), 1.0 + k), self.law), k)
+        let (light, k) = seen_from(self.place, time, DISCS_ONLY);
+        (distance_of(1.0 - light / self.unobscured, k, ((k - 1.0).abs(), 1.0 + k), self.darkening), k)
     }
 
-    /// Measured delay of an outer contact after `time`, in seconds, for a Moon whose radius is larger by `more`: a straight line fitted to the distances.
-    fn outer_contact_s(&self, time: Instant, side: f64, more: f64) -> f64 {
+    /// Measured delay of an outer contact after `time`, in seconds, for a Moon whose radius is larger by `enlargement`: a straight line fitted to the distances.
+    fn outer_contact_s(&self, time: Instant, side: f64, enlargement: f64) -> f64 {
         let points = PICTURES_S.map(|s| {
             let (distance, k) = self.distance(time.plus_seconds(side * s));
-            (side * s, distance - (1.0 + k + more))
+            (side * s, distance - (1.0 + k + enlargement))
         });
         let n = points.len() as f64;
-        let (mx, my) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
-        let slope = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>() / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>();
-        mx - my / slope
+        let (mean_t, mean_distance) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
+        let slope = points.iter().map(|p| (p.0 - mean_t) * (p.1 - mean_distance)).sum::<f64>()
+            / points.iter().map(|p| (p.0 - mean_t).powi(2)).sum::<f64>();
+        mean_t - mean_distance / slope
     }
 
     /// The same for second and third contact. Between them the distance has a minimum, but its square is smooth: nearly a parabola, which the turning Earth skews. A cubic is
     /// fitted by least squares to pictures before and after.
-    fn inner_contacts_s(&self, [second, third]: [Instant; 2], more: f64) -> [f64; 2] {
+    fn inner_contacts_s(&self, [second, third]: [Instant; 2], enlargement: f64) -> [f64; 2] {
         let half = 0.5 * seconds_after(third, second);
         let middle = second.plus_seconds(half);
-        let (mut normal, mut right, mut radius) = (DMat4::ZERO, DVec4::ZERO, 0.0);
+        let (mut normal, mut right_side, mut radius) = (DMat4::ZERO, DVec4::ZERO, 0.0);
         for t in PICTURES_S.into_iter().flat_map(|s| [-half - s, half + s]) {
             let (distance, k) = self.distance(middle.plus_seconds(t));
             let x = t / half;
             let powers = DVec4::new(1.0, x, x * x, x * x * x);
             normal += DMat4::from_cols(powers, powers * x, powers * x * x, powers * x * x * x);
-            right += powers * distance * distance;
+            right_side += powers * distance * distance;
             radius = k;
         }
-        let of_powers = normal.inverse() * right;
-        let touching = ((radius - 1.0).abs() + more).powi(2);
+        let coefficients = normal.inverse() * right_side;
+        let squared_at_contact = ((radius - 1.0).abs() + enlargement).powi(2);
         [-1.0_f64, 1.0].map(|contact| {
             // Newton's method from the geometry's contact.
             let mut x = contact;
             for _ in 0..20 {
-                let value = of_powers.dot(DVec4::new(1.0, x, x * x, x * x * x)) - touching;
-                x -= value / of_powers.dot(DVec4::new(0.0, 1.0, 2.0 * x, 3.0 * x * x));
+                let value = coefficients.dot(DVec4::new(1.0, x, x * x, x * x * x)) - squared_at_contact;
+                x -= value / coefficients.dot(DVec4::new(0.0, 1.0, 2.0 * x, 3.0 * x * x));
             }
             half * (x - contact)
         })
@@ -144,7 +145,7 @@ impl Pictures {
 
 #[test]
 fn contacts_and_magnitude_from_pixels_agree_with_the_geometry() {
-    let law = limb_darkening();
+    let darkening = limb_darkening();
     let place = |latitude_deg: f64, longitude_deg: f64| Place { latitude_deg, longitude_deg, height_km: 0.0017 };
     // Total at Dallas, annular at Albuquerque, partial at New York.
     for (day, place) in [("2024-04-08", place(32.78, -96.80)), ("2023-10-14", place(35.08, -106.65)), ("2024-04-08", place(40.71, -74.01))]
@@ -152,17 +153,17 @@ fn contacts_and_magnitude_from_pixels_agree_with_the_geometry() {
         let expected = circumstances(day, place);
         let contact = |name: &str| expected.contacts.iter().find(|c| c.name == name).map(|c| c.time);
         let [first, last] = ["C1", "C4"].map(|name| contact(name).expect("an eclipse"));
-        let pictures = Pictures { place, law, whole: seen_from(place, first.plus_seconds(-120.0), DISCS).0 };
+        let pictures = Pictures { place, darkening, unobscured: seen_from(place, first.plus_seconds(-120.0), DISCS_ONLY).0 };
         // The comparison must be able to fail: a Moon that is 0.4 % larger meets the Sun seconds earlier.
-        for (more, holds) in [(0.0, true), (0.004, false)] {
-            let mut off_s = vec![pictures.outer_contact_s(first, 1.0, more), pictures.outer_contact_s(last, -1.0, more)];
+        for (enlargement, agrees) in [(0.0, true), (0.004, false)] {
+            let mut off_s = vec![pictures.outer_contact_s(first, 1.0, enlargement), pictures.outer_contact_s(last, -1.0, enlargement)];
             if let (Some(second), Some(third)) = (contact("C2"), contact("C3")) {
-                off_s.extend(pictures.inner_contacts_s([second, third], more));
+                off_s.extend(pictures.inner_contacts_s([second, third], enlargement));
             }
-            println!("{day} {place:?} {more}: {off_s:.2?} s");
-            assert!(off_s.iter().all(|s| (s.abs() < 1.0) == holds), "{day} {more}: {off_s:?} s");
+            println!("{day} {place:?} {enlargement}: {off_s:.2?} s");
+            assert!(off_s.iter().all(|s| (s.abs() < 1.0) == agrees), "{day} {enlargement}: {off_s:?} s");
         }
-        let (light, k) = seen_from(place, expected.maximum.time, DISCS);
+        let (light, k) = seen_from(place, expected.maximum.time, DISCS_ONLY);
         if expected.contacts.len() == 2 {
             let magnitude = 0.5 * (1.0 + k - pictures.distance(expected.maximum.time).0);
             assert!((magnitude - expected.magnitude).abs() < 1e-3, "{day}: {magnitude} for {}", expected.magnitude);
@@ -174,9 +175,9 @@ fn contacts_and_magnitude_from_pixels_agree_with_the_geometry() {
                 expected.magnitude
             );
             // In totality there is no light; in annularity the remaining light depends only a little on the Moon's position inside the Sun's disc.
-            let (middle, limb) = (1.0 - hidden(k, 1e-9, law), 1.0 - hidden(k, (k - 1.0).abs(), law));
-            let left = light / pictures.whole;
-            assert!(if k > 1.0 { light == 0.0 } else { (middle - 1e-3..limb + 1e-3).contains(&left) }, "{day}: {left}");
+            let (middle, limb) = (1.0 - hidden_fraction(k, 1e-9, darkening), 1.0 - hidden_fraction(k, (k - 1.0).abs(), darkening));
+            let light_left = light / pictures.unobscured;
+            assert!(if k > 1.0 { light == 0.0 } else { (middle - 1e-3..limb + 1e-3).contains(&light_left) }, "{day}: {light_left}");
         }
     }
 }
@@ -186,10 +187,10 @@ fn contacts_and_magnitude_from_pixels_agree_with_the_geometry() {
 fn the_sun_keeps_its_light_where_the_air_is_switched_off() {
     let place = Place { latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.0017 };
     let first = circumstances("2024-04-08", place).contacts[0].time;
-    let over_two_hours = |effects: &str| {
+    let relative_change = |effects: &str| {
         let [early, late] = [-7200.0, -60.0].map(|s| seen_from(place, first.plus_seconds(s), effects).0);
         late / early - 1.0
     };
-    let (bare, aired) = (over_two_hours(DISCS), over_two_hours("+atmosphere,-glow,-corona,-albedo,-points"));
-    assert!(bare.abs() < 2e-5 && aired > 0.01, "{bare:e} without air, {aired} with it");
+    let (without_air, with_air) = (relative_change(DISCS_ONLY), relative_change("+atmosphere,-glow,-corona,-albedo,-points"));
+    assert!(without_air.abs() < 2e-5 && with_air > 0.01, "{without_air:e} without air, {with_air} with it");
 }

@@ -1,14 +1,14 @@
 //! Transits of Mercury and Venus against the tables of F. Espenak (NASA, geocentric, UT), quoted from memory: only the Venus transit of 2012 was
 //! confirmed, to the minute (NASA/OH/transit12). A wrong digit would show as minutes or as a disagreement between the contacts of one transit.
 
-use super::{ALMANAC, EPHEMERIS, IAU, at, seconds_after};
+use super::{ALMANAC, EPHEMERIS, IAU, parse_time, seconds_after};
 use orrery::catalog::NaifId;
 use orrery::ephemeris::angle_rad;
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
 use orrery::events::{Place, Transit, transits};
 
-fn day_of(day: &str) -> Transit {
-    let from = at(day);
+fn transit_on(day: &str) -> Transit {
+    let from = parse_time(day);
     transits(&ALMANAC, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("transits").remove(0)
 }
 
@@ -50,11 +50,11 @@ const TABLE: [(&str, i32, [&str; 5], f64); 5] = [
 fn contacts_agree_with_the_published_tables() {
     let mut worst_s = 0.0_f64;
     for (day, body, times, separation_arcsec) in TABLE {
-        let e = day_of(day);
+        let e = transit_on(day);
         assert_eq!(e.planet, NaifId(body), "{day}");
-        let ours = [e.contacts[0].1, e.contacts[1].1, e.greatest, e.contacts[2].1, e.contacts[3].1];
-        for (ours, published) in ours.iter().zip(times) {
-            let off_s = seconds_after(*ours, at(published));
+        let found = [e.contacts[0].1, e.contacts[1].1, e.greatest, e.contacts[2].1, e.contacts[3].1];
+        for (instant, published) in found.iter().zip(times) {
+            let off_s = seconds_after(*instant, parse_time(published));
             worst_s = worst_s.max(off_s.abs());
             assert!(off_s.abs() < 8.0, "{published}: {off_s} s");
         }
@@ -62,7 +62,7 @@ fn contacts_agree_with_the_published_tables() {
     }
     println!("worst {worst_s:.1} s");
     // From geometric positions, without the light time of 2.4 minutes for Venus and 8.3 for the Sun, the same transit is off by minutes.
-    let published = at("2012-06-06T01:29:36Z");
+    let published = parse_time("2012-06-06T01:29:36Z");
     let separation = |seconds: i32| {
         let to =
             |body| EPHEMERIS.state(body, NaifId::EARTH, published.plus_seconds(f64::from(seconds)), None).expect("a place").state.pos_km;
@@ -74,7 +74,7 @@ fn contacts_agree_with_the_published_tables() {
 
 #[test]
 fn two_centuries_have_the_known_transits() {
-    let found = transits(&ALMANAC, &EPHEMERIS, at("1901-01-01"), at("2099-12-31")).expect("transits");
+    let found = transits(&ALMANAC, &EPHEMERIS, parse_time("1901-01-01"), parse_time("2099-12-31")).expect("transits");
     let years = |body: i32| -> Vec<String> {
         let of_body = found.iter().filter(|e| e.planet == NaifId(body));
         of_body.map(|e| e.greatest.to_utc_iso()[..4].to_owned()).collect()
@@ -87,32 +87,40 @@ fn two_centuries_have_the_known_transits() {
     let grazing = found.iter().find(|e| e.greatest.to_utc_iso().starts_with("1937")).expect("a transit");
     assert_eq!(grazing.contacts.len(), 2);
     assert!(
-        seconds_after(grazing.contacts[0].1, at("1937-05-11T08:53:00Z")).abs() < 60.0
-            && seconds_after(grazing.contacts[1].1, at("1937-05-11T09:06:00Z")).abs() < 60.0
+        seconds_after(grazing.contacts[0].1, parse_time("1937-05-11T08:53:00Z")).abs() < 60.0
+            && seconds_after(grazing.contacts[1].1, parse_time("1937-05-11T09:06:00Z")).abs() < 60.0
     );
     // With the IAU's smaller Sun there is no contact: the discs miss each other by 0.02 arcsec.
-    assert!(transits(&IAU, &EPHEMERIS, at("1937-05-01"), at("1937-06-01")).expect("transits").is_empty());
+    assert!(transits(&IAU, &EPHEMERIS, parse_time("1937-05-01"), parse_time("1937-06-01")).expect("transits").is_empty());
 }
 
 /// Halley's method: different locations see the transit at different times, by up to seven minutes.
 #[test]
 fn the_transit_of_venus_is_shifted_by_parallax() {
-    let found = transits(&IAU, &EPHEMERIS, at("2012-06-05"), at("2012-06-07")).expect("transits");
+    let found = transits(&IAU, &EPHEMERIS, parse_time("2012-06-05"), parse_time("2012-06-07")).expect("transits");
     let e = &found[0];
-    let mut contacts_s = Vec::new();
+    let mut first_contact_shifts_s = Vec::new();
     for (latitude_deg, longitude_deg) in [(19.8, -155.5), (-33.9, 151.2), (65.0, -147.7)] {
-        let seen = e.seen_from(Place { latitude_deg, longitude_deg, height_km: 0.0 }).expect("a transit");
+        let circumstances = e.seen_from(Place { latitude_deg, longitude_deg, height_km: 0.0 }).expect("a transit");
         let place = Observer { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km: 0.0 };
         let sky = ObserverSky { catalog: &IAU, ephemeris: &EPHEMERIS, place };
         let start = e.greatest.plus_seconds(-5.0 * 3600.0);
         let discs = sky.passage(NaifId::SUN, NaifId(299), start, 36_000.0).expect("places").expect("a transit");
         let (second, third) = discs.inner.expect("entirely in front of the Sun");
-        for (ours, theirs) in seen.contacts.iter().zip([discs.begins, second, third, discs.ends]) {
-            assert!(seconds_after(ours.time, theirs).abs() < 2.0, "{latitude_deg} {}: {} s", ours.name, seconds_after(ours.time, theirs));
-            assert!(ours.is_up(), "the Sun is up over the Pacific");
+        for (contact, expected) in circumstances.contacts.iter().zip([discs.begins, second, third, discs.ends]) {
+            assert!(
+                seconds_after(contact.time, expected).abs() < 2.0,
+                "{latitude_deg} {}: {} s",
+                contact.name,
+                seconds_after(contact.time, expected)
+            );
+            assert!(contact.is_up(), "the Sun is up over the Pacific");
         }
-        contacts_s.push(seconds_after(seen.contacts[0].time, e.contacts[0].1));
+        first_contact_shifts_s.push(seconds_after(circumstances.contacts[0].time, e.contacts[0].1));
     }
     // In Hawaii the transit is early, in Sydney late.
-    assert!(contacts_s.iter().all(|s| s.abs() < 480.0) && contacts_s.iter().any(|s| s.abs() > 60.0), "{contacts_s:?}");
+    assert!(
+        first_contact_shifts_s.iter().all(|s| s.abs() < 480.0) && first_contact_shifts_s.iter().any(|s| s.abs() > 60.0),
+        "{first_contact_shifts_s:?}"
+    );
 }

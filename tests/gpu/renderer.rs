@@ -4,7 +4,7 @@
 //!
 //! | what | mean | 99.9 % | greatest | why |
 //! |---|---|---|---|---|
-//! | golden views | 0.3 | 3 | 14 | a sampler has 8 bits of weight on hardware and rounds otherwise; a limb pixel may choose another texel: measured 0.16, 2, 13 on llvmpipe (one texel of the Moon) |
+//! | golden views | 0.3 | 3 | 14 | hardware samplers interpolate with 8-bit weights and round differently; a limb pixel may choose another texel: measured 0.16, 2, 13 on llvmpipe (one texel of the Moon) |
 //! | covering keys | 0.3 | 3 | - | the same: measured 0.11, 1 |
 //!
 //! Both filter elongated footprints by the module's own taps (shaders/lib/filtered_map.wesl), so that default quality is compared.
@@ -28,7 +28,7 @@ use std::sync::{Arc, Mutex};
 
 const MEAN_LEVELS: f64 = 0.3;
 const P999_LEVELS: u8 = 3;
-const GREATEST_LEVELS: u8 = 14;
+const MAX_LEVELS: u8 = 14;
 
 /// The default quality.
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
@@ -36,10 +36,10 @@ const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 fn session(renderer: RendererPreference) -> (Session, Arc<Mutex<Vec<String>>>, tempfile::TempDir) {
     let cache = tempfile::tempdir().expect("a folder");
     let sources = Sources { cache: Some(cache.path().to_owned()), renderer, ..Sources::default() };
-    let said: Arc<Mutex<Vec<String>>> = Arc::default();
-    let heard = Arc::clone(&said);
-    let session = Session::open(&sources, move |line| heard.lock().expect("not poisoned").push(line.to_owned())).expect("opens");
-    (session, said, cache)
+    let messages: Arc<Mutex<Vec<String>>> = Arc::default();
+    let sink = Arc::clone(&messages);
+    let session = Session::open(&sources, move |line| sink.lock().expect("not poisoned").push(line.to_owned())).expect("opens");
+    (session, messages, cache)
 }
 
 fn picture(frame: Frame) -> DisplayImage {
@@ -47,7 +47,7 @@ fn picture(frame: Frame) -> DisplayImage {
 }
 
 fn exceeds_bounds(d: &Difference) -> bool {
-    d.mean > MEAN_LEVELS || d.p999 > P999_LEVELS || d.max > GREATEST_LEVELS
+    d.mean > MEAN_LEVELS || d.p999 > P999_LEVELS || d.max > MAX_LEVELS
 }
 
 /// The golden views, and two with every kind of draw: a planet with its moons, and the solar system, beyond the depth range of GL.
@@ -96,7 +96,7 @@ fn assert_views_equal_the_software_renderers(gpu: &GpuRenderer) {
         if exceeds_bounds(&d) {
             failures.push(format!("{name}: mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max));
         }
-        // Negative control: half a stop more light is another picture.
+        // Negative control: half a stop more light exceeds the bounds.
         if name == "moon" {
             let mut brighter = plan.clone();
             let tone_map = brighter.passes.last_mut().and_then(|p| p.draws.last_mut()).expect("a tone map");
@@ -131,8 +131,9 @@ fn every_pair_of_key_values_equals_the_software_renderers() {
         };
         let (soft, _) = software.render(&plan, &library, true).expect("drawn");
         let level = |v: f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
-        let shown = |f: &Frame| DisplayImage { width: f.width, height: f.height, rgba: f.hdr.iter().map(|p| p.map(level)).collect() };
-        let d = shown(&soft).difference(&shown(&drawn)).expect("one size");
+        let display_image =
+            |f: &Frame| DisplayImage { width: f.width, height: f.height, rgba: f.hdr.iter().map(|p| p.map(level)).collect() };
+        let d = display_image(&soft).difference(&display_image(&drawn)).expect("one size");
         println!("{key}: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
         if d.mean > MEAN_LEVELS || d.p999 > P999_LEVELS {
             failures.push(format!("{key}: mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max));
@@ -147,7 +148,7 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     if gpu().is_none() {
         return;
     }
-    let (session, said, _cache) = session(RendererPreference::Gpu);
+    let (session, messages, _cache) = session(RendererPreference::Gpu);
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
     let draw = || session.draw(&request, SAMPLING, false).expect("drawn");
     assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::Unchanged, "nothing is open yet");
@@ -161,11 +162,11 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     // These pipelines are compiled while the window's picture is drawn. If llvmpipe presented, a window would wait for each picture, so that device presents only on
     // request.
     session.draw_or_fall_back(&request, SAMPLING, false).expect("drawn");
-    let mut looks = 0;
+    let mut polls = 0;
     while session.presenter_choice(None, DisplayPreference::Device) == PresenterChoice::Unchanged {
         std::thread::sleep(std::time::Duration::from_millis(5));
-        looks += 1;
-        assert!(looks < 10_000, "the device never became ready for windows");
+        polls += 1;
+        assert!(polls < 10_000, "the device never became ready for windows");
     }
     assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::OtherGpu);
     assert_eq!(session.presenter_choice(None, DisplayPreference::Auto), PresenterChoice::Unchanged);
@@ -175,10 +176,10 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     assert_eq!(after.by.renderer, "software");
     assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::Unchanged, "no device draws");
     let d = picture(before.frame).difference(&picture(after.frame)).expect("one size");
-    assert!(!exceeds_bounds(&d), "another view: mean {}, 99.9 % {}", d.mean, d.p999);
+    assert!(!exceeds_bounds(&d), "a different picture: mean {}, 99.9 % {}", d.mean, d.p999);
     draw();
-    let said = said.lock().expect("not poisoned");
-    assert!(said.len() == 1 && said[0].contains("lost") && said[0].contains("drawing in software"), "{said:?}");
+    let messages = messages.lock().expect("not poisoned");
+    assert!(messages.len() == 1 && messages[0].contains("lost") && messages[0].contains("drawing in software"), "{messages:?}");
 }
 
 #[test]
@@ -186,7 +187,7 @@ fn a_window_never_blocks_on_shader_compilation() {
     if gpu().is_none() {
         return;
     }
-    let (session, said, _cache) = session(RendererPreference::Gpu);
+    let (session, messages, _cache) = session(RendererPreference::Gpu);
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
     let draw = || session.draw_or_fall_back(&request, SAMPLING, false).expect("drawn");
     let first = draw();
@@ -198,10 +199,10 @@ fn a_window_never_blocks_on_shader_compilation() {
         if drawn.by.renderer == "gpu" {
             break drawn;
         }
-        assert!(frames < 10_000, "the GPU never became ready: {:?}", said.lock());
+        assert!(frames < 10_000, "the GPU never became ready: {:?}", messages.lock());
     };
     assert!(!exceeds_bounds(&picture(first.frame).difference(&picture(later.frame)).expect("one size")));
-    assert!(said.lock().expect("not poisoned").is_empty());
+    assert!(messages.lock().expect("not poisoned").is_empty());
 }
 
 #[test]
@@ -209,31 +210,31 @@ fn a_window_never_waits_for_background_pictures() {
     if gpu().is_none() {
         return;
     }
-    let (session, said, _cache) = session(RendererPreference::Gpu);
+    let (session, messages, _cache) = session(RendererPreference::Gpu);
     let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
-    let prompt = || session.draw_or_fall_back(&request, SAMPLING, false).expect("drawn").by.renderer;
+    let draw_window = || session.draw_or_fall_back(&request, SAMPLING, false).expect("drawn").by.renderer;
     let mut frames = 0;
-    while prompt() != "gpu" {
+    while draw_window() != "gpu" {
         frames += 1;
-        assert!(frames < 10_000, "the GPU never became ready: {:?}", said.lock());
+        assert!(frames < 10_000, "the GPU never became ready: {:?}", messages.lock());
     }
     // Several bodies without compiled pipelines, so that the driver needs time to compile.
     let background =
         ViewRequest { width: 64, height: 64, ..views().into_iter().find(|(name, _)| *name == "saturn").expect("in the table").1 };
     session.plan(&background, SAMPLING).expect("planned");
-    let (by, meanwhile) = std::thread::scope(|scope| {
+    let (renderer, window_pictures) = std::thread::scope(|scope| {
         let drawing = scope.spawn(|| session.draw_in_background(&background, SAMPLING, false).expect("drawn").by.renderer);
-        let mut meanwhile = 0;
+        let mut window_pictures = 0;
         while !drawing.is_finished() {
-            prompt();
-            meanwhile += 1;
+            draw_window();
+            window_pictures += 1;
         }
-        (drawing.join().expect("no panic"), meanwhile)
+        (drawing.join().expect("no panic"), window_pictures)
     });
-    assert_eq!(by, "gpu");
+    assert_eq!(renderer, "gpu");
     // A window that waited would get only one or two pictures: before the background picture began and after its end.
-    assert!(meanwhile > 2, "{meanwhile} pictures while another was drawn in the background");
-    assert!(said.lock().expect("not poisoned").is_empty());
+    assert!(window_pictures > 2, "{window_pictures} pictures while another was drawn in the background");
+    assert!(messages.lock().expect("not poisoned").is_empty());
 }
 
 #[test]
@@ -241,7 +242,7 @@ fn readiness_is_reported_at_rest_and_the_renderer_changes_at_once() {
     if gpu().is_none() {
         return;
     }
-    let (session, said, _cache) = session(RendererPreference::Software);
+    let (session, messages, _cache) = session(RendererPreference::Software);
     let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
     let renderer_used = |s: &Session| s.draw_or_fall_back(&request, SAMPLING, false).expect("drawn").by.renderer;
     assert_eq!((renderer_used(&session), session.readiness()), ("software", Readiness::Settled));
@@ -258,7 +259,7 @@ fn readiness_is_reported_at_rest_and_the_renderer_changes_at_once() {
     session.set_renderer_preference(RendererPreference::Gpu);
     assert_eq!(renderer_used(&session), "software");
     drop(session);
-    assert!(said.lock().expect("not poisoned").is_empty());
+    assert!(messages.lock().expect("not poisoned").is_empty());
 }
 
 #[test]
@@ -275,17 +276,17 @@ fn nothing_is_uploaded_twice_and_memory_does_not_grow() {
             session.plan(&request, SAMPLING).expect("a plan").1
         })
         .collect();
-    let round =
+    let upload_bytes =
         || -> Vec<u64> { plans.iter().map(|plan| gpu.render(plan, session.library(), false).expect("drawn").1.sent_bytes).collect() };
-    let first = round();
-    let held = gpu.resource_use();
+    let first = upload_bytes();
+    let resources = gpu.resource_use();
     assert!(first[0] > 0, "the first frame sends its maps");
     assert!(plans[0].passes[0].draws.iter().any(|d| d.textures.iter().any(|t| matches!(t.source, TextureSource::Image(_)))));
-    // The scenes differ in time and effects, and need nothing new any more.
-    for turn in 0..4 {
-        let again = round();
-        assert_eq!(again.iter().sum::<u64>(), 0, "turn {turn} uploads again: {again:?}");
-        assert_eq!(gpu.resource_use(), held, "bytes of textures and number of pipelines, turn {turn}");
+    // The scenes differ in time and effects, but all their resources are on the GPU already.
+    for repetition in 0..4 {
+        let again = upload_bytes();
+        assert_eq!(again.iter().sum::<u64>(), 0, "repetition {repetition} uploads again: {again:?}");
+        assert_eq!(gpu.resource_use(), resources, "bytes of textures and number of pipelines, repetition {repetition}");
     }
 }
 
@@ -295,13 +296,13 @@ fn the_gpu_refuses_an_unsupported_plan_and_draws_the_next() {
     let session = &*SESSION;
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
     let (_, plan) = session.plan(&request, SAMPLING).expect("a plan");
-    let mut wide = plan.clone();
-    wide.passes.iter_mut().for_each(|p| p.width = 1 << 20);
-    let refused = gpu.render(&wide, session.library(), false).expect_err("no adapter is that wide");
+    let mut too_wide = plan.clone();
+    too_wide.passes.iter_mut().for_each(|p| p.width = 1 << 20);
+    let refused = gpu.render(&too_wide, session.library(), false).expect_err("no adapter is that wide");
     assert!(matches!(refused, GpuError::Size { width, .. } if width == 1 << 20) && !refused.is_final(), "{refused}");
-    let mut bare = plan.clone();
-    bare.passes[0].draws.iter_mut().for_each(|d| d.textures.clear());
-    let refused = gpu.render(&bare, session.library(), false).expect_err("a map is missing");
+    let mut without_textures = plan.clone();
+    without_textures.passes[0].draws.iter_mut().for_each(|d| d.textures.clear());
+    let refused = gpu.render(&without_textures, session.library(), false).expect_err("a map is missing");
     assert!(matches!(&refused, GpuError::Draw { what, .. } if what.contains("not supplied")), "{refused}");
     gpu.render(&plan, session.library(), false).expect("the device still works after a refused plan");
 }
@@ -320,7 +321,7 @@ fn ten_thousand_frames_grow_no_memory() {
     let session = &*SESSION;
     let (_, saturn) = views().into_iter().find(|(name, _)| *name == "saturn").expect("in the table");
     let effects = ["", "-ring-shadow", "-rings", "-body-shadow", "-albedo"];
-    let mut early = None;
+    let mut after_1000 = None;
     for k in 0..10_000_u32 {
         let mut request = ViewRequest { width: 32, height: 32, ..saturn.clone() };
         request.time = request.time.plus_seconds(60.0 * f64::from(k));
@@ -331,7 +332,7 @@ fn ten_thousand_frames_grow_no_memory() {
         if k % 1000 == 999 {
             let now = (gpu.resource_use(), resident_bytes());
             println!("{k}: {} bytes of textures, {} pipelines, {:?} bytes resident", now.0.0, now.0.1, now.1);
-            let (held, resident) = *early.get_or_insert(now);
+            let (held, resident) = *after_1000.get_or_insert(now);
             assert_eq!(gpu.resource_use().0, held.0, "textures grow");
             assert!(gpu.resource_use().1 <= held.1 + 4, "pipelines grow");
             if let (Some(before), Some(now)) = (resident, now.1) {

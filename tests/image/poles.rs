@@ -15,14 +15,14 @@ use std::f64::consts::{PI, TAU};
 
 /// The maps of a body with their roles.
 fn maps(b: &Body) -> Vec<(MapRole, &Map)> {
-    let of = [
+    let surface_maps = [
         (MapRole::Albedo, &b.maps.albedo),
         (MapRole::Normal, &b.maps.normal),
         (MapRole::Specular, &b.maps.specular),
         (MapRole::Night, &b.maps.night),
     ];
-    let of = of.into_iter().filter_map(|(role, map)| Some((role, map.as_ref()?)));
-    of.chain(b.clouds.as_ref().map(|c| (MapRole::Clouds, &c.map))).collect()
+    let surface_maps = surface_maps.into_iter().filter_map(|(role, map)| Some((role, map.as_ref()?)));
+    surface_maps.chain(b.clouds.as_ref().map(|c| (MapRole::Clouds, &c.map))).collect()
 }
 
 /// Rows of one hemisphere from the pole outwards, in levels of 255; slopes are rotated into a common frame above the pole.
@@ -38,8 +38,8 @@ fn rows(map: &Texture, north: bool, slopes: bool) -> Vec<Vec<[f64; 3]>> {
                 return t;
             }
             let (sin, cos) = ((x as f64 + 0.5) / w as f64 * TAU).sin_cos();
-            let (e, n) = (t[0] - 127.5, (t[1] - 127.5) * if north { -1.0 } else { 1.0 });
-            [n * cos - e * sin, e * cos + n * sin, t[2]]
+            let (east, north_slope) = (t[0] - 127.5, (t[1] - 127.5) * if north { -1.0 } else { 1.0 });
+            [north_slope * cos - east * sin, east * cos + north_slope * sin, t[2]]
         };
         (0..w).map(texel).collect()
     };
@@ -50,46 +50,46 @@ fn rows(map: &Texture, north: bool, slopes: bool) -> Vec<Vec<[f64; 3]>> {
 fn along_over_across(rows: &[Vec<[f64; 3]>], from_deg: f64, to_deg: f64) -> f64 {
     let height = rows.len() * 4;
     let lat = |k: usize| (0.5 - (k as f64 + 0.5) / height as f64) * PI;
-    let seen = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| ((a[c] - b[c]).abs() - 1.0).max(0.0).powi(2)).sum::<f64>();
+    let visible_energy = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| ((a[c] - b[c]).abs() - 1.0).max(0.0).powi(2)).sum::<f64>();
     let (mut along, mut across) = (0.0, 0.0);
     for (k, row) in rows.iter().enumerate().filter(|(k, _)| (from_deg..to_deg).contains(&lat(*k).to_degrees())) {
         let Some(next) = rows.get(k + 1) else { continue };
         let (w, cos) = (row.len(), lat(k).cos());
         let step = TAU / w as f64 * cos * height as f64 / PI;
-        along += cos * (0..w).map(|x| seen(&row[x], &row[(x + 1) % w])).sum::<f64>() / w as f64 / (step * step);
-        across += cos * (0..w).map(|x| seen(&row[x], &next[x])).sum::<f64>() / w as f64;
+        along += cos * (0..w).map(|x| visible_energy(&row[x], &row[(x + 1) % w])).sum::<f64>() / w as f64 / (step * step);
+        across += cos * (0..w).map(|x| visible_energy(&row[x], &next[x])).sum::<f64>() / w as f64;
     }
     // A constant of 0.5 regularises the ratio, since a difference of one level is invisible.
     along / (across + 0.5)
 }
 
 /// The ratio is at most 2 for the shipped maps, except Janus, painted with rays that are long on the sphere: 3.4.
-const MOST: f64 = 3.6;
+const MAX_RATIO: f64 = 3.6;
 const BANDS: [(f64, f64); 4] = [(60.0, 72.0), (72.0, 80.0), (80.0, 85.0), (85.0, 90.0)];
 
 #[test]
 fn no_map_has_streaks_around_its_poles() {
     let raw = MapStore::new(None);
-    let mut streaked = 0;
+    let mut files_with_streaks = 0;
     for body in Catalog::embedded().bodies() {
         for (role, map) in maps(body) {
-            let reading = map_decoding(role, Shape::Ellipsoid);
-            let drawn = SESSION.map(&map.file, reading).expect("a map");
-            let of_file = raw.get(&map.file, reading.format).expect("a map");
+            let decoding = map_decoding(role, Shape::Ellipsoid);
+            let drawn = SESSION.map(&map.file, decoding).expect("a map");
+            let unfiltered = raw.get(&map.file, decoding.format).expect("a map");
             let mut worst: f64 = 0.0;
             for north in [true, false] {
-                let hemisphere = |t: &Texture| rows(t, north, reading.poles == PoleFilter::Slopes);
-                let (drawn, of_file) = (hemisphere(&drawn), hemisphere(&of_file));
+                let hemisphere = |t: &Texture| rows(t, north, decoding.poles == PoleFilter::Slopes);
+                let (drawn, unfiltered) = (hemisphere(&drawn), hemisphere(&unfiltered));
                 for (from, to) in BANDS {
                     let ratio = along_over_across(&drawn, from, to);
-                    assert!(ratio < MOST, "{} between {from} and {to} degrees (north: {north}): {ratio:.2}", map.file);
-                    worst = worst.max(along_over_across(&of_file, from, to));
+                    assert!(ratio < MAX_RATIO, "{} between {from} and {to} degrees (north: {north}): {ratio:.2}", map.file);
+                    worst = worst.max(along_over_across(&unfiltered, from, to));
                 }
             }
-            streaked += i32::from(worst > MOST);
+            files_with_streaks += i32::from(worst > MAX_RATIO);
         }
     }
-    assert!(streaked > 20, "the unfiltered files must have streaks that the measure detects: {streaked}");
+    assert!(files_with_streaks > 20, "the unfiltered files must have streaks that the measure detects: {files_with_streaks}");
 }
 
 /// No cone: the mean slope towards or away from the pole on small circles is at most half the spread of rows near 80 degrees, plus two levels.
@@ -122,7 +122,7 @@ fn no_relief_slopes_towards_its_pole_from_all_sides() {
 #[test]
 fn no_map_has_a_dot_at_its_pole() {
     let time = Instant::parse("2025-01-10T00:00:00Z").expect("a time");
-    let mut marked_poles = 0;
+    let mut poles_with_features = 0;
     for body in Catalog::embedded().bodies().iter().filter(|b| b.maps.albedo.is_some() && b.id != NaifId::SUN) {
         for north in [1.0, -1.0] {
             // So close that a texel spans several pixels, between which the ground is smooth.
@@ -139,21 +139,21 @@ fn no_map_has_a_dot_at_its_pole() {
             };
             let hdr = SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 8 }, true).expect("draws").frame.hdr;
             let at = |x: i32, y: i32| hdr[(y * 41 + x) as usize][1];
-            let ring = |reach: i32| {
-                let places = (0..12).map(|k| f64::from(k) * TAU / 12.0);
-                places
-                    .map(|a| at(20 + (f64::from(reach) * a.cos()).round() as i32, 20 + (f64::from(reach) * a.sin()).round() as i32))
+            let ring = |radius_px: i32| {
+                let angles = (0..12).map(|k| f64::from(k) * TAU / 12.0);
+                angles
+                    .map(|a| at(20 + (f64::from(radius_px) * a.cos()).round() as i32, 20 + (f64::from(radius_px) * a.sin()).round() as i32))
                     .collect::<Vec<_>>()
             };
             let mean = |v: &[f32]| v.iter().sum::<f32>() / v.len() as f32;
             let spread = |v: &[f32]| v.iter().map(|x| (x - mean(v)).abs()).fold(0.0, f32::max);
-            let (near, far) = (ring(2), ring(6));
-            let off = (at(20, 20) - mean(&near)).abs();
+            let (inner, outer) = (ring(2), ring(6));
+            let off = (at(20, 20) - mean(&inner)).abs();
             // Continuous with the surrounding ground: the difference is within a fraction of the change over the next pixels, or a hundredth.
-            let allowed = 0.02 * mean(&near) + spread(&near) + (mean(&far) - mean(&near)).abs();
-            assert!(off <= allowed, "{} at {}: {off} beside {}, allowed {allowed}", body.name, 90.0 * north, mean(&near));
-            marked_poles += i32::from(spread(&far) > 0.0);
+            let allowed = 0.02 * mean(&inner) + spread(&inner) + (mean(&outer) - mean(&inner)).abs();
+            assert!(off <= allowed, "{} at {}: {off} beside {}, allowed {allowed}", body.name, 90.0 * north, mean(&inner));
+            poles_with_features += i32::from(spread(&outer) > 0.0);
         }
     }
-    assert!(marked_poles > 30, "{marked_poles} poles have visible features");
+    assert!(poles_with_features > 30, "{poles_with_features} poles have visible features");
 }

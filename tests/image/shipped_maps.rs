@@ -59,18 +59,18 @@ fn all_maps_of_the_catalog_are_embedded_within_the_budget() {
         }
     }
     // The widths in the catalog equal those of the files; they determine where procedural detail begins.
-    let mut stated = 0;
+    let mut stated_widths = 0;
     for b in Catalog::embedded().bodies() {
         let cloud_map = b.clouds.as_ref().map(|c| &c.map);
         for m in [&b.maps.albedo, &b.maps.normal].into_iter().flatten().chain(cloud_map) {
             let columns = store.get(&m.file, TexelFormat::Rgba8Srgb).expect("embedded").levels[0].width;
-            stated += u32::from(m.columns.is_some());
-            assert!(m.columns.is_none_or(|told| told == columns), "{}: {:?} columns, the file has {columns}", m.file, m.columns);
+            stated_widths += u32::from(m.columns.is_some());
+            assert!(m.columns.is_none_or(|stated| stated == columns), "{}: {:?} columns, the file has {columns}", m.file, m.columns);
             let has_detail = b.invented_relief != InventedRelief::None || Some(m) == cloud_map;
             assert!(m.columns.is_some() || columns == 512 || !has_detail, "{}: state its {columns} columns in the catalog", m.file);
         }
     }
-    assert!(stated >= 6, "{stated}");
+    assert!(stated_widths >= 6, "{stated_widths}");
     let total: usize = MapStore::embedded().map(|(_, bytes)| bytes).sum();
     assert!(total <= 12_000_000, "{total} bytes");
 }
@@ -99,10 +99,10 @@ fn around(m: &Texture, lat: f64, lon: f64, r: f64, value: impl Fn(&Texture, f64,
     ring.map(|a| value(m, lat + r * a.sin(), lon + r * a.cos() / lat.to_radians().cos())).sum::<f64>() / 8.0
 }
 
-/// Ratio of red to green, or blue to red, in a square of three degrees.
-fn ratio(m: &Texture, lat: f64, lon: f64, over: [usize; 2]) -> f64 {
+/// Ratio of two colour channels in a square of three degrees.
+fn ratio(m: &Texture, lat: f64, lon: f64, channels: [usize; 2]) -> f64 {
     let c = mean_colour(m, lat, lon, 1.5);
-    c[over[0]] / c[over[1]]
+    c[channels[0]] / c[channels[1]]
 }
 
 /// Asserts that `holds` is true at the position, and false wherever a mirrored or rotated map would show the feature.
@@ -189,8 +189,8 @@ fn europa_callisto_iapetus_pluto_and_ceres_show_their_features() {
     // Cassini Regio covers the leading side around 90 W; poles and trailing side are bright.
     let iapetus = map("iapetus.jpg");
     let pole = brightness(&iapetus, 85.0, -90.0, 3.0);
-    let dark = |x: f64| brightness(&iapetus, 0.0, x, 10.0) * 5.0 < brightness(&iapetus, 0.0, -x, 10.0).min(pole);
-    assert!(dark(-90.0) && !dark(90.0));
+    let is_dark = |x: f64| brightness(&iapetus, 0.0, x, 10.0) * 5.0 < brightness(&iapetus, 0.0, -x, 10.0).min(pole);
+    assert!(is_dark(-90.0) && !is_dark(90.0));
     let pluto = map("pluto.jpg");
     let sputnik = |y: f64, x: f64| brightness(&pluto, y, x, 6.0) > 1.35 * around(&pluto, y, x, 35.0, bright);
     assert!(sputnik(25.0, 175.0) && !sputnik(-25.0, 175.0) && !sputnik(25.0, -5.0), "Sputnik Planitia");
@@ -201,10 +201,10 @@ fn europa_callisto_iapetus_pluto_and_ceres_show_their_features() {
 #[test]
 fn the_earth_has_its_continents() {
     let (water, earth) = (linear_map("earth_water.jpg"), map("earth_day.jpg"));
-    let wet = |lat, lon| brightness(&water, lat, lon, 2.0) > 0.5;
+    let is_water = |lat, lon| brightness(&water, lat, lon, 2.0) > 0.5;
     // The Congo and Brazil against the Atlantic between them; the mirrored map has sea where the Congo is.
-    assert!(!wet(0.0, 22.0) && !wet(-10.0, -50.0) && wet(-10.0, -25.0) && wet(0.0, 0.0));
-    assert!(wet(0.0, -22.0) && wet(10.0, -22.0) && wet(0.0, -158.0));
+    assert!(!is_water(0.0, 22.0) && !is_water(-10.0, -50.0) && is_water(-10.0, -25.0) && is_water(0.0, 0.0));
+    assert!(is_water(0.0, -22.0) && is_water(10.0, -22.0) && is_water(0.0, -158.0));
     assert!(
         brightness(&earth, 23.0, 10.0, 3.0) > 5.0 * brightness(&earth, 23.0, -40.0, 3.0),
         "the Sahara against the Atlantic to its west"
@@ -222,17 +222,17 @@ fn no_lake_or_shallow_sea_glows() {
         let brightest = (0..3).map(|k| c[k] * gain[k]).fold(0.0, f64::max);
         assert!(brightest < 0.1, "{lat}, {lon}: {brightest}");
     }
-    let mut most: f64 = 0.0;
+    let mut brightest_water: f64 = 0.0;
     for lat in -60..=60 {
         for lon in (-180..180).filter(|lon| brightness(&water, f64::from(lat), f64::from(*lon), 0.3) > 0.9) {
             let c = mean_colour(&earth, f64::from(lat), f64::from(lon), 0.1);
             // Skip sea ice, which is white: as red as blue.
             if c[2] > 1.3 * c[0] {
-                most = most.max(c[1] * gain[1]);
+                brightest_water = brightest_water.max(c[1] * gain[1]);
             }
         }
     }
-    assert!(most < 0.1, "{most}");
+    assert!(brightest_water < 0.1, "{brightest_water}");
 }
 
 /// Each map has a row in the list of sources; maps made for this program, and maps whose source is partly invented, are declared as invented in the
@@ -245,19 +245,19 @@ fn every_map_has_its_source_and_invented_maps_are_declared() {
         let names = |row: &str| row.split('|').nth(1).is_some_and(|c| c.split([',', ' ']).any(|n| n == file || n == stem));
         readme.lines().filter(|l| l.starts_with('|')).find(|row| names(row))
     };
-    let mut marked = 0;
+    let mut made_for_this_program = 0;
     for b in Catalog::embedded().bodies() {
         let maps = [&b.maps.albedo, &b.maps.normal, &b.maps.specular, &b.maps.night].into_iter().flatten();
         for m in maps.chain(b.clouds.as_ref().map(|c| &c.map)) {
             let row = row_of(&m.file).unwrap_or_else(|| panic!("{} has no row in textures/README.md", m.file));
             let made_here = row.contains("made here");
-            let partly = ["ariel", "miranda", "oberon", "titania", "umbriel"].iter().any(|n| m.file.starts_with(n));
-            assert_eq!(made_here || partly, m.invented.is_some(), "{}: {row}", m.file);
+            let is_partly_invented = ["ariel", "miranda", "oberon", "titania", "umbriel"].iter().any(|n| m.file.starts_with(n));
+            assert_eq!(made_here || is_partly_invented, m.invented.is_some(), "{}: {row}", m.file);
             assert!(m.invented.as_ref().is_none_or(|how| how.len() > 20), "{}: of what, and how", m.file);
-            marked += i32::from(made_here);
+            made_for_this_program += i32::from(made_here);
         }
     }
-    assert_eq!(marked, 4, "Callisto, Iapetus, Triton, Phobos");
+    assert_eq!(made_for_this_program, 4, "Callisto, Iapetus, Triton, Phobos");
     assert!(row_of("vulcan.jpg").is_none());
 }
 
@@ -269,7 +269,7 @@ fn walls_of_craters_lean_inward_in_both_axes_of_the_normal_map() {
     let craters = [(9.62, 339.92, 1.58), (-43.3, 348.6, 1.4), (-8.9, 61.1, 2.1), (51.6, 350.7, 1.65)];
     // Outward slope outside the rim minus outward slope inside, from the east-west or the north-south component alone.
     let relief = |axis: usize, flip_lat: f64, flip_lon: f64| {
-        let lean = |lat: f64, lon: f64, d: f64| {
+        let outward_slope = |lat: f64, lon: f64, d: f64| {
             let ring = (0..32).map(|k| f64::from(k) * std::f64::consts::PI / 16.0);
             ring.map(|a| {
                 let s = slope(&normal, lat + d * a.sin(), lon + d * a.cos() / lat.to_radians().cos(), 0.25)[axis];
@@ -278,12 +278,15 @@ fn walls_of_craters_lean_inward_in_both_axes_of_the_normal_map() {
             .sum::<f64>()
                 / 32.0
         };
-        craters.iter().map(|&(y, x, r)| lean(flip_lat * y, flip_lon * x, 1.25 * r) - lean(flip_lat * y, flip_lon * x, 0.8 * r)).sum::<f64>()
+        craters
+            .iter()
+            .map(|&(y, x, r)| outward_slope(flip_lat * y, flip_lon * x, 1.25 * r) - outward_slope(flip_lat * y, flip_lon * x, 0.8 * r))
+            .sum::<f64>()
             / 4.0
     };
     for axis in [0, 1] {
-        let (right, mirrored, upside_down) = (relief(axis, 1.0, 1.0), relief(axis, 1.0, -1.0), relief(axis, -1.0, 1.0));
-        assert!(right > 0.1, "axis {axis}: {right}; a channel of the other sign gives its negative");
+        let (unflipped, mirrored, upside_down) = (relief(axis, 1.0, 1.0), relief(axis, 1.0, -1.0), relief(axis, -1.0, 1.0));
+        assert!(unflipped > 0.1, "axis {axis}: {unflipped}; a channel of the other sign gives its negative");
         assert!(mirrored < 0.05 && upside_down < 0.05, "axis {axis}: {mirrored} and {upside_down} where no crater is");
     }
 }

@@ -1,7 +1,7 @@
 //! No circular imports between the files of a layer, no overlong files, and narrowing to f32 only in the camera.
 
 use super::source_tree::{SourceTree, code_of};
-use super::{files_below, only_tolerated};
+use super::{assert_only_tolerated, files_below};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -12,13 +12,13 @@ const MAY_NARROW: &[&str] = &["scene/camera"];
 fn in_circles(imports: &BTreeMap<&str, Vec<&str>>) -> Vec<String> {
     let reaches_itself = |start: &str| {
         let mut seen = BTreeSet::new();
-        let mut open = imports[start].clone();
-        while let Some(file) = open.pop() {
+        let mut pending = imports[start].clone();
+        while let Some(file) = pending.pop() {
             if file == start {
                 return true;
             }
             if seen.insert(file) {
-                open.extend(&imports[file]);
+                pending.extend(&imports[file]);
             }
         }
         false
@@ -35,12 +35,12 @@ fn files_of_a_module_have_no_circular_imports() {
         let imports = tree.imports_within(layer);
         let circle = in_circles(&imports);
         for file in &circle {
-            let tied: Vec<_> = imports[file.as_str()].iter().filter(|to| circle.iter().any(|c| c == *to)).collect();
-            println!("{file} -> {tied:?}");
+            let circular_imports: Vec<_> = imports[file.as_str()].iter().filter(|to| circle.iter().any(|c| c == *to)).collect();
+            println!("{file} -> {circular_imports:?}");
         }
         found.extend(circle);
     }
-    only_tolerated("circle", &found);
+    assert_only_tolerated("circle", &found);
 }
 
 #[test]
@@ -60,29 +60,29 @@ fn a_circular_import_is_found() {
     assert!(in_circles(&line.imports_within("a")).is_empty());
 }
 
-/// Path and number of lines where there are more than `most`.
-fn too_long(lines: &[(String, usize)], most: usize) -> Vec<String> {
-    lines.iter().filter(|(_, n)| *n > most).map(|(path, _)| path.clone()).collect()
+/// Path and number of lines where there are more than `limit`.
+fn too_long(lines: &[(String, usize)], limit: usize) -> Vec<String> {
+    lines.iter().filter(|(_, n)| *n > limit).map(|(path, _)| path.clone()).collect()
 }
 
 #[test]
 fn no_file_is_too_long() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut found = Vec::new();
-    for (dir, most) in [("src", 500), ("tests", 500), ("examples", 500), ("benches", 500), ("shaders", 250)] {
+    for (dir, limit) in [("src", 500), ("tests", 500), ("examples", 500), ("benches", 500), ("shaders", 250)] {
         let mut files = Vec::new();
         files_below(&root.join(dir), &["rs", "wgsl", "wesl"], &mut files);
         assert!(!files.is_empty(), "{dir}");
         let lines_of = |path: &Path| std::fs::read_to_string(path).expect("UTF-8").lines().count();
         let name_of = |path: &Path| path.strip_prefix(root).expect("below").to_string_lossy().replace('\\', "/");
-        found.extend(too_long(&files.iter().map(|path| (name_of(path), lines_of(path))).collect::<Vec<_>>(), most));
+        found.extend(too_long(&files.iter().map(|path| (name_of(path), lines_of(path))).collect::<Vec<_>>(), limit));
     }
-    only_tolerated("long", &found);
+    assert_only_tolerated("long", &found);
     assert_eq!(too_long(&[("a".into(), 501), ("b".into(), 500)], 500), ["a"]);
 }
 
 /// Whether code narrows f64 to f32, by a cast or by glam's vectors and matrices.
-fn narrows(code: &str) -> bool {
+fn narrows_to_f32(code: &str) -> bool {
     [" as f32", ".as_vec2()", ".as_vec3()", ".as_vec4()", ".as_mat3()", ".as_mat4()", ".as_quat()"].iter().any(|cast| code.contains(cast))
 }
 
@@ -90,8 +90,8 @@ fn narrows(code: &str) -> bool {
 fn only_the_camera_of_scene_narrows_to_f32() {
     let tree = SourceTree::of_project();
     let scene = tree.files.iter().filter(|f| f.layer() == "scene" && !MAY_NARROW.iter().any(|m| f.module().starts_with(m)));
-    let found: Vec<String> = scene.filter(|f| narrows(&code_of(&f.text))).map(|f| f.path.clone()).collect();
-    only_tolerated("narrows", &found);
-    assert!(narrows("let x = y as f32;") && narrows("p.as_vec3()"));
-    assert!(!narrows(&code_of("// y as f32\nlet x = f32::from(y);\n#[cfg(test)]\nmod tests { fn f() { y as f32; } }")));
+    let found: Vec<String> = scene.filter(|f| narrows_to_f32(&code_of(&f.text))).map(|f| f.path.clone()).collect();
+    assert_only_tolerated("narrows", &found);
+    assert!(narrows_to_f32("let x = y as f32;") && narrows_to_f32("p.as_vec3()"));
+    assert!(!narrows_to_f32(&code_of("// y as f32\nlet x = f32::from(y);\n#[cfg(test)]\nmod tests { fn f() { y as f32; } }")));
 }

@@ -8,7 +8,7 @@ fn read(path: &str) -> String {
 }
 
 /// Names in the dependency tables of Cargo.toml.
-fn direct(manifest: &str) -> BTreeSet<String> {
+fn direct_dependencies(manifest: &str) -> BTreeSet<String> {
     let manifest: toml::Table = manifest.parse().expect("TOML");
     let names = |table: Option<&toml::Value>| -> Vec<String> {
         table.and_then(toml::Value::as_table).map_or(Vec::new(), |t| t.keys().cloned().collect())
@@ -19,19 +19,19 @@ fn direct(manifest: &str) -> BTreeSet<String> {
 }
 
 /// Names in the first column of the list, each with a reason.
-fn listed(text: &str) -> BTreeSet<String> {
+fn dependencies_with_reason(text: &str) -> BTreeSet<String> {
     let rows = text.lines().filter_map(|l| l.strip_prefix("| `")?.split_once("` | "));
     rows.filter(|(_, why)| why.trim_end_matches(" |").len() > 5).map(|(name, _)| name.to_owned()).collect()
 }
 
 #[test]
 fn each_direct_dependency_has_its_reason() {
-    assert_eq!(direct(&read("Cargo.toml")), listed(&read("docs/dependencies.md")));
+    assert_eq!(direct_dependencies(&read("Cargo.toml")), dependencies_with_reason(&read("docs/dependencies.md")));
 }
 
 #[test]
 fn a_library_without_a_reason_is_found() {
     let manifest = "[dependencies]\na = \"1\"\n[dev-dependencies]\nb = \"1\"\n[target.'cfg(unix)'.dependencies]\nc = \"1\"\n";
-    assert_eq!(direct(manifest), ["a", "b", "c"].map(str::to_owned).into());
-    assert_eq!(listed("| `a` | why it is there |\n| `b` |  |\n| library | what |\n"), ["a"].map(str::to_owned).into());
+    assert_eq!(direct_dependencies(manifest), ["a", "b", "c"].map(str::to_owned).into());
+    assert_eq!(dependencies_with_reason("| `a` | why it is there |\n| `b` |  |\n| library | what |\n"), ["a"].map(str::to_owned).into());
 }

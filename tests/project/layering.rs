@@ -1,6 +1,6 @@
 //! The layer table of ARCHITECTURE.md, checked by reading every module path in src/: `crate::`, `orrery::`, `super::super::`, children.
 
-use super::only_tolerated;
+use super::assert_only_tolerated;
 use super::source_tree::{NamedPath, SourceFile, SourceTree, code_of};
 
 /// (module path prefix, crate modules it may name, external crates it may not name).
@@ -138,9 +138,9 @@ fn row_of(module: &str) -> Option<&'static (&'static str, &'static [&'static str
         .max_by_key(|(prefix, _, _)| prefix.len())
 }
 
-fn breaches(tree: &SourceTree, file: &SourceFile) -> Vec<String> {
+fn violations(tree: &SourceTree, file: &SourceFile) -> Vec<String> {
     let module = file.module();
-    let Some((prefix, allowed, forbidden)) = row_of(&module) else { return vec![format!("src/{module} stands in no row of the table")] };
+    let Some((prefix, allowed, forbidden)) = row_of(&module) else { return vec![format!("src/{module} matches no row of the table")] };
     let mut found = Vec::new();
     for path in &file.paths {
         let path = path.segments.join("::");
@@ -148,13 +148,12 @@ fn breaches(tree: &SourceTree, file: &SourceFile) -> Vec<String> {
         if tree.is_module(path.split("::").next().unwrap_or(""))
             && !allowed.iter().any(|a| path == *a || path.starts_with(&format!("{a}::")))
         {
-            found.push(format!("src/{module}: `crate::{path}` is not among what {prefix} may use ({})", allowed.join(", ")));
+            found.push(format!("src/{module}: `crate::{path}` is not one of the modules that {prefix} may use ({})", allowed.join(", ")));
         }
     }
     let code = code_of(&file.text);
-    found.extend(
-        forbidden.iter().filter(|n| code.contains(&format!("{n}::"))).map(|n| format!("src/{module}: `{n}` is barred from {prefix}")),
-    );
+    found
+        .extend(forbidden.iter().filter(|n| code.contains(&format!("{n}::"))).map(|n| format!("src/{module}: {prefix} may not use `{n}`")));
     found
 }
 
@@ -168,7 +167,7 @@ fn re_exports(tree: &SourceTree, file: &SourceFile) -> Vec<String> {
 #[test]
 fn every_module_keeps_to_the_table() {
     let tree = SourceTree::of_project();
-    let all: Vec<String> = tree.files.iter().flat_map(|file| breaches(&tree, file)).collect();
+    let all: Vec<String> = tree.files.iter().flat_map(|file| violations(&tree, file)).collect();
     assert!(all.is_empty(), "{}", all.join("\n"));
 }
 
@@ -176,7 +175,7 @@ fn every_module_keeps_to_the_table() {
 fn no_module_re_exports_items_of_another() {
     let tree = SourceTree::of_project();
     let found: Vec<String> = tree.files.iter().flat_map(|file| re_exports(&tree, file)).collect();
-    only_tolerated("re-export", &found);
+    assert_only_tolerated("re-export", &found);
 }
 
 #[test]
@@ -194,7 +193,7 @@ fn a_layering_violation_is_found() {
     let count = |path: &str, text: &str| {
         let sources: Vec<_> = layers.into_iter().map(|layer| (layer, "")).chain([(path, text)]).collect();
         let tree = SourceTree::new(&sources);
-        breaches(&tree, &tree.files[layers.len()]).len()
+        violations(&tree, &tree.files[layers.len()]).len()
     };
     assert_eq!(count("catalog/body.rs", "use crate::scene::Scene;"), 1);
     assert_eq!(count("catalog/body.rs", "use super::super::scene::Scene;"), 1);
@@ -205,7 +204,7 @@ fn a_layering_violation_is_found() {
     assert_eq!(count("cli/render.rs", "let w = winit::EventLoop::new();"), 1);
     assert_eq!(count("view/app.rs", "use crate::cli::run;"), 1);
     assert_eq!(count("main.rs", "fn main() { orrery::cli::run(); orrery::session::f(); }"), 1);
-    assert_eq!(count("new_room.rs", ""), 1);
+    assert_eq!(count("new_module.rs", ""), 1);
     assert_eq!(count("scene/build.rs", "use crate::ephemeris::Ephemeris; // crate::render is not named"), 0);
 }
 

@@ -25,25 +25,27 @@ fn files_below(dir: &Path, extensions: &[&str], out: &mut Vec<PathBuf>) {
 /// so that the list only shrinks.
 fn list_changes(rule: &str, found: &[String], tolerated: &str) -> Vec<String> {
     let tolerated: Vec<&str> = tolerated.lines().filter_map(|l| l.strip_prefix(rule)?.strip_prefix(": ")).collect();
-    let new = found.iter().filter(|f| !tolerated.contains(&f.as_str())).map(|f| format!("new breach: {rule}: {f}"));
-    let gone =
-        tolerated.iter().filter(|t| !found.iter().any(|f| f == *t)).map(|t| format!("mended, strike it from tolerated.txt: {rule}: {t}"));
+    let new = found.iter().filter(|f| !tolerated.contains(&f.as_str())).map(|f| format!("new violation: {rule}: {f}"));
+    let gone = tolerated
+        .iter()
+        .filter(|t| !found.iter().any(|f| f == *t))
+        .map(|t| format!("no longer applies, remove it from tolerated.txt: {rule}: {t}"));
     new.chain(gone).collect()
 }
 
 /// Fails unless a rule finds exactly the violations that tests/project/tolerated.txt lists for it.
-fn only_tolerated(rule: &str, found: &[String]) {
+fn assert_only_tolerated(rule: &str, found: &[String]) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/project/tolerated.txt");
-    let list_changes = list_changes(rule, found, &std::fs::read_to_string(path).expect("the list"));
-    assert!(list_changes.is_empty(), "{}", list_changes.join("\n"));
+    let changes = list_changes(rule, found, &std::fs::read_to_string(path).expect("the list"));
+    assert!(changes.is_empty(), "{}", changes.join("\n"));
 }
 
 #[test]
 fn the_list_of_tolerated_violations_only_shrinks() {
     let found = ["a".to_owned(), "b".to_owned()];
     assert!(list_changes("long", &found, "# head\nlong: b\nlong: a\nwide: c\n").is_empty());
-    assert_eq!(list_changes("long", &found, "long: a\nwide: b"), ["new breach: long: b"]);
-    assert_eq!(list_changes("long", &found[..1], "long: a\nlong: b"), ["mended, strike it from tolerated.txt: long: b"]);
+    assert_eq!(list_changes("long", &found, "long: a\nwide: b"), ["new violation: long: b"]);
+    assert_eq!(list_changes("long", &found[..1], "long: a\nlong: b"), ["no longer applies, remove it from tolerated.txt: long: b"]);
 }
 
 /// Files that a table of tests/README.md names: `folder/file`, `folder/{a,b}` and `folder/*`.
@@ -68,7 +70,7 @@ fn the_readme_of_the_tests_names_each_file() {
     let all: Vec<String> = files.iter().map(name).filter(|n| n != "main" && !n.ends_with("/mod") && !n.starts_with("support/")).collect();
     let named = named_in_table(&std::fs::read_to_string(root.join("README.md")).expect("a README"), &all);
     let missing: Vec<_> = all.iter().filter(|f| !named.contains(f)).collect();
-    let gone: Vec<_> = named.iter().filter(|f| !all.contains(f)).collect();
-    assert!(missing.is_empty() && gone.is_empty(), "not named: {missing:?}; named, but not there: {gone:?}");
+    let nonexistent: Vec<_> = named.iter().filter(|f| !all.contains(f)).collect();
+    assert!(missing.is_empty() && nonexistent.is_empty(), "not named: {missing:?}; named, but not there: {nonexistent:?}");
     assert_eq!(named_in_table("| x | `a/{b,c}`, `d/*` |", &["d/e".into()]), ["a/b", "a/c", "d/e"]);
 }

@@ -17,11 +17,11 @@ fn names(folder: &str, extensions: &[&str]) -> Vec<String> {
 
 #[test]
 fn every_map_and_every_table_is_in_the_program() {
-    let embedded: Vec<_> = orrery_textures::MAPS.iter().map(|(name, _)| (*name).to_owned()).collect();
-    assert_eq!(embedded, names("textures", &["jpg", "png"]));
-    let mut tables: Vec<_> = orrery_catalogs::TABLES.iter().map(|(name, _)| (*name).to_owned()).collect();
-    tables.sort();
-    assert_eq!(tables, names("catalogs", &["toml"]));
+    let embedded_maps: Vec<_> = orrery_textures::MAPS.iter().map(|(name, _)| (*name).to_owned()).collect();
+    assert_eq!(embedded_maps, names("textures", &["jpg", "png"]));
+    let mut embedded_tables: Vec<_> = orrery_catalogs::TABLES.iter().map(|(name, _)| (*name).to_owned()).collect();
+    embedded_tables.sort();
+    assert_eq!(embedded_tables, names("catalogs", &["toml"]));
 }
 
 /// Uncompressed sizes are counted: maps and kernels hardly compress, and text is negligible.
@@ -29,8 +29,8 @@ fn every_map_and_every_table_is_in_the_program() {
 fn each_package_is_under_the_registrys_limit() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     for (package, folder) in [("orrery", "."), ("orrery-catalogs", "catalogs"), ("orrery-textures", "textures")] {
-        let words = ["package", "--list", "--allow-dirty", "--offline", "--package", package];
-        let listed = Command::new(env!("CARGO")).args(words).current_dir(root).output().expect("cargo starts");
+        let args = ["package", "--list", "--allow-dirty", "--offline", "--package", package];
+        let listed = Command::new(env!("CARGO")).args(args).current_dir(root).output().expect("cargo starts");
         assert!(listed.status.success(), "{}", String::from_utf8_lossy(&listed.stderr));
         let listed = String::from_utf8(listed.stdout).expect("UTF-8");
         let size = |name: &str| std::fs::metadata(root.join(folder).join(name)).map_or(0, |m| m.len());

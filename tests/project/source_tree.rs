@@ -28,7 +28,7 @@ pub struct NamedPath {
 }
 
 impl SourceFile {
-    /// A file with this path and text; `modules` lists the possible children.
+    /// A file with this path and text; its paths are read later.
     fn new(path: &str, text: &str) -> Self {
         let module = path.trim_end_matches(".rs").split('/').filter(|s| !matches!(*s, "mod" | "lib")).map(str::to_owned).collect();
         Self { path: path.into(), text: text.into(), module, paths: Vec::new() }
@@ -71,7 +71,7 @@ impl SourceTree {
         let mut files: Vec<_> = sources.iter().map(|(path, text)| SourceFile::new(path, text)).collect();
         let by_module: BTreeMap<_, _> = files.iter().enumerate().map(|(n, f)| (f.module.clone(), n)).collect();
         for file in &mut files {
-            file.paths = Reader::new(&file.text, &file.module, &by_module).paths();
+            file.paths = PathReader::new(&file.text, &file.module, &by_module).paths();
         }
         Self { files, by_module }
     }
@@ -89,7 +89,7 @@ impl SourceTree {
     /// The file that defines the item of a path, following re-exports.
     pub fn definition(&self, path: &[String]) -> Option<usize> {
         let mut path = path.to_vec();
-        // A chain of re-exports ends, since a circular one does not compile.
+        // Chains of re-exports are short; circular ones do not compile.
         for _ in 0..8 {
             let file = self.file_of(&path)?;
             let depth = self.files[file].module.len();
@@ -117,9 +117,9 @@ impl SourceTree {
 
 /// Code without comments, without the content of literals, and without modules and items under `#[cfg(test)]`.
 pub fn code_of(text: &str) -> String {
-    let bare = without_comments_and_literals(text);
+    let stripped = without_comments_and_literals(text);
     let mut code = String::new();
-    let mut rest = bare.as_str();
+    let mut rest = stripped.as_str();
     while let Some(at) = rest.find("#[cfg(test)]") {
         code.push_str(&rest[..at]);
         rest = &rest[at..];
@@ -195,13 +195,13 @@ enum Token {
 }
 
 /// Walks over the tokens of a file.
-struct Reader<'a> {
+struct PathReader<'a> {
     tokens: Vec<Token>,
     module: &'a [String],
     by_module: &'a BTreeMap<Vec<String>, usize>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> PathReader<'a> {
     fn new(text: &str, module: &'a [String], by_module: &'a BTreeMap<Vec<String>, usize>) -> Self {
         let code = code_of(text);
         let mut tokens = Vec::new();
@@ -295,12 +295,12 @@ impl<'a> Reader<'a> {
 
     /// The paths of a `use` tree starting at `at`, with their aliases, and its end.
     fn leaves(&self, mut at: usize, prefix: &mut Vec<String>, out: &mut Vec<(Vec<String>, Option<String>)>) -> usize {
-        let kept = prefix.len();
+        let prefix_length = prefix.len();
         loop {
             match self.tokens.get(at) {
                 Some(Token::Word(word)) if word == "as" => {
                     out.push((prefix.clone(), self.word(at + 1).map(str::to_owned)));
-                    prefix.truncate(kept);
+                    prefix.truncate(prefix_length);
                     return at + 2;
                 }
                 Some(Token::Word(word)) => prefix.push(word.clone()),
@@ -311,12 +311,12 @@ impl<'a> Reader<'a> {
                         at = self.leaves(at, prefix, out);
                         at += usize::from(self.is(at, ','));
                     }
-                    prefix.truncate(kept);
+                    prefix.truncate(prefix_length);
                     return at + 1;
                 }
                 Some(Token::Other('*')) => {
                     out.push((prefix.clone(), Some("*".into())));
-                    prefix.truncate(kept);
+                    prefix.truncate(prefix_length);
                     return at + 1;
                 }
                 _ => {
@@ -324,7 +324,7 @@ impl<'a> Reader<'a> {
                         prefix.pop();
                     }
                     out.push((prefix.clone(), None));
-                    prefix.truncate(kept);
+                    prefix.truncate(prefix_length);
                     return at;
                 }
             }
@@ -339,9 +339,9 @@ impl<'a> Reader<'a> {
             "crate" | "orrery" => Some(rest.to_vec()),
             "self" => Some(module.iter().chain(rest).cloned().collect()),
             "super" => {
-                let ups = path.iter().take_while(|s| *s == "super").count();
-                let parent = module.get(..module.len().checked_sub(ups)?)?;
-                Some(parent.iter().chain(&path[ups..]).cloned().collect())
+                let levels_up = path.iter().take_while(|s| *s == "super").count();
+                let parent = module.get(..module.len().checked_sub(levels_up)?)?;
+                Some(parent.iter().chain(&path[levels_up..]).cloned().collect())
             }
             _ => {
                 let child: Vec<String> = module.iter().chain([first]).cloned().collect();

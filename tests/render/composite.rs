@@ -36,7 +36,7 @@ fn composed(projection: Projection, request: ViewRequest) -> ViewRequest {
 }
 
 /// A view along a direction from a point near the Earth, celestial north up, in linear light.
-fn along(direction: DVec3, at: Instant) -> ViewRequest {
+fn view_along(direction: DVec3, at: Instant) -> ViewRequest {
     ViewRequest {
         target: None,
         position: Position::Offset { body: NaifId::EARTH, offset_km: DVec3::X * 20_000.0, axes: Axes::Icrf },
@@ -49,7 +49,7 @@ fn along(direction: DVec3, at: Instant) -> ViewRequest {
 }
 
 #[derive(Deserialize)]
-struct Case {
+struct ReferenceStar {
     direction: [f64; 3],
     fov_deg: f64,
     size: [u32; 2],
@@ -60,33 +60,32 @@ struct Case {
 }
 
 #[derive(Deserialize)]
-struct Cases {
-    cases: Vec<Case>,
+struct ReferenceTable {
+    cases: Vec<ReferenceStar>,
 }
 
 /// Every star of the reference has a sprite where the projection's formula puts its direction; most displaced positions have none.
 #[test]
 fn directions_in_domes_and_spheres_agree_with_the_reference() {
-    let cases = serde_json::from_str::<Cases>(include_str!("../data/stars_public.json")).expect("the table").cases;
-    let (mut worst, mut beside, mut seen) = (0.0_f64, 0, 0);
-    for of_view in cases.chunk_by(|a, b| (a.direction, &a.time) == (b.direction, &b.time)) {
-        let look = DVec3::from_array(of_view[0].direction);
-        let at = time(&of_view[0].time);
-        let fisheye = composed(Projection::Fisheye, ViewRequest { width: 400, height: 400, fov_deg: Some(200.0), ..along(look, at) });
-        let sphere = composed(Projection::Equirectangular, ViewRequest { width: 800, height: 400, ..along(look, at) });
+    let cases = serde_json::from_str::<ReferenceTable>(include_str!("../data/stars_public.json")).expect("the table").cases;
+    let (mut worst, mut near_displaced, mut compared) = (0.0_f64, 0, 0);
+    for view_cases in cases.chunk_by(|a, b| (a.direction, &a.time) == (b.direction, &b.time)) {
+        let look = DVec3::from_array(view_cases[0].direction);
+        let at = time(&view_cases[0].time);
+        let fisheye = composed(Projection::Fisheye, ViewRequest { width: 400, height: 400, fov_deg: Some(200.0), ..view_along(look, at) });
+        let sphere = composed(Projection::Equirectangular, ViewRequest { width: 800, height: 400, ..view_along(look, at) });
         let plan = |request: &ViewRequest| SESSION.plan(request, SAMPLING).expect("a plan").0;
-        let (dome, globe) = (plan(&fisheye), plan(&sphere));
+        let (dome, sphere_scene) = (plan(&fisheye), plan(&sphere));
         let right = look.cross(DVec3::Z).normalize();
         let up = right.cross(look).normalize();
-        for case in of_view {
+        for case in view_cases {
             let tan_y = (case.fov_deg.to_radians() / 2.0).tan();
             let [w, h] = case.size.map(f64::from);
             let plane = DVec2::new((2.0 * case.x / w - 1.0) * tan_y * w / h, (1.0 - 2.0 * case.y / h) * tan_y);
             let hip = case.star[4..].parse().expect("a number");
             let star = SESSION.catalog().stars().hip(hip).copied().expect("in the catalogue");
-            // For a star behind the camera the reference gives the opposite direction.
-            let ahead = star.direction.dot(look) > 0.0;
-            if !ahead {
+            // For a star behind the camera the reference gives the opposite direction: skip it.
+            if star.direction.dot(look) <= 0.0 {
                 continue;
             }
             let direction = right * plane.x + up * plane.y + look.normalize();
@@ -94,23 +93,23 @@ fn directions_in_domes_and_spheres_agree_with_the_reference() {
                 DVec2::splat(200.0) + plane / plane.length() * DVec2::new(1.0, -1.0) * plane.length().atan() * 200.0 / 100_f64.to_radians();
             let ra = direction.y.atan2(direction.x) - look.y.atan2(look.x);
             let dec = direction.z.atan2(direction.truncate().length());
-            let in_globe = DVec2::new((400.0 - ra / TAU * 800.0).rem_euclid(800.0), 200.0 - dec / PI * 400.0);
-            for (scene, expected) in [(&dome, in_dome), (&globe, in_globe)] {
+            let in_sphere = DVec2::new((400.0 - ra / TAU * 800.0).rem_euclid(800.0), 200.0 - dec / PI * 400.0);
+            for (scene, expected) in [(&dome, in_dome), (&sphere_scene, in_sphere)] {
                 let half = DVec2::new(f64::from(scene.camera.width), f64::from(scene.camera.height)) / 2.0;
-                let places = || scene.stars.iter().map(|s| (DVec2::ONE + s.centre.truncate().as_dvec2() * DVec2::new(1.0, -1.0)) * half);
-                let nearest = |at: DVec2| places().map(|p| p.distance(at)).fold(f64::MAX, f64::min);
+                let sprites = || scene.stars.iter().map(|s| (DVec2::ONE + s.centre.truncate().as_dvec2() * DVec2::new(1.0, -1.0)) * half);
+                let nearest = |at: DVec2| sprites().map(|p| p.distance(at)).fold(f64::MAX, f64::min);
                 // Near a pole of the projection a star is a row of sprites.
                 if dec.abs() < 0.8 || half.x == half.y {
                     worst = worst.max(nearest(expected));
-                    seen += 1;
-                    beside += usize::from(nearest(expected + DVec2::new(0.7, 0.3)) < TOLERANCE_PX);
+                    compared += 1;
+                    near_displaced += usize::from(nearest(expected + DVec2::new(0.7, 0.3)) < TOLERANCE_PX);
                 }
             }
         }
     }
-    println!("{seen} places, worst {worst:.4} pixels; {beside} beside");
-    assert!(seen >= 50 && worst < TOLERANCE_PX, "{seen} {worst}");
-    assert!(beside < seen / 5, "any position would pass: {beside} of {seen}");
+    println!("{compared} positions, worst {worst:.4} pixels; {near_displaced} at displaced positions");
+    assert!(compared >= 50 && worst < TOLERANCE_PX, "{compared} {worst}");
+    assert!(near_displaced < compared / 5, "any position would pass: {near_displaced} of {compared}");
 }
 
 fn session_of_regulus() -> (Session, tempfile::TempDir) {
@@ -128,9 +127,9 @@ fn a_star_keeps_its_place_and_light_in_every_projection() {
     let star = *session.catalog().stars().stars().first().expect("a star");
     let irradiance = irradiance_of_magnitude(1.36);
     for (k, angle) in [0.0_f64, 20.0, 44.9, 45.0, 54.8, 70.0, 89.0, 120.0].into_iter().enumerate() {
-        let aside = star.direction.any_orthonormal_vector();
-        let aside = DMat3::from_axis_angle(star.direction, 0.8 * k as f64) * aside;
-        let look = star.direction * angle.to_radians().cos() + aside * angle.to_radians().sin();
+        let sideways = star.direction.any_orthonormal_vector();
+        let sideways = DMat3::from_axis_angle(star.direction, 0.8 * k as f64) * sideways;
+        let look = star.direction * angle.to_radians().cos() + sideways * angle.to_radians().sin();
         for projection in [Projection::Fisheye, Projection::Equirectangular] {
             let at = time("2024-03-01T00:00:00Z");
             let size = if projection == Projection::Fisheye { (300, 300) } else { (600, 300) };
@@ -140,15 +139,15 @@ fn a_star_keeps_its_place_and_light_in_every_projection() {
                 width: size.0,
                 height: size.1,
                 layers: Layers { stars: true, ..Layers::NONE },
-                ..along(look, at)
+                ..view_along(look, at)
             };
             let request = composed(projection, request);
             let Arrangement::Faces(faces) = Frames::of(session.catalog(), session.ephemeris(), &request).expect("frames").arrangement
             else {
                 panic!("faces")
             };
-            let plain = ViewRequest { composition: Composition::default(), fov_deg: Some(10.0), ..request.clone() };
-            let velocity = viewer(session.catalog(), session.ephemeris(), &plain).expect("a viewer").body_velocity_km_s;
+            let perspective = ViewRequest { composition: Composition::default(), fov_deg: Some(10.0), ..request.clone() };
+            let velocity = viewer(session.catalog(), session.ephemeris(), &perspective).expect("a viewer").body_velocity_km_s;
             let direction = orrery::ephemeris::apparent::aberrated(star.direction, velocity);
             let (in_axes, picture) = (faces.picture.in_axes(direction), &faces.picture);
             let expected = picture.pixel(in_axes).expect("in the picture");
@@ -158,19 +157,19 @@ fn a_star_keeps_its_place_and_light_in_every_projection() {
             let reach_px = 8.0 + if projection == Projection::Fisheye { 0.0 } else { picture.pixel_sr_and_stretch(in_axes).1 };
             for (y, x) in (0..size.1).flat_map(|y| (0..size.0).map(move |x| (y, x))) {
                 let at = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                let mut from = at - expected;
+                let mut offset = at - expected;
                 if projection == Projection::Equirectangular {
-                    from.x -= 600.0 * (from.x / 600.0).round();
+                    offset.x -= 600.0 * (offset.x / 600.0).round();
                 }
-                if from.x.abs() < reach_px && from.y.abs() < 8.0 {
+                if offset.x.abs() < reach_px && offset.y.abs() < 8.0 {
                     let light = f64::from(drawn.frame.hdr[(y * size.0 + x) as usize][1]);
                     sum += light;
-                    moment += from * light;
+                    moment += offset * light;
                 }
             }
             let flux = sum * picture.pixel_sr_and_stretch(in_axes).0 / PI;
-            let off = moment / sum;
-            assert!(off.length() < TOLERANCE_PX, "{projection:?} {angle}: {off}");
+            let centroid_offset = moment / sum;
+            assert!(centroid_offset.length() < TOLERANCE_PX, "{projection:?} {angle}: {centroid_offset}");
             assert!((flux / irradiance - 1.0).abs() < 0.1, "{projection:?} {angle}: {}", flux / irradiance);
         }
     }
@@ -182,13 +181,14 @@ fn a_disc_on_a_seam_is_at_its_position() {
     let at = time("2024-04-08T18:17:16Z");
     let radius_km = SESSION.catalog().body(NaifId::SUN).expect("the Sun").radii_km.x;
     let mut worst = 0.0_f64;
-    for (angle, turn) in [(0.0, 0.0), (30.0, 0.3), (45.0, 0.0), (45.0, FRAC_PI_2), (54.7, 0.785), (45.0, 2.0), (80.0, 0.1), (100.0, 1.0)] {
+    for (angle, azimuth) in [(0.0, 0.0), (30.0, 0.3), (45.0, 0.0), (45.0, FRAC_PI_2), (54.7, 0.785), (45.0, 2.0), (80.0, 0.1), (100.0, 1.0)]
+    {
         let angle = f64::to_radians(angle);
         // The Sun's direction in the picture's axes. The camera stays on ICRF -x; the picture's axes are rotated instead.
         let (sin, cos) = angle.sin_cos();
-        let seen = DVec3::new(sin * f64::cos(turn), sin * f64::sin(turn), cos);
-        // Any rotation that maps x to `seen`.
-        let from_icrf = DMat3::from_quat(glam::DQuat::from_rotation_arc(DVec3::X, seen));
+        let sun_direction = DVec3::new(sin * f64::cos(azimuth), sin * f64::sin(azimuth), cos);
+        // Any rotation that maps x to `sun_direction`.
+        let from_icrf = DMat3::from_quat(glam::DQuat::from_rotation_arc(DVec3::X, sun_direction));
         let request = ViewRequest {
             position: Position::Offset { body: NaifId::SUN, offset_km: DVec3::NEG_X * 60.0 * radius_km, axes: Axes::Icrf },
             look: Look::Along { direction: from_icrf.row(2) * 1.0, axes: Axes::Icrf },
@@ -199,10 +199,10 @@ fn a_disc_on_a_seam_is_at_its_position() {
             effects: orrery::scene::effects::EffectOverrides::parse("-corona,-glow").expect("effects"),
             layers: Layers { stars: false, ..Layers::default() },
             exposure: ExposureRequest::Stops(-20.0),
-            ..along(DVec3::X, at)
+            ..view_along(DVec3::X, at)
         };
         // The rows of a rotation are right-handed, but the picture looks along its third axis with x to the right, so x is mirrored.
-        let mirrored = DVec3::new(-seen.x, seen.y, seen.z);
+        let mirrored = DVec3::new(-sun_direction.x, sun_direction.y, sun_direction.z);
         let drawn = draw(&SESSION, &composed(Projection::Fisheye, request), true);
         let (mut sum, mut moment) = (0.0, DVec2::ZERO);
         for (k, p) in drawn.frame.hdr.iter().enumerate() {
@@ -212,11 +212,11 @@ fn a_disc_on_a_seam_is_at_its_position() {
         }
         let across = mirrored.truncate().length();
         let radius_px = across.atan2(mirrored.z) * 200.0 / 120_f64.to_radians();
-        let around = if across > 0.0 { mirrored.truncate() / across } else { DVec2::ZERO };
-        let expected = DVec2::splat(200.0) + around * DVec2::new(1.0, -1.0) * radius_px;
+        let radial = if across > 0.0 { mirrored.truncate() / across } else { DVec2::ZERO };
+        let expected = DVec2::splat(200.0) + radial * DVec2::new(1.0, -1.0) * radius_px;
         let off = (moment / sum).distance(expected);
         worst = worst.max(off);
-        assert!(off < TOLERANCE_PX, "{angle} {turn}: {} for {expected}", moment / sum);
+        assert!(off < TOLERANCE_PX, "{angle} {azimuth}: {} for {expected}", moment / sum);
     }
     println!("worst {worst:.4} pixels");
 }
@@ -234,11 +234,11 @@ fn seams_are_invisible() {
             width: 512,
             height: 256,
             layers: Layers { bloom: true, ..Layers::default() },
-            ..along(DVec3::new(cos, sin, 0.0), at)
+            ..view_along(DVec3::new(cos, sin, 0.0), at)
         };
         draw(&SESSION, &composed(Projection::Equirectangular, request), false).frame.display
     };
-    let (first, turned) = (view(0.0), view(45.0));
+    let (first, rotated) = (view(0.0), view(45.0));
     let lit = first.iter().filter(|p| p[1] > 40).count();
     assert!(lit > 10_000, "{lit}");
     // Between 40 degrees north and south the vertical edges of the faces are 90 degrees apart: in the first picture at 45 degrees from the middle, in the rotated one at
@@ -246,11 +246,11 @@ fn seams_are_invisible() {
     let (mut on_seams, mut elsewhere) = (Vec::new(), Vec::new());
     for (y, x) in (72..184_usize).flat_map(|y| (0..512_usize).map(move |x| (y, x))) {
         // 45 degrees are 64 columns; right ascension increases to the left.
-        let (a, b) = (first[y * 512 + x], turned[y * 512 + (x + 64) % 512]);
+        let (a, b) = (first[y * 512 + x], rotated[y * 512 + (x + 64) % 512]);
         if a[1] > 10 {
-            let most = (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
+            let difference = (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
             let from_seam = (x + 1) % 64;
-            if from_seam <= 1 { on_seams.push(most) } else { elsewhere.push(most) }
+            if from_seam <= 1 { on_seams.push(difference) } else { elsewhere.push(difference) }
         }
     }
     let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
@@ -258,8 +258,8 @@ fn seams_are_invisible() {
     println!("{} pixels on seams differ by {seams:.3} levels, {} others by {faces:.3}", on_seams.len(), elsewhere.len());
     assert!(on_seams.len() > 200 && seams < 1.5 * faces + 0.3 && faces < 3.0, "{seams} {faces}");
     // The comparison must be able to fail: without the shift of 45 degrees the pictures differ.
-    let beside: u64 = (0..first.len()).map(|k| u64::from(first[k][1].abs_diff(turned[k][1]))).sum();
-    assert!(beside as f64 / first.len() as f64 > 2.0);
+    let unshifted_sum: u64 = (0..first.len()).map(|k| u64::from(first[k][1].abs_diff(rotated[k][1]))).sum();
+    assert!(unshifted_sum as f64 / first.len() as f64 > 2.0);
 }
 
 /// Points near Jupiter: the disparity of each between the two pictures of a pair follows from its distance, and that of the sky is the fixed offset of the pair.
@@ -283,17 +283,17 @@ fn disparity_follows_from_the_geometry() {
     assert!(((right.position_km - left.position_km).length() / eyes.separation_km - 1.0).abs() < 1e-6);
     let target = SESSION.ephemeris().light_time_position(NaifId(599), camera.position_km, at).expect("Jupiter").0;
     let distance_km = (target - camera.position_km).length();
-    let in_picture = |k: usize, place: DVec3| {
+    let in_picture = |k: usize, point_km: DVec3| {
         let eye = &frames.frames[k].viewer.camera;
-        let clip = eye.clip(place - eye.position_km).expect("in front");
+        let clip = eye.clip(point_km - eye.position_km).expect("in front");
         eye.pixel_from_clip(clip) - DVec2::new(f64::from(eyes.columns[k]), 0.0)
     };
     let (mut near, mut far) = (0, 0);
     for k in -40..=40 {
-        let place = target + DVec3::new(0.3, 1.0, 0.2).normalize() * (0.02 * f64::from(k) * distance_km);
-        let depth = (place - camera.position_km).dot(camera.forward);
+        let point_km = target + DVec3::new(0.3, 1.0, 0.2).normalize() * (0.02 * f64::from(k) * distance_km);
+        let depth = (point_km - camera.position_km).dot(camera.forward);
         let expected = eyes.separation_km / camera.pixel_tangent() * (1.0 / distance_km - 1.0 / depth);
-        let [l, r] = [0, 1].map(|k| in_picture(k, place));
+        let [l, r] = [0, 1].map(|k| in_picture(k, point_km));
         assert!((r.x - l.x - expected).abs() < 1e-3 && (r.y - l.y).abs() < 1e-3, "{k}: {} for {expected}", r.x - l.x);
         near += usize::from(expected < -1.0);
         far += usize::from(expected > 1.0);
@@ -304,9 +304,9 @@ fn disparity_follows_from_the_geometry() {
     let mut measured = 0;
     for id in [501, 502, 503, 504] {
         let body = drawn.scene.body(NaifId(id)).expect("a moon").placement.centre_km;
-        let place = left.position_km + body;
+        let moon_km = left.position_km + body;
         let centroid = |k: usize| {
-            let middle = in_picture(k, place) + DVec2::new(800.0 * k as f64, 0.0);
+            let middle = in_picture(k, moon_km) + DVec2::new(800.0 * k as f64, 0.0);
             let (mut sum, mut moment) = (0.0, DVec2::ZERO);
             for (y, x) in (-7..=7).flat_map(|y| (-7..=7).map(move |x| (y, x))) {
                 let (x, y) = (middle.x as i64 + x, middle.y as i64 + y);
@@ -318,7 +318,7 @@ fn disparity_follows_from_the_geometry() {
             }
             (sum, moment / sum - DVec2::new(800.0 * k as f64, 0.0))
         };
-        let [l, r] = [in_picture(0, place), in_picture(1, place)];
+        let [l, r] = [in_picture(0, moon_km), in_picture(1, moon_km)];
         let inside = |p: DVec2| p.cmpgt(DVec2::splat(20.0)).all() && p.cmplt(DVec2::splat(780.0)).all();
         // Skip moons next to Jupiter, whose light would be included.
         if !inside(l) || !inside(r) || l.distance(DVec2::splat(400.0)) < 40.0 {
@@ -326,9 +326,9 @@ fn disparity_follows_from_the_geometry() {
         }
         let ((light, at_left), (_, at_right)) = (centroid(0), centroid(1));
         assert!(light > 0.01, "{id} is not in the picture");
-        let (seen, wanted) = ((at_right - at_left).x, r.x - l.x);
-        println!("{id}: disparity {seen:.3} for {wanted:.3}, light {light:.2}, at {l}");
-        assert!((seen - wanted).abs() < 0.3, "{id}: {seen} for {wanted}");
+        let (measured_px, expected_px) = ((at_right - at_left).x, r.x - l.x);
+        println!("{id}: disparity {measured_px:.3} for {expected_px:.3}, light {light:.2}, at {l}");
+        assert!((measured_px - expected_px).abs() < 0.3, "{id}: {measured_px} for {expected_px}");
         measured += 1;
     }
     assert!(measured >= 2, "{measured}");
@@ -341,13 +341,13 @@ fn eyes_too_far_apart_are_refused() {
         stereo: Some(Stereo { layout: StereoLayout::Anaglyph, eye_separation_km: Some(km) }),
         ..Composition::default()
     };
-    let plan_with_eyes_apart = |km: f64| {
+    let frames_with_separation = |km: f64| {
         let request = ViewRequest { composition: stereo(km), ..ViewRequest::of(NaifId(699), time("2024-01-01T00:00:00Z")) };
         Frames::of(SESSION.catalog(), SESSION.ephemeris(), &request).map(|_| ()).map_err(|e| e.to_string())
     };
-    assert!(plan_with_eyes_apart(1000.0).is_ok());
-    assert!(plan_with_eyes_apart(1e7).expect_err("too far").contains("at most"));
-    assert!(plan_with_eyes_apart(0.0).expect_err("none").contains("more than 0"));
+    assert!(frames_with_separation(1000.0).is_ok());
+    assert!(frames_with_separation(1e7).expect_err("too far").contains("at most"));
+    assert!(frames_with_separation(0.0).expect_err("none").contains("more than 0"));
     let both = Composition { projection: Projection::Fisheye, ..stereo(1000.0) };
     let request = ViewRequest { composition: both, ..ViewRequest::of(NaifId(699), time("2024-01-01T00:00:00Z")) };
     assert!(SESSION.plan(&request, SAMPLING).expect_err("both").to_string().contains("stereo goes with"));
@@ -359,9 +359,9 @@ fn the_anaglyph_matrix_is_the_least_squares_solution() {
     let left =
         DMat3::from_cols_array_2d(&[[5.42327, 2.70972, 5.50941e-5], [0.807004, 0.50201, 4.11221e-4], [0.047325, 0.0250529, 2.40686e-3]]);
     let right = DMat3::from_cols_array_2d(&[[0.180431, 0.448214, 0.289201], [1.6395, 6.31551, 2.3925], [2.00309, 1.35757, 11.062]]);
-    let bare = DMat3::from_cols_array_2d(&[[11.6638, 7.10807, 0.527874], [8.3959, 16.6845, 3.79124], [4.65843, 2.45008, 24.0604]]);
+    let unfiltered = DMat3::from_cols_array_2d(&[[11.6638, 7.10807, 0.527874], [8.3959, 16.6845, 3.79124], [4.65843, 2.45008, 24.0604]]);
     let normal = (left.transpose() * left + right.transpose() * right).inverse();
-    let (of_left, of_right) = (normal * left.transpose() * bare, normal * right.transpose() * bare);
+    let (left_matrix, right_matrix) = (normal * left.transpose() * unfiltered, normal * right.transpose() * unfiltered);
     let shader = include_str!("../../shaders/entry/anaglyph.wesl");
     for (k, channel) in ["RED", "GREEN", "BLUE"].into_iter().enumerate() {
         let row = |side: &str| -> DVec3 {
@@ -369,7 +369,7 @@ fn the_anaglyph_matrix_is_the_least_squares_solution() {
             let text = shader[start..].split_once("vec3f(").and_then(|(_, t)| t.split_once(')')).expect("numbers").0;
             DVec3::from_slice(&text.split(',').map(|n| n.trim().parse().expect("a number")).collect::<Vec<f64>>())
         };
-        let (l, r) = (of_left.row(k), of_right.row(k));
+        let (l, r) = (left_matrix.row(k), right_matrix.row(k));
         let white = l.element_sum() + r.element_sum();
         assert!((row("LEFT") - l / white).length() < 2e-4 && (row("RIGHT") - r / white).length() < 2e-4, "{channel}");
         assert!((row("LEFT").element_sum() + row("RIGHT").element_sum() - 1.0).abs() < 1e-4, "{channel}");
@@ -389,40 +389,40 @@ fn mesh(columns: usize, rows: usize, brightness: f64, place: impl Fn(f64, f64) -
 /// An identity mesh reproduces the picture, except for filtering; a mirroring mesh gives the mirrored picture; brightness 1/2 gives half the light.
 #[test]
 fn a_warp_moves_the_picture_according_to_its_mesh() {
-    let plain = ViewRequest { width: 240, height: 160, ..ViewRequest::of(NaifId(699), time("2017-05-17T00:00:00Z")) };
+    let unwarped = ViewRequest { width: 240, height: 160, ..ViewRequest::of(NaifId(699), time("2017-05-17T00:00:00Z")) };
     let warped = |mesh: Arc<WarpMesh>| {
         let composition = Composition { warp: Some(mesh), ..Composition::default() };
-        draw(&SESSION, &ViewRequest { composition, ..plain.clone() }, false).frame.display
+        draw(&SESSION, &ViewRequest { composition, ..unwarped.clone() }, false).frame.display
     };
-    let picture = draw(&SESSION, &plain, false).frame.display;
+    let picture = draw(&SESSION, &unwarped, false).frame.display;
     let mean = |a: &[[u8; 4]], b: &dyn Fn(usize) -> [u8; 4]| {
         let sum: u64 = (0..a.len()).flat_map(|k| (0..3).map(move |c| (k, c))).map(|(k, c)| u64::from(a[k][c].abs_diff(b(k)[c]))).sum();
         sum as f64 / (3 * a.len()) as f64
     };
-    let same = warped(mesh(13, 9, 1.0, |x, y| (1.5 * x, y)));
+    let identical = warped(mesh(13, 9, 1.0, |x, y| (1.5 * x, y)));
     let mirrored = warped(mesh(13, 9, 1.0, |x, y| (-1.5 * x, y)));
-    let of_mirror = |k: usize| mirrored[k / 240 * 240 + 239 - k % 240];
-    let unmoved = mean(&picture, &|k| same[k]);
-    let (turned, kept) = (mean(&same, &of_mirror), mean(&same, &|k| mirrored[k]));
-    println!("same {unmoved:.3}, mirrored {turned:.3}, unlike {kept:.3} levels");
-    assert!(unmoved < 1.5 && turned < 0.1 && kept > 3.0);
+    let mirrored_back = |k: usize| mirrored[k / 240 * 240 + 239 - k % 240];
+    let unmoved = mean(&picture, &|k| identical[k]);
+    let (unmirrored, unlike) = (mean(&identical, &mirrored_back), mean(&identical, &|k| mirrored[k]));
+    println!("identical {unmoved:.3}, mirrored back {unmirrored:.3}, mirrored {unlike:.3} levels");
+    assert!(unmoved < 1.5 && unmirrored < 0.1 && unlike > 3.0);
     let half = warped(mesh(13, 9, 0.5, |x, y| (1.5 * x, y)));
     let linear = |v: u8| {
         let v = f64::from(v) / 255.0;
         if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
     };
     let light = |p: &[[u8; 4]]| p.iter().map(|p| linear(p[1])).sum::<f64>();
-    assert!((light(&half) / light(&same) - 0.5).abs() < 0.01, "{}", light(&half) / light(&same));
+    assert!((light(&half) / light(&identical) - 0.5).abs() < 0.01, "{}", light(&half) / light(&identical));
 }
 
-/// In a dome the sky's diffuse light is behind the stars, and lines are drawn once: with the Milky Way a star is as bright as without, and a picture has no more line
-/// light than its faces have.
+/// In a dome the sky's diffuse light is behind the stars: with the Milky Way a star is at least as bright as without. Lines are drawn in the faces alone: the
+/// picture's scene has no lines or background of its own.
 #[test]
 fn the_milky_way_hides_no_star_of_a_dome() {
     let (session, _folder) = session_of_regulus();
     let direction = session.catalog().stars().stars()[0].direction;
     let dome = |layers: Layers| {
-        let base = along(direction, time("2024-03-01T00:00:00Z"));
+        let base = view_along(direction, time("2024-03-01T00:00:00Z"));
         composed(Projection::Fisheye, ViewRequest { width: 300, height: 300, fov_deg: Some(120.0), layers, ..base })
     };
     let stars = Layers { stars: true, ..Layers::NONE };
@@ -430,8 +430,8 @@ fn the_milky_way_hides_no_star_of_a_dome() {
         let drawn = draw(&session, &dome(layers), true);
         drawn.frame.hdr.iter().map(|p| f64::from(p[1])).fold(0.0, f64::max)
     };
-    let (alone, before_sky) = (light(stars), light(Layers { milky_way: true, ..stars }));
-    assert!(alone > 0.0 && before_sky >= alone * (1.0 - 1e-6), "{alone} {before_sky}");
+    let (alone, with_milky_way) = (light(stars), light(Layers { milky_way: true, ..stars }));
+    assert!(alone > 0.0 && with_milky_way >= alone * (1.0 - 1e-6), "{alone} {with_milky_way}");
     let scene = draw(&session, &dome(Layers { constellations: true, ..stars }), true).scene;
     assert!(scene.sky_lines.is_empty() && scene.orbits.is_empty() && scene.background.is_none());
 }

@@ -1,4 +1,4 @@
-//! Recorded pictures of about ten views, redrawn and compared.
+//! Recorded pictures of the views of tests/support/views.rs, of user data and of the Moon's beads, redrawn and compared.
 //!
 //! The software renderer uses the portable kernels, whose bits do not depend on the machine's vector unit. Only the last bit of the system's sine and
 //! cosine may differ, which moves an edge by far less than a level and rarely changes a texel's choice between neighbours: hence a mean of 0.3 levels
@@ -25,23 +25,23 @@ const P999_LEVELS: u8 = 3;
 /// Limit for all pictures together.
 const MAX_BYTES: u64 = 600_000;
 
-/// A session with its own cache, and the renderer whose bits are the same on every machine.
-struct RenderWorker {
+/// The shared session, and the renderer whose bits are the same on every machine.
+struct GoldenRenderer {
     session: &'static Session,
     renderer: SoftwareRenderer,
 }
 
-impl RenderWorker {
+impl GoldenRenderer {
     fn open() -> Self {
         let options = Options { kernels: KernelClass::Portable, ..Options::default() };
         Self { session: &crate::support::session::SESSION, renderer: SoftwareRenderer::new(options).expect("starts") }
     }
 
     fn draw(&self, request: &ViewRequest) -> DisplayImage {
-        self.draw_of(self.session, request)
+        self.draw_in(self.session, request)
     }
 
-    fn draw_of(&self, session: &Session, request: &ViewRequest) -> DisplayImage {
+    fn draw_in(&self, session: &Session, request: &ViewRequest) -> DisplayImage {
         let (_, plan) = session.plan(request, SamplingQuality { samples: 4, anisotropy: 8 }).expect("a plan");
         let (frame, _) = self.renderer.render(&plan, session.library(), false).expect("drawn");
         DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }
@@ -63,10 +63,10 @@ fn save(picture: &DisplayImage, path: &Path) {
 }
 
 /// The view whose picture needs files of its own.
-const OWN_DATA: &str = "own-data";
+const USER_DATA: &str = "own-data";
 
 /// Points, outlines and an image supplied by a user, on the Earth and in the sky next to it.
-fn own_data(worker: &RenderWorker) -> DisplayImage {
+fn draw_user_data(renderer: &GoldenRenderer) -> DisplayImage {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).expect("written");
     write(
@@ -98,7 +98,7 @@ fn own_data(worker: &RenderWorker) -> DisplayImage {
         bytes.resize(2 * 2880, 0);
         bytes
     };
-    let plate = [
+    let plate_carree = [
         "CTYPE1  = 'EALN-CAR'",
         "CTYPE2  = 'EALT-CAR'",
         "CRVAL1  = 0.0",
@@ -107,7 +107,7 @@ fn own_data(worker: &RenderWorker) -> DisplayImage {
         "CDELT1  = 5.0",
         "CDELT2  = 5.0",
     ];
-    write("image.fits", &fits(&plate));
+    write("image.fits", &fits(&plate_carree));
     let request = ViewRequest {
         position: Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.6) },
         width: 128,
@@ -127,7 +127,7 @@ fn own_data(worker: &RenderWorker) -> DisplayImage {
     ];
     write("sky.fits", &fits(&tangent));
     let (session, _) = crate::support::session::session_over(folder.path());
-    worker.draw_of(&session, &request)
+    renderer.draw_in(&session, &request)
 }
 
 fn exceeds_bounds(d: &Difference) -> bool {
@@ -152,11 +152,11 @@ fn compared(name: &str, drawn: &DisplayImage) -> Result<Difference, String> {
 
 #[test]
 fn views_look_as_recorded() {
-    let worker = RenderWorker::open();
+    let renderer = GoldenRenderer::open();
     let record = std::env::var_os("ORRERY_RECORD_GOLDEN").is_some_and(|v| v == "1");
     let mut failures = Vec::new();
-    let drawn = views().into_iter().map(|(name, request)| (name, worker.draw(&request)));
-    for (name, drawn) in drawn.chain([(OWN_DATA, own_data(&worker))]) {
+    let drawn = views().into_iter().map(|(name, request)| (name, renderer.draw(&request)));
+    for (name, drawn) in drawn.chain([(USER_DATA, draw_user_data(&renderer))]) {
         let lit = drawn.rgba.iter().filter(|p| p[..3].iter().any(|v| *v > 30)).count();
         assert!(lit > 0, "{name}: the picture is black");
         if record {
@@ -168,12 +168,16 @@ fn views_look_as_recorded() {
             Err(e) => failures.push(e),
         }
     }
-    assert!(failures.is_empty(), "{}\nmeant? ORRERY_RECORD_GOLDEN=1 cargo test --test main golden", failures.join("\n"));
+    assert!(
+        failures.is_empty(),
+        "{}\nto record intended changes: ORRERY_RECORD_GOLDEN=1 cargo test --test main golden",
+        failures.join("\n")
+    );
 
     // The comparison must be able to fail: Jupiter rotates by 36 degrees an hour, and a picture that was never recorded is an error.
     let (_, mut request) = views().into_iter().find(|(name, _)| *name == "jupiter").expect("in the table");
     request.time = request.time.plus_seconds(3600.0);
-    let later = worker.draw(&request);
+    let later = renderer.draw(&request);
     assert!(compared("jupiter", &later).is_err_and(|e| e.contains("not as recorded")));
     assert!(compared("never-recorded", &later).is_err_and(|e| e.contains("no recorded picture")));
 }
@@ -182,11 +186,11 @@ fn views_look_as_recorded() {
 fn generated_heights() -> Arc<HeightMap> {
     const COLUMNS: usize = 720;
     let height = |row: usize, column: usize| {
-        let at = |k: usize, of: usize, span: f64| (k as f64 + 0.5) / of as f64 * span;
-        let (y, x) = (at(row, COLUMNS / 2, std::f64::consts::PI), at(column, COLUMNS, std::f64::consts::TAU));
-        let around = (y.sin() * x.sin()).atan2(y.cos());
+        let centre = |k: usize, count: usize, span: f64| (k as f64 + 0.5) / count as f64 * span;
+        let (y, x) = (centre(row, COLUMNS / 2, std::f64::consts::PI), centre(column, COLUMNS, std::f64::consts::TAU));
+        let angle = (y.sin() * x.sin()).atan2(y.cos());
         let waves = [(1.2, 47.0, 0.0), (0.8, 113.0, 1.0), (0.5, 301.0, 2.0), (0.4, 11.0, 0.0)];
-        waves.iter().map(|(km, number, from): &(f64, f64, f64)| km * (number * around + from).sin()).sum::<f64>() as f32
+        waves.iter().map(|(km, frequency, phase): &(f64, f64, f64)| km * (frequency * angle + phase).sin()).sum::<f64>() as f32
     };
     let km = (0..COLUMNS / 2).flat_map(|row| (0..COLUMNS).map(move |column| height(row, column))).collect();
     Arc::new(HeightMap::new("made", COLUMNS, km, 0.0, 1737.4).expect("a map"))
@@ -231,7 +235,7 @@ fn beads_look_as_recorded() {
 
 #[test]
 fn the_folder_contains_the_views_only() {
-    let names: Vec<String> = views().iter().map(|(name, _)| *name).chain(["beads", OWN_DATA]).map(|name| format!("{name}.png")).collect();
+    let names: Vec<String> = views().iter().map(|(name, _)| *name).chain(["beads", USER_DATA]).map(|name| format!("{name}.png")).collect();
     let mut bytes = 0;
     for entry in std::fs::read_dir(folder()).expect("tests/golden") {
         let entry = entry.expect("an entry");

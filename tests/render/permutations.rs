@@ -29,21 +29,21 @@ fn picture(renderer: &SoftwareRenderer, key: &ShaderKey) -> Result<Vec<[f32; 4]>
 }
 
 /// Half a level of 256: the smallest difference that a display shows.
-const DIFFERENCE: f32 = 1.0 / 512.0;
+const MAX_DIFFERENCE: f32 = 1.0 / 512.0;
 
-fn checked(f32s: &SoftwareRenderer, f64s: &SoftwareRenderer, key: &ShaderKey) -> Result<(), String> {
+fn check_key(f32s: &SoftwareRenderer, f64s: &SoftwareRenderer, key: &ShaderKey) -> Result<(), String> {
     let (single, double) = (picture(f32s, key)?, picture(f64s, key)?);
     for (k, (a, b)) in single.iter().zip(&double).enumerate() {
-        let place = format!("pixel {},{}", k as u32 % SIDE, k as u32 / SIDE);
+        let pixel_name = format!("pixel {},{}", k as u32 % SIDE, k as u32 / SIDE);
         if !a.iter().chain(b).all(|v| v.is_finite()) {
-            return Err(format!("{place}: {a:?} in f32, {b:?} in f64"));
+            return Err(format!("{pixel_name}: {a:?} in f32, {b:?} in f64"));
         }
         if a[..3].iter().chain(&b[..3]).any(|v| *v < 0.0) || !(0.0..=1.0).contains(&a[3]) {
-            return Err(format!("{place}: {a:?} is no light"));
+            return Err(format!("{pixel_name}: {a:?} has negative light or a coverage outside 0 to 1"));
         }
         let greatest_difference = a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max);
-        if greatest_difference > DIFFERENCE {
-            return Err(format!("{place}: f32 and f64 are {greatest_difference} apart: {a:?}, {b:?}"));
+        if greatest_difference > MAX_DIFFERENCE {
+            return Err(format!("{pixel_name}: f32 and f64 are {greatest_difference} apart: {a:?}, {b:?}"));
         }
     }
     Ok(())
@@ -54,7 +54,7 @@ fn every_pair_of_values_draws_finite_light_that_f32_gets_right() {
     let (f32s, f64s) = (renderer(Precision::F32), renderer(Precision::F64));
     let keys = covering(2);
     assert!(keys.len() >= 10 * 8, "two dimensions have ten and eight values: {}", keys.len());
-    let failures: Vec<String> = keys.par_iter().filter_map(|k| checked(&f32s, &f64s, k).err().map(|e| format!("{k}: {e}"))).collect();
+    let failures: Vec<String> = keys.par_iter().filter_map(|k| check_key(&f32s, &f64s, k).err().map(|e| format!("{k}: {e}"))).collect();
     assert!(
         failures.is_empty(),
         "{} of {} keys; the first of them:\n{}",
@@ -64,22 +64,22 @@ fn every_pair_of_values_draws_finite_light_that_f32_gets_right() {
     );
 }
 
-/// The test above must be able to fail: a body lit ten times as brightly differs by more than the bound.
+/// The test above must be able to fail: a body under two lights differs from one under a single light by more than the bound.
 #[test]
 fn a_different_picture_is_detected() {
     let renderer = renderer(Precision::F32);
     let key = |lights: u8| ShaderKey::for_draw(&DrawFeatures { lights, view: PixelView::Final, ..DrawFeatures::MINIMAL });
     let (one, two) = (picture(&renderer, &key(1)).expect("draws"), picture(&renderer, &key(2)).expect("draws"));
     let greatest_difference = one.iter().zip(&two).flat_map(|(a, b)| a.iter().zip(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-    assert!(greatest_difference > DIFFERENCE, "{greatest_difference}");
+    assert!(greatest_difference > MAX_DIFFERENCE, "{greatest_difference}");
 }
 
 /// Side of a tile in pixels, and number of tiles in a row of the sheet.
 const TILE: usize = 24;
-const ROW: usize = 16;
-/// A tile agrees if at most `PIXELS_OFF` of its 576 pixels differ by more than `LEVELS` levels: rounding of the last bit may move an edge.
-const LEVELS: u8 = 3;
-const PIXELS_OFF: usize = 4;
+const TILES_PER_ROW: usize = 16;
+/// A tile agrees if at most `MAX_PIXELS_OFF` of its 576 pixels differ by more than `MAX_LEVELS_OFF` levels: rounding of the last bit may move an edge.
+const MAX_LEVELS_OFF: u8 = 3;
+const MAX_PIXELS_OFF: usize = 4;
 
 /// Tiles by key, display bytes.
 struct Sheet {
@@ -106,12 +106,12 @@ fn sheet_path() -> std::path::PathBuf {
 
 impl Sheet {
     fn save(&self, path: &std::path::Path) {
-        let rows = self.tiles.len().div_ceil(ROW);
-        let (width, height) = (ROW * TILE, rows * TILE);
+        let rows = self.tiles.len().div_ceil(TILES_PER_ROW);
+        let (width, height) = (TILES_PER_ROW * TILE, rows * TILE);
         let mut bytes = vec![0; width * height * 3];
         for (n, tile) in self.tiles.iter().enumerate() {
             for (k, pixel) in tile.iter().enumerate() {
-                let at = 3 * ((n / ROW * TILE + k / TILE) * width + n % ROW * TILE + k % TILE);
+                let at = 3 * ((n / TILES_PER_ROW * TILE + k / TILE) * width + n % TILES_PER_ROW * TILE + k % TILE);
                 bytes[at..at + 3].copy_from_slice(pixel);
             }
         }
@@ -131,9 +131,9 @@ impl Sheet {
         let names: Vec<String> = keys.get_text().map_err(|e| e.to_string())?.split(' ').map(Into::into).collect();
         let mut bytes = vec![0; reader.output_buffer_size().ok_or("too large")?];
         reader.next_frame(&mut bytes).map_err(|e| e.to_string())?;
-        let width = ROW * TILE;
+        let width = TILES_PER_ROW * TILE;
         let pixel = |n: usize, k: usize| {
-            let at = 3 * ((n / ROW * TILE + k / TILE) * width + n % ROW * TILE + k % TILE);
+            let at = 3 * ((n / TILES_PER_ROW * TILE + k / TILE) * width + n % TILES_PER_ROW * TILE + k % TILE);
             bytes.get(at..at + 3).map_or([0; 3], |p| [p[0], p[1], p[2]])
         };
         Ok(Self { tiles: (0..names.len()).map(|n| (0..TILE * TILE).map(|k| pixel(n, k)).collect()).collect(), names })
@@ -150,9 +150,15 @@ impl Sheet {
                 all.push(format!("{name}: has no recorded tile"));
                 continue;
             };
-            let off = tile.iter().zip(&recorded.tiles[n]).filter(|(a, b)| a.iter().zip(*b).any(|(x, y)| x.abs_diff(*y) > LEVELS)).count();
-            if off > PIXELS_OFF {
-                all.push(format!("{name}: {off} of {} pixels are not as recorded (tile {} of row {})", TILE * TILE, n % ROW, n / ROW));
+            let off =
+                tile.iter().zip(&recorded.tiles[n]).filter(|(a, b)| a.iter().zip(*b).any(|(x, y)| x.abs_diff(*y) > MAX_LEVELS_OFF)).count();
+            if off > MAX_PIXELS_OFF {
+                all.push(format!(
+                    "{name}: {off} of {} pixels are not as recorded (tile {} of row {})",
+                    TILE * TILE,
+                    n % TILES_PER_ROW,
+                    n / TILES_PER_ROW
+                ));
             }
         }
         all
@@ -200,14 +206,14 @@ fn standard_scenes_in_f32_equal_those_in_f64() {
         };
         let difference = |k: usize| (0..3).map(|c| (shown(single[k][c]) - shown(double[k][c])).abs()).fold(0.0, f64::max);
         let mut over: Vec<(f64, usize)> =
-            (0..single.len()).map(|k| (difference(k), k)).filter(|(d, _)| *d > f64::from(DIFFERENCE)).collect();
+            (0..single.len()).map(|k| (difference(k), k)).filter(|(d, _)| *d > f64::from(MAX_DIFFERENCE)).collect();
         over.sort_by(|a, b| b.0.total_cmp(&a.0));
         let greatest = (0..single.len()).map(difference).fold(0.0, f64::max);
         println!("{}: at most {greatest:.2e} of the display's range, {} pixels over", standard.name, over.len());
         for (d, k) in over.iter().take(5) {
             let (x, y) = (*k as u32 % 256, *k as u32 / 256);
-            let here = |s: [u32; 4]| (s[0]..s[2]).contains(&x) && (s[1]..s[3]).contains(&y);
-            let draws = plan.passes[0].draws.iter().filter(|d| here(d.scissor));
+            let covers_pixel = |s: [u32; 4]| (s[0]..s[2]).contains(&x) && (s[1]..s[3]).contains(&y);
+            let draws = plan.passes[0].draws.iter().filter(|d| covers_pixel(d.scissor));
             let keys: Vec<String> = draws.filter(|d| matches!(d.module, ModuleId::Planet(_))).map(|d| d.module.to_string()).collect();
             failures.push(format!(
                 "{} pixel {x},{y}: {d:.2e}, {:?} and {:?}, by {}",

@@ -81,8 +81,8 @@ fn layout(features: &DrawFeatures) -> Layout {
 }
 
 fn number(bytes: &[u8], offset: u32) -> f32 {
-    let at = offset as usize;
-    f32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"))
+    let start = offset as usize;
+    f32::from_le_bytes(bytes[start..start + 4].try_into().expect("four bytes"))
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn the_uniforms_of_every_key_are_filled_by_name() {
     let all = possible_features(&Catalog::embedded());
     // One set of features per key: the canonical form must not hide a missing uniform.
     let keys = keys_of(all.iter().copied());
-    let filled = |layout: &Layout, key: &ShaderKey| {
+    let fill_error = |layout: &Layout, key: &ShaderKey| {
         let features = *key.features();
         let occluders = vec![Vec4::ZERO; usize::from(features.eclipse.occluders)];
         let layers = vec![Vec4::ZERO; 32];
@@ -108,11 +108,11 @@ fn the_uniforms_of_every_key_are_filled_by_name() {
     // them.
     let block = |key: &ShaderKey| emit_fragment("lib/draw.wesl", "planet", &features(key.features())).expect("emits").wgsl;
     let blocks: BTreeMap<String, ShaderKey> = keys.par_iter().map(|key| (block(key), *key)).collect();
-    let alone = |text: &String| Layout::of(&naga::front::wgsl::parse_str(text).expect("a block")).expect("a layout");
-    let failures: Vec<String> = blocks.par_iter().filter_map(|(text, key)| filled(&alone(text), key)).collect();
-    // In its complete module the block is the same.
-    let pieces: Vec<_> = blocks.iter().step_by(blocks.len().div_ceil(40)).collect();
-    pieces.par_iter().for_each(|(text, key)| assert_eq!(layout(key.features()).fields, alone(text).fields, "{key}"));
+    let layout_of_block = |text: &String| Layout::of(&naga::front::wgsl::parse_str(text).expect("a block")).expect("a layout");
+    let failures: Vec<String> = blocks.par_iter().filter_map(|(text, key)| fill_error(&layout_of_block(text), key)).collect();
+    // In complete modules the blocks have the same layouts.
+    let sampled_blocks: Vec<_> = blocks.iter().step_by(blocks.len().div_ceil(40)).collect();
+    sampled_blocks.par_iter().for_each(|(text, key)| assert_eq!(layout(key.features()).fields, layout_of_block(text).fields, "{key}"));
     println!("{} structures, {} keys, {} blocks", all.len(), keys.len(), blocks.len());
     assert!(keys.len() > 50 && blocks.len() > 20, "{} keys, {} blocks", keys.len(), blocks.len());
     assert!(failures.is_empty(), "{}", failures.join("\n"));

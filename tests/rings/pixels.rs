@@ -15,7 +15,7 @@ const EARTH: NaifId = NaifId::EARTH;
 const TITAN: NaifId = NaifId(606);
 const SATURN: NaifId = NaifId(699);
 const URANUS: NaifId = NaifId(799);
-const PLAIN: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
+const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 const SIDE: u32 = 32;
 
 /// A view that the random sweeps of `orrery stability --sweep needs-display` or `needs-linear` found.
@@ -38,7 +38,7 @@ fn with_effects(request: &ViewRequest, effects: &str) -> ViewRequest {
     ViewRequest { exposure: ExposureRequest::Stops(stops), effects: EffectOverrides::parse(effects).expect("effects"), ..request.clone() }
 }
 
-fn levels_apart(a: &[[u8; 4]], b: &[[u8; 4]]) -> u8 {
+fn greatest_difference(a: &[[u8; 4]], b: &[[u8; 4]]) -> u8 {
     a.iter().zip(b).flat_map(|(a, b)| (0..3).map(move |c| a[c].abs_diff(b[c]))).max().unwrap_or(0)
 }
 
@@ -55,18 +55,19 @@ fn saturn_views() -> [ViewRequest; 4] {
 /// Faint outer rings neither change the light of the dense rings nor disappear.
 #[test]
 fn a_pixel_looks_the_same_whichever_faint_rings_are_drawn() {
-    let drawn = |request: &ViewRequest| SESSION.draw(request, PLAIN, true).expect("drawn");
+    let drawn = |request: &ViewRequest| SESSION.draw(request, SINGLE_SAMPLE, true).expect("drawn");
     let mut with_the_same_shadow = 0;
     for (k, request) in saturn_views().iter().enumerate() {
         let [chosen, all, none] = ["", "+rings", "-rings"].map(|effects| drawn(&with_effects(request, effects)));
-        assert!(levels_apart(&chosen.frame.display, &none.frame.display) > 1, "view {k}: its rings can be seen");
-        let [chosen_alone, all_alone] = ["-body-shadow", "+rings,-body-shadow"].map(|effects| drawn(&with_effects(request, effects)));
-        let difference_levels = levels_apart(&chosen_alone.frame.display, &all_alone.frame.display);
+        assert!(greatest_difference(&chosen.frame.display, &none.frame.display) > 1, "view {k}: its rings can be seen");
+        let [chosen_unshadowed, all_unshadowed] =
+            ["-body-shadow", "+rings,-body-shadow"].map(|effects| drawn(&with_effects(request, effects)));
+        let difference_levels = greatest_difference(&chosen_unshadowed.frame.display, &all_unshadowed.frame.display);
         assert!(difference_levels <= 1, "view {k} without the globe's shadow: {difference_levels} levels");
         // An outer ring may select the better model of the globe's shadow; the models differ by the stated error of the simpler one.
         let shadow = |drawn: &DrawnFrame| drawn.scene.draws.iter().find(|d| d.part == Part::Ring).map(|d| d.features.body_shadow);
         if shadow(&chosen) == shadow(&all) {
-            let difference_levels = levels_apart(&chosen.frame.display, &all.frame.display);
+            let difference_levels = greatest_difference(&chosen.frame.display, &all.frame.display);
             assert!(difference_levels <= 1, "view {k}: {difference_levels} levels");
             with_the_same_shadow += 1;
         }
@@ -81,18 +82,18 @@ fn a_ring_pixel_has_the_light_of_the_smaller_pixels_in_its_place() {
     const FINER: u32 = 8;
     for (k, request) in saturn_views()[..3].iter().enumerate() {
         let request = with_effects(request, "+rings,+body-shadow");
-        let drawn = |by: u32| {
-            let request = ViewRequest { width: SIDE * by, height: SIDE * by, ..request.clone() };
-            SESSION.draw(&request, PLAIN, true).expect("drawn").frame.hdr
+        let drawn = |scale: u32| {
+            let request = ViewRequest { width: SIDE * scale, height: SIDE * scale, ..request.clone() };
+            SESSION.draw(&request, SINGLE_SAMPLE, true).expect("drawn").frame.hdr
         };
         let (coarse, fine) = (drawn(1), drawn(FINER));
         let mean = |x: u32, y: u32| {
             let fine_pixel = |n: u32| f64::from(fine[((y * FINER + n / FINER) * SIDE * FINER + x * FINER + n % FINER) as usize][1]);
             (0..FINER * FINER).map(fine_pixel).sum::<f64>() / f64::from(FINER * FINER)
         };
-        let truth: Vec<f64> = (0..SIDE * SIDE).map(|n| mean(n % SIDE, n / SIDE)).collect();
-        let brightest = truth.iter().copied().fold(0.0, f64::max);
-        let relative_difference = coarse.iter().zip(&truth).map(|(c, t)| (f64::from(c[1]) - t).abs() / brightest);
+        let reference: Vec<f64> = (0..SIDE * SIDE).map(|n| mean(n % SIDE, n / SIDE)).collect();
+        let brightest = reference.iter().copied().fold(0.0, f64::max);
+        let relative_difference = coarse.iter().zip(&reference).map(|(c, r)| (f64::from(c[1]) - r).abs() / brightest);
         let (sum, worst) = relative_difference.fold((0.0, 0.0_f64), |(sum, worst), a| (sum + a, worst.max(a)));
         println!("view {k}: mean {:.2e}, worst {worst:.3}", sum / f64::from(SIDE * SIDE));
         assert!(worst < 0.2, "view {k}: {worst} of the brightest pixel");
@@ -105,8 +106,8 @@ fn meets_globe(point: DVec3, sun: DVec3, tangent: f64, polar: f64) -> bool {
     let (x, y) = sun.any_orthonormal_pair();
     (0..4096).any(|k| {
         let (sin, cos) = (f64::from(k) * 2.399_963_229_728_653).sin_cos();
-        let out = if k % 2 == 0 { 1.0 } else { (f64::from(k) / 4096.0).sqrt() };
-        let (p, d) = (point / axes, (sun + tangent * out * (cos * x + sin * y)) / axes);
+        let distance_on_disc = if k % 2 == 0 { 1.0 } else { (f64::from(k) / 4096.0).sqrt() };
+        let (p, d) = (point / axes, (sun + tangent * distance_on_disc * (cos * x + sin * y)) / axes);
         p.dot(d) < 0.0 && p.cross(d).length_squared() <= d.length_squared()
     })
 }
@@ -117,8 +118,8 @@ fn meets_globe(point: DVec3, sun: DVec3, tangent: f64, polar: f64) -> bool {
 fn no_ray_meets_the_globe_where_its_shadow_is_left_out() {
     for tangent in [2.4e-4, 5e-4, 5e-3] {
         for inner in [1.1_f64, 1.5, 2.3] {
-            let touches = |part_of_penumbra: f64, polar: f64, radius: f64| {
-                let sine = (1.0 + part_of_penumbra * inner * tangent) / inner;
+            let some_ray_meets = |penumbra_fraction: f64, polar: f64, radius: f64| {
+                let sine = (1.0 + penumbra_fraction * inner * tangent) / inner;
                 let sun = DVec3::new((1.0 - sine * sine).sqrt(), 0.0, sine);
                 (0..720).any(|k| {
                     let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 720.0).sin_cos();
@@ -130,12 +131,12 @@ fn no_ray_meets_the_globe_where_its_shadow_is_left_out() {
             }
             for polar in [1.0, 0.977, 0.902] {
                 for radius in [inner, 1.2 * inner, 4.0 * inner] {
-                    assert!(!touches(1.0, polar, radius), "tangent {tangent}, inner {inner}, polar {polar}, radius {radius}");
+                    assert!(!some_ray_meets(1.0, polar, radius), "tangent {tangent}, inner {inner}, polar {polar}, radius {radius}");
                 }
             }
             // The Sun's lower rim is lower by its radius times the cosine of its altitude.
             let cosine = (1.0 - inner.powi(-2)).sqrt();
-            assert!(touches(0.5 * cosine, 1.0, inner), "a bound without the penumbra would pass: tangent {tangent}, inner {inner}");
+            assert!(some_ray_meets(0.5 * cosine, 1.0, inner), "a bound without the penumbra would pass: tangent {tangent}, inner {inner}");
         }
     }
 }
@@ -161,24 +162,25 @@ fn the_penumbra_of_the_globe_is_drawn() {
         inner * scene.body(URANUS).and_then(|b| b.sub_solar).expect("a Sun").latitude_deg.to_radians().sin().abs()
     };
     // The Sun climbs from the equinox of 2007 to the solstice of 2030.
-    let reached = |wanted: f64| {
+    let jd_with_offset = |offset_radii: f64| {
         let (mut from, mut to) = (2_455_000.0, 2_462_000.0);
         for _ in 0..40 {
             let middle = 0.5 * (from + to);
-            if axis_offset_radii(middle) < wanted { from = middle } else { to = middle }
+            if axis_offset_radii(middle) < offset_radii { from = middle } else { to = middle }
         }
         to
     };
-    let decided = |jd: f64| {
+    let shadow_decision = |jd: f64| {
         let scene = SESSION.scene(&request_at(jd)).expect("a scene");
         let body = scene.bodies.iter().find(|b| b.id == URANUS).expect("Uranus");
         body.decisions.iter().find(|d| d.feature == "body-shadow").map(|d| d.on)
     };
     // The tangent of the Sun's angular radius at Uranus is 2.4e-4.
-    assert_eq!(decided(reached(1.0 + 1e-4 * inner)), Some(true));
-    let past = reached(1.0 + 4e-4 * inner);
-    assert_eq!(decided(past), Some(false));
-    let drawn = |effects: &str| SESSION.draw(&with_effects(&request_at(past), effects), PLAIN, true).expect("drawn").frame.hdr;
+    assert_eq!(shadow_decision(jd_with_offset(1.0 + 1e-4 * inner)), Some(true));
+    let beyond_penumbra = jd_with_offset(1.0 + 4e-4 * inner);
+    assert_eq!(shadow_decision(beyond_penumbra), Some(false));
+    let drawn =
+        |effects: &str| SESSION.draw(&with_effects(&request_at(beyond_penumbra), effects), SINGLE_SAMPLE, true).expect("drawn").frame.hdr;
     assert!(drawn("") == drawn("+body-shadow"), "there is no shadow to draw");
     assert!(drawn("") != drawn("-rings"));
 }
@@ -189,9 +191,9 @@ fn the_penumbra_of_the_globe_is_drawn() {
 fn a_refracted_limb_that_shows_no_sun_changes_nothing() {
     for (body, time, distance, direction, fov_deg) in [LIMB_OF_TITAN, LIMB_OF_THE_EARTH] {
         let request = ViewRequest { purpose: Purpose::LINEAR, ..view(body, time, distance, direction, fov_deg) };
-        let drawn = |effects: &str| SESSION.draw(&with_effects(&request, effects), PLAIN, true).expect("drawn");
-        let (chosen, asked) = (drawn(""), drawn("+refracted-limb"));
-        assert!(chosen.frame.hdr == asked.frame.hdr && asked.scene.limbs.is_empty(), "{time}");
+        let drawn = |effects: &str| SESSION.draw(&with_effects(&request, effects), SINGLE_SAMPLE, true).expect("drawn");
+        let (automatic, requested) = (drawn(""), drawn("+refracted-limb"));
+        assert!(automatic.frame.hdr == requested.frame.hdr && requested.scene.limbs.is_empty(), "{time}");
     }
     // The Moon in the Earth's umbra, 2022-11-08: here the refracted limb shows the Sun.
     let eclipsed = ViewRequest {
@@ -204,10 +206,10 @@ fn a_refracted_limb_that_shows_no_sun_changes_nothing() {
     assert_eq!(SESSION.scene(&eclipsed).expect("a scene").limbs.len(), 1);
 }
 
-type View = (NaifId, &'static str, f64, [f64; 3], f64);
-const LIMB_OF_TITAN: View =
+type ViewParameters = (NaifId, &'static str, f64, [f64; 3], f64);
+const LIMB_OF_TITAN: ViewParameters =
     (TITAN, "1907-03-03T21:00:04.984Z", 1.35582057813112, [0.6310031291403511, -0.7307680924764921, -0.2604093816154758], 150.0);
-const LIMB_OF_THE_EARTH: View = (
+const LIMB_OF_THE_EARTH: ViewParameters = (
     EARTH,
     "2036-03-19T23:35:25.733Z",
     2.440509283969137,

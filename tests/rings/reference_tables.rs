@@ -17,7 +17,7 @@ use std::sync::LazyLock;
 const SATURN: NaifId = NaifId(699);
 const URANUS: NaifId = NaifId(799);
 const TITAN: NaifId = NaifId(606);
-const PLAIN: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
+const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
 
 fn ask(precision: Precision, question: &Value, answer: &str) -> f64 {
     static RENDERERS: LazyLock<[SoftwareRenderer; 2]> = LazyLock::new(|| {
@@ -43,15 +43,15 @@ fn light_through_the_ring_follows_the_closed_form() {
     let ring_step = |p: &Value| json!({"r_in": p["r_in"], "r_out": p["r_out"], "tau_normal": p["tau_normal"]});
     let profile: Vec<_> = list(&table, "ring_profile").iter().map(ring_step).collect();
     for precision in [Precision::F32, Precision::F64] {
-        let mut dimmed = 0;
+        let mut in_shadow = 0;
         for row in list(&table, "surface_points") {
             let q = json!({"q": "ring-transmission", "profile": profile, "flattening": table["flattening"], "point": row["point"], "sun": row["sun"]});
             let expected = row["ring_transmission"].as_f64().expect("a number");
             let error = ask(precision, &q, "transmission") - expected;
             assert!(error.abs() < stated, "{precision:?} {q}: off by {error:e}");
-            dimmed += i32::from(expected < 0.99);
+            in_shadow += i32::from(expected < 0.99);
         }
-        assert!(dimmed > 10, "the table must contain shadows");
+        assert!(in_shadow > 10, "the table must contain shadows");
     }
 }
 
@@ -64,20 +64,20 @@ fn the_penumbra_agrees_with_a_sum_over_the_suns_disc() {
     const POINTS: i32 = 20_000;
     let stated = tiers::of_ring_shadow(RingShadow::Penumbra).expect("a tier").at_most;
     let profile = json!([{"r_in": EDGE, "r_out": 9.0, "tau_normal": 20.0}]);
-    let (mut worst, mut worst_high, mut worst_of_point) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let (mut worst, mut worst_high, mut worst_of_point_sun) = (0.0_f64, 0.0_f64, 0.0_f64);
     for (height_deg, radius_deg) in [(0.2_f64, 0.03_f64), (0.7, 0.03), (2.0, 0.03), (5.0, 0.03), (26.7, 0.03), (26.7, 0.27), (60.0, 0.27)] {
         let (sine, cosine) = height_deg.to_radians().sin_cos();
         let tangent = radius_deg.to_radians().tan();
         let sun = glam::DVec3::new(cosine, 0.0, sine);
         let up = glam::DVec3::new(-sine, 0.0, cosine);
-        // So far below the plane that half of the projected disc is a fiftieth of a radius long along the light.
-        let path = (0.02 * sine / tangent).min(1.0);
+        // Distance of the point below the plane, along the light, such that half of the projected disc is a fiftieth of a radius long along the light.
+        let below_plane = (0.02 * sine / tangent).min(1.0);
         for azimuth in [0.0_f64, 0.5, 0.8, 1.1, 1.4, 1.57] {
             let (across, along) = azimuth.sin_cos();
-            let half_penumbra = path * tangent * (along / sine).hypot(across);
+            let half_penumbra = below_plane * tangent * (along / sine).hypot(across);
             for offset in (-12..=12).map(|k| f64::from(k) / 10.0) {
                 let plane_point = glam::DVec3::new(along, across, 0.0) * (EDGE + offset * half_penumbra);
-                let point = plane_point - sun * path;
+                let point = plane_point - sun * below_plane;
                 let transmitted = |x: f64, y: f64| {
                     let towards = (sun + tangent * (x * glam::DVec3::Y + y * up)).normalize();
                     let radius = (point - towards * (point.z / towards.z)).truncate().length();
@@ -86,8 +86,8 @@ fn the_penumbra_agrees_with_a_sum_over_the_suns_disc() {
                 // Uniform over the disc, in steps of the golden angle.
                 let transmitted_at = |k: i32| {
                     let (y, x) = (f64::from(k) * 2.399_963_229_728_653).sin_cos();
-                    let out = ((f64::from(k) + 0.5) / f64::from(POINTS)).sqrt();
-                    transmitted(out * x, out * y)
+                    let distance_on_disc = ((f64::from(k) + 0.5) / f64::from(POINTS)).sqrt();
+                    transmitted(distance_on_disc * x, distance_on_disc * y)
                 };
                 let mean = (0..POINTS).map(transmitted_at).sum::<f64>() / f64::from(POINTS);
                 let model_error = |model: &str| {
@@ -96,16 +96,16 @@ fn the_penumbra_agrees_with_a_sum_over_the_suns_disc() {
                     (ask(Precision::F64, &q, "transmission") - mean).abs()
                 };
                 worst = worst.max(model_error("penumbra"));
-                worst_of_point = worst_of_point.max(model_error("point-sun"));
+                worst_of_point_sun = worst_of_point_sun.max(model_error("point-sun"));
                 if height_deg >= 5.0 {
                     worst_high = worst_high.max(model_error("penumbra"));
                 }
             }
         }
     }
-    println!("{worst:.4} of the light at the most, {worst_high:.4} under a high Sun, {worst_of_point:.3} of a point Sun");
+    println!("{worst:.4} of the light at the most, {worst_high:.4} under a high Sun, {worst_of_point_sun:.3} of a point Sun");
     assert!(worst < stated && worst_high < 0.007, "{worst} of the light, {worst_high} under a high Sun");
-    assert!(worst_of_point > 0.4, "a point Sun would pass: {worst_of_point}");
+    assert!(worst_of_point_sun > 0.4, "a point Sun would pass: {worst_of_point_sun}");
 }
 
 /// The edges of the shadows of a sphere and of the oblate globe, located on the ring in many directions for low and high Suns.
@@ -114,7 +114,7 @@ fn the_error_of_a_spheres_shadow_is_the_one_its_tier_states() {
     let (flattening, outer) = (0.098, 2.3);
     for height_deg in [0.5_f64, 4.0, 12.0, 26.7] {
         let (sine, cosine) = height_deg.to_radians().sin_cos();
-        let hidden = |model: &str, radius: f64, angle: f64| {
+        let is_hidden = |model: &str, radius: f64, angle: f64| {
             let point = [-radius * angle.cos(), radius * angle.sin(), 0.0];
             let q = json!({"q": "ring-shadow", "flattening": flattening, "point": point, "sun": [cosine, 0.0, sine],
                 "sun_angular_radius_deg": 1e-3, "model": model});
@@ -123,12 +123,12 @@ fn the_error_of_a_spheres_shadow_is_the_one_its_tier_states() {
         // Going outwards in each direction, there is one shadow edge.
         let edge = |model: &str, angle: f64| {
             let (mut from, mut to) = (1.01, outer);
-            if !hidden(model, from, angle) || hidden(model, to, angle) {
-                return if hidden(model, to, angle) { to } else { from };
+            if !is_hidden(model, from, angle) || is_hidden(model, to, angle) {
+                return if is_hidden(model, to, angle) { to } else { from };
             }
             while to - from > 1e-6 {
                 let middle = 0.5 * (from + to);
-                if hidden(model, middle, angle) { from = middle } else { to = middle }
+                if is_hidden(model, middle, angle) { from = middle } else { to = middle }
             }
             from
         };
@@ -211,19 +211,19 @@ fn invalid_queries_get_one_line() {
         let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
         Prober { session: &SESSION, renderer: &renderer }.answer(&q.to_string()).expect_err("wrong").to_string()
     };
-    let at = |mut q: Value| {
+    let with_geometry = |mut q: Value| {
         (q["point"], q["sun"]) = (json!([1.0, 0.0, 0.0]), json!([0.0, 0.0, 1.0]));
         q
     };
-    for (q, says) in [
-        (at(json!({"q": "ring-transmission"})), "profile"),
-        (at(json!({"q": "ring-transmission", "body": "nowhere"})), "nowhere"),
-        (at(json!({"q": "ring-transmission", "profile": [{"r_in": 2.0, "r_out": 1.0, "tau_normal": 1.0}]})), "annulus"),
-        (at(json!({"q": "ring-shadow", "flattening": 1.5})), "flattening"),
+    for (q, message_part) in [
+        (with_geometry(json!({"q": "ring-transmission"})), "profile"),
+        (with_geometry(json!({"q": "ring-transmission", "body": "nowhere"})), "nowhere"),
+        (with_geometry(json!({"q": "ring-transmission", "profile": [{"r_in": 2.0, "r_out": 1.0, "tau_normal": 1.0}]})), "annulus"),
+        (with_geometry(json!({"q": "ring-shadow", "flattening": 1.5})), "flattening"),
         (json!({"q": "ring-shadow", "flattening": 0.1, "point": [1.5, 0, 0], "sun": [0, 0, 0]}), "sun"),
     ] {
         let error = prober_error(q);
-        assert!(error.contains(says) && !error.contains('\n'), "{error}");
+        assert!(error.contains(message_part) && !error.contains('\n'), "{error}");
     }
 }
 
@@ -240,7 +240,7 @@ fn request(target: NaifId, time: &str, radii: f64, size: u32, effects: &str) -> 
 }
 
 fn pixels(request: &ViewRequest) -> (Scene, Vec<[f32; 4]>) {
-    let drawn = SESSION.draw(request, PLAIN, true).expect("drawn");
+    let drawn = SESSION.draw(request, SINGLE_SAMPLE, true).expect("drawn");
     let hdr = drawn.frame.hdr.clone();
     assert_eq!(hdr.len(), (request.width * request.height) as usize);
     (drawn.scene, hdr)
@@ -258,11 +258,11 @@ fn ring_light(target: NaifId, time: &str, radii: f64, size: u32) -> f64 {
 #[test]
 fn narrow_rings_keep_their_light_at_any_size() {
     // Uranus' rings are a few kilometres wide: the system is drawn from 20 to 640 pixels across. Pixels outside the rings are equal in both pictures and cancel.
-    let full = ring_light(URANUS, "2030-01-01T00:00:00Z", 60.0, 800);
-    assert!(full > 0.0);
+    let reference = ring_light(URANUS, "2030-01-01T00:00:00Z", 60.0, 800);
+    assert!(reference > 0.0);
     for size in [25, 50, 100, 250] {
         let light = ring_light(URANUS, "2030-01-01T00:00:00Z", 60.0, size);
-        assert!((light / full - 1.0).abs() < 0.04, "{size} px: {light:e} against {full:e}");
+        assert!((light / reference - 1.0).abs() < 0.04, "{size} px: {light:e} against {reference:e}");
     }
 }
 
@@ -285,22 +285,25 @@ fn edge_on_and_at_the_crossings_every_pixel_is_finite_and_no_brighter_than_sunli
 #[test]
 fn the_side_away_from_the_sun_is_darker() {
     // Between the Earth's crossing and the Sun's, the Earth sees the unlit side.
-    let per_opening = |time: &str| ring_light(SATURN, time, 70.0, 200);
-    let (unlit, lit) = (per_opening("2025-04-20T00:00:00Z"), per_opening("2017-05-17T00:00:00Z"));
+    let light_at = |time: &str| ring_light(SATURN, time, 70.0, 200);
+    let (unlit, lit) = (light_at("2025-04-20T00:00:00Z"), light_at("2017-05-17T00:00:00Z"));
     assert!(unlit < 0.05 * lit && lit > 0.0, "unlit {unlit:e}, lit {lit:e}");
 }
 
 #[test]
 fn without_rings_the_picture_is_plain_bit_for_bit() {
-    let (bare, hdr) = pixels(&request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-rings,-ring-shadow,-atmosphere"));
+    let (scene_without, hdr) = pixels(&request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-rings,-ring-shadow,-atmosphere"));
     assert!(
-        bare.draws.iter().all(|d| d.part == Part::Globe && d.features.ring_shadow == RingShadow::None && d.uniforms.ring.table.is_none())
+        scene_without
+            .draws
+            .iter()
+            .all(|d| d.part == Part::Globe && d.features.ring_shadow == RingShadow::None && d.uniforms.ring.table.is_none())
     );
-    let model_error = request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-ring-shadow,-atmosphere");
-    let (scene, ringed) = pixels(&model_error);
+    let with_rings = request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-ring-shadow,-atmosphere");
+    let (scene, hdr_with) = pixels(&with_rings);
     let parts: Vec<_> = scene.draws.iter().filter(|d| d.body == SATURN).map(|d| d.part).collect();
     assert_eq!(parts, [Part::RingBehind, Part::Globe, Part::Ring]);
-    assert_ne!(hdr, ringed);
+    assert_ne!(hdr, hdr_with);
     // From the ground at the pole the rings are below the horizon.
     let ground = |effects: &str| {
         let standing = ViewRequest {
@@ -341,9 +344,9 @@ fn ring_plane(alpha_deg: f64, radii_km: &[f64]) -> Vec<f64> {
     };
     let placement = SESSION.scene(&from_sun).expect("a scene").body(SATURN).expect("Saturn").placement;
     let (sun, pole) = (-placement.centre_km.normalize(), placement.body_from_icrf.transpose() * glam::DVec3::Z);
-    let over = (pole - sun * pole.dot(sun)).normalize();
+    let poleward = (pole - sun * pole.dot(sun)).normalize();
     let distance_km = placement.centre_km.length();
-    let direction = sun * alpha_deg.to_radians().cos() + over * alpha_deg.to_radians().sin();
+    let direction = sun * alpha_deg.to_radians().cos() + poleward * alpha_deg.to_radians().sin();
     let axes = orrery::scene::request::Axes::Icrf;
     let seen = ViewRequest {
         position: Position::Offset { body: SATURN, offset_km: direction * distance_km, axes },
@@ -361,11 +364,13 @@ fn ring_plane(alpha_deg: f64, radii_km: &[f64]) -> Vec<f64> {
 /// Cassini's picture of 2013-07-19: seen against the Sun the E and G rings are bright; at the same exposure they are invisible from the Sun's side.
 #[test]
 fn dusty_rings_are_bright_only_in_forward_scattering() {
-    let places = [239_000.0, 168_500.0, 152_000.0, 110_000.0];
-    let ([e_back, g_back, _, b_back], [e, g, between, b]) =
-        (<[f64; 4]>::try_from(ring_plane(5.0, &places)).expect("four"), <[f64; 4]>::try_from(ring_plane(175.0, &places)).expect("four"));
+    let radii_km = [239_000.0, 168_500.0, 152_000.0, 110_000.0];
+    let ([e_back, g_back, _, b_back], [e, g, between, b]) = (
+        <[f64; 4]>::try_from(ring_plane(5.0, &radii_km)).expect("four"),
+        <[f64; 4]>::try_from(ring_plane(175.0, &radii_km)).expect("four"),
+    );
     println!("E {e_back:.2e} {e:.2e}, G {g_back:.2e} {g:.2e}, B {b_back:.2e} {b:.2e}");
-    // At an exposure for which E is a tenth of white from behind, it is below half a level of 255 from the Sun's side.
+    // At an exposure for which E is a tenth of white against the Sun, it is below two levels of 255 from the Sun's side.
     assert!(e > 25.0 * e_back && 0.1 * e_back / e < 0.5 / 255.0 * 4.0, "E: {e_back} becomes {e}");
     assert!(g > 10.0 * g_back && g > 1e-7, "G: {g_back} becomes {g}");
     assert!(between < 0.02 * e, "nothing lies between F and G: {between}");
@@ -390,7 +395,7 @@ fn saturns_profile_has_the_published_edges_gaps_and_depths() {
     let rings = &catalog.body(SATURN).expect("Saturn").rings;
     let tau = |r: f64| rings.iter().rfind(|x| x.inner_km <= r && r < x.outer_km).map_or(0.0, |x| x.tau_normal);
     let mean = |from: f64, to: f64| (0..4000).map(|k| tau(from + (to - from) * (f64::from(k) + 0.5) / 4000.0)).sum::<f64>() / 4000.0;
-    for (name, from, to, least, most) in [
+    for (name, from, to, lowest, highest) in [
         ("C", 74_658.0, 91_975.0, 0.08, 0.2),
         ("B1", 92_000.0, 99_000.0, 0.9, 1.5),
         ("B2", 99_000.0, 104_500.0, 1.5, 2.6),
@@ -402,16 +407,16 @@ fn saturns_profile_has_the_published_edges_gaps_and_depths() {
         ("G", 166_000.0, 175_000.0, 0.3e-6, 2e-6),
     ] {
         let depth = mean(from, to);
-        assert!((least..most).contains(&depth), "{name}: {depth}");
+        assert!((lowest..highest).contains(&depth), "{name}: {depth}");
     }
     for (name, middle, width) in [("Encke", 133_589.0, 322.0), ("Keeler", 136_505.0, 34.0), ("Maxwell", 87_480.0, 260.0)] {
-        let clear = (-20..=20).filter(|k| tau(middle + f64::from(*k) / 40.0 * width) < 0.06).count();
-        assert!(clear > 25, "{name} gap: {clear} of 41 places");
+        let thin_places = (-20..=20).filter(|k| tau(middle + f64::from(*k) / 40.0 * width) < 0.06).count();
+        assert!(thin_places > 25, "{name} gap: {thin_places} of 41 places");
         assert!(tau(middle - width) > 0.06 && tau(middle + width) > 0.06, "{name} gap is as wide as published");
     }
-    for (name, edge, outward_falls) in [("A's outer", 136_770.0, true), ("B's outer", 117_540.0, true), ("B's inner", 91_975.0, false)] {
+    for (name, edge, falls_outwards) in [("A's outer", 136_770.0, true), ("B's outer", 117_540.0, true), ("B's inner", 91_975.0, false)] {
         let (inside, outside) = (mean(edge - 150.0, edge - 50.0), mean(edge + 50.0, edge + 150.0));
-        assert!((inside > 2.0 * outside) == outward_falls && (inside / outside - 1.0).abs() > 0.5, "{name} edge: {inside}, {outside}");
+        assert!((inside > 2.0 * outside) == falls_outwards && (inside / outside - 1.0).abs() > 0.5, "{name} edge: {inside}, {outside}");
     }
     // The comparison distinguishes dusty from dust-free rings.
     assert!(rings.iter().filter(|r| r.dust > 0.9).count() > 80 && rings.iter().any(|r| r.name.starts_with('B') && r.dust == 0.0));

@@ -18,7 +18,7 @@ const SIDE: u32 = 96;
 const OPEN: &str = "2017-05-17T00:00:00Z";
 const NEARLY_CLOSED: &str = "2024-09-08T00:00:00Z";
 
-/// Light on Saturn's ground seen from 3 radii, from the side away from the Sun (`night`) or towards it.
+/// Light on Saturn's ground seen from 3 radii, from the side away from the Sun (`night`) or from the Sun's side.
 fn view(time: &str, night: bool, effects: &str, pixel_view: PixelView) -> (Scene, Vec<[f32; 4]>) {
     let towards_sun = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
     let mut request = ViewRequest {
@@ -43,8 +43,8 @@ fn view(time: &str, night: bool, effects: &str, pixel_view: PixelView) -> (Scene
 /// Whether a pixel is on the disc and more than a pixel from the limb.
 fn is_well_inside(scene: &Scene, middle: DVec2) -> bool {
     let placement = &scene.body(SATURN).expect("Saturn").placement;
-    let around = [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y];
-    around.iter().all(|step| scene.camera.surface_under_pixel(placement, middle + 1.5 * step).is_some())
+    let neighbours = [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y];
+    neighbours.iter().all(|step| scene.camera.surface_under_pixel(placement, middle + 1.5 * step).is_some())
 }
 
 /// An effect left out of the sum, to check that the comparison detects it.
@@ -66,7 +66,7 @@ fn profile(rings: &[Ring], unit_km: f64, from: f64, to: f64, count: usize) -> Ve
 }
 
 /// Irradiance at a point on the ellipsoid (equatorial radii) per unit of sunlight, summed over every visible piece of ring.
-fn summed(profile: &[(f64, f64, DVec3)], width: f64, polar: f64, place: DVec3, sun: DVec3, without: Without) -> DVec3 {
+fn summed_ring_shine(profile: &[(f64, f64, DVec3)], width: f64, polar: f64, place: DVec3, sun: DVec3, without: Without) -> DVec3 {
     const AROUND: usize = 300;
     // (pi - phase angle)^3.09, normalised to the mean 1 over all directions, and the opposition peak.
     let mean = (0..2000).map(|k| (f64::from(k) + 0.5) * PI / 2000.0).map(|y| 0.5 * y.powf(3.09) * y.sin() * PI / 2000.0).sum::<f64>();
@@ -109,7 +109,7 @@ fn summed(profile: &[(f64, f64, DVec3)], width: f64, polar: f64, place: DVec3, s
 
 /// The greatest difference between picture and sum, relative to the brightest point, and that point's light, over the dark pixels of a
 /// grid.
-fn worst(time: &str, without: Without) -> (f64, f64) {
+fn greatest_error(time: &str, without: Without) -> (f64, f64) {
     const COUNT: usize = 600;
     let (scene, hdr) = view(time, true, "", PixelView::Sunlight);
     let catalog = Catalog::embedded();
@@ -138,7 +138,7 @@ fn worst(time: &str, without: Without) -> (f64, f64) {
         }
         let polar = placement.radii_km.z / unit_km;
         let place = hit * placement.radii_km / unit_km;
-        let expected = summed(&profile, (to - from) / COUNT as f64, polar, place, sun, without);
+        let expected = summed_ring_shine(&profile, (to - from) / COUNT as f64, polar, place, sun, without);
         for c in 0..3 {
             let found = f64::from(pixel[c] / light.irradiance.x);
             greatest = greatest.max((found - expected[c]).abs() / brightest);
@@ -152,15 +152,15 @@ fn worst(time: &str, without: Without) -> (f64, f64) {
 #[test]
 fn night_light_agrees_with_the_sum_over_the_rings() {
     for time in [OPEN, NEARLY_CLOSED] {
-        let (off, brightest) = worst(time, Without::Nothing);
+        let (off, brightest) = greatest_error(time, Without::Nothing);
         println!("{time}: {off:.2e} of the brightest place, {brightest:.3e} of sunlight");
         assert!(off < 0.01, "{time}: {off:e} of the brightest place");
         // A per cent to a tenth of sunlight: the rings are as bright as the globe and fill up to half of the sky.
         assert!((2e-4..0.2).contains(&brightest), "{time}: {brightest:e}");
     }
     // Without the globe's shadow, or with the ring's two sides exchanged, the light differs.
-    assert!(worst(OPEN, Without::Shadow).0 > 0.03);
-    assert!(worst(OPEN, Without::OtherSide).0 > 0.03);
+    assert!(greatest_error(OPEN, Without::Shadow).0 > 0.03);
+    assert!(greatest_error(OPEN, Without::OtherSide).0 > 0.03);
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn equator_and_poles_get_no_ring_shine() {
         }
     }
     assert!(glowing > 1000 && poles > 5, "{glowing} {poles}");
-    // Light divided by height is finite, so the light vanishes with the height: a hundredth of a degree from the equator it is a fiftieth
+    // The table holds the light divided by the height, which is finite, so the light vanishes with the height: a hundredth of a degree from the equator it is a fiftieth
     // of the maximum.
     let shine = scene.draws[0].uniforms.ring.shine.clone().expect("a table");
     let at_equator = shine.texels[..4 * orrery::scene::ring_shine::COLUMNS].iter().copied().fold(0.0, f32::max);
@@ -199,22 +199,22 @@ fn ring_shine_never_exceeds_the_sunlight_on_the_rings() {
     let rings = [Ring { name: "x".into(), inner_km: 1.05, outer_km: 2.5, tau_normal: 3.0, albedo: [1.0; 3], dust: 0.0 }];
     let rings: Vec<&Ring> = rings.iter().collect();
     for sine in [0.02, 0.4, 0.95] {
-        let lit = RingShineGeometry { rings: &rings, radius_km: 1.0, polar: 1.0, sine, sun_tangent: 5e-4 };
-        let shine = lit.shine(&RingShines::default()).expect("a table");
+        let geometry = RingShineGeometry { rings: &rings, radius_km: 1.0, polar: 1.0, sine, sun_tangent: 5e-4 };
+        let shine = geometry.shine(&RingShines::default()).expect("a table");
         let mut power = 0.0;
         for row in 0..2 * ROWS {
             // Rows are spaced by the square of the height; each covers half the interval to either neighbour.
-            let place = |k: f64| shine.reach * (k.clamp(0.0, (ROWS - 1) as f64) / (ROWS - 1) as f64).powi(2);
+            let row_height = |k: f64| shine.reach * (k.clamp(0.0, (ROWS - 1) as f64) / (ROWS - 1) as f64).powi(2);
             let k = (row % ROWS) as f64;
-            let (height, band) = (place(k), place(k + 0.5) - place(k - 0.5));
+            let (height, band) = (row_height(k), row_height(k + 0.5) - row_height(k - 0.5));
             for column in 0..COLUMNS {
-                let end = if column == 0 || column == COLUMNS - 1 { 0.5 } else { 1.0 };
+                let end_weight = if column == 0 || column == COLUMNS - 1 { 0.5 } else { 1.0 };
                 let light = f64::from(shine.texels[4 * (row * COLUMNS + column)]) * height;
-                power += 2.0 * end * PI / (COLUMNS - 1) as f64 * band * light;
+                power += 2.0 * end_weight * PI / (COLUMNS - 1) as f64 * band * light;
             }
         }
-        let caught = sine * PI * (2.5f64.powi(2) - 1.05f64.powi(2));
-        assert!(power > 0.01 * caught && power < 0.5 * caught, "sine {sine}: {power} of {caught}");
+        let sunlight_on_rings = sine * PI * (2.5f64.powi(2) - 1.05f64.powi(2));
+        assert!(power > 0.01 * sunlight_on_rings && power < 0.5 * sunlight_on_rings, "sine {sine}: {power} of {sunlight_on_rings}");
     }
 }
 

@@ -46,19 +46,19 @@ fn greatest_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
 #[test]
 fn a_surface_colours_its_body_alone_and_can_be_switched_off() {
     let folder = tempfile::tempdir().expect("temp");
-    let plain = open(folder.path(), &[]).expect("a session");
-    let own = open(folder.path(), &[("moon", "checkers.wesl", CHECKERS)]).expect("a session");
+    let standard = open(folder.path(), &[]).expect("a session");
+    let custom = open(folder.path(), &[("moon", "checkers.wesl", CHECKERS)]).expect("a session");
     let (moon, mars) = (view(NaifId::MOON), view(NaifId(499)));
-    let before = light(&plain, &moon);
+    let before = light(&standard, &moon);
     assert!(
-        greatest_difference(&before, &light(&own, &moon)) > 0.1 * before.iter().map(|p| p[1]).fold(0.0, f32::max),
+        greatest_difference(&before, &light(&custom, &moon)) > 0.1 * before.iter().map(|p| p[1]).fold(0.0, f32::max),
         "the Moon is chequered"
     );
-    assert_eq!(greatest_difference(&light(&plain, &mars), &light(&own, &mars)), 0.0, "Mars has no surface of its own");
+    assert_eq!(greatest_difference(&light(&standard, &mars), &light(&custom, &mars)), 0.0, "Mars has no surface of its own");
     let mut without = moon.clone();
     without.effects.set(Effect::CustomSurface, false);
-    assert_eq!(greatest_difference(&before, &light(&own, &without)), 0.0, "switched off it changes nothing");
-    let decisions = own.scene(&moon).expect("a scene").bodies.into_iter().flat_map(|b| b.decisions);
+    assert_eq!(greatest_difference(&before, &light(&custom, &without)), 0.0, "switched off it changes nothing");
+    let decisions = custom.scene(&moon).expect("a scene").bodies.into_iter().flat_map(|b| b.decisions);
     assert!(decisions.into_iter().any(|d| d.feature == "custom-surface" && d.on));
 }
 
@@ -67,8 +67,8 @@ fn a_surface_colours_its_body_alone_and_can_be_switched_off() {
 fn a_surface_may_emit_light() {
     let folder = tempfile::tempdir().expect("temp");
     let glowing = CHECKERS.replace("vec3f(0.0));", "vec3f(0.25, 0.0, 0.0));");
-    let own = open(folder.path(), &[("moon", "glowing.wesl", &glowing)]).expect("a session");
-    let plain = open(folder.path(), &[]).expect("a session");
+    let custom = open(folder.path(), &[("moon", "glowing.wesl", &glowing)]).expect("a session");
+    let standard = open(folder.path(), &[]).expect("a session");
     let night = |time: &str| {
         let view = view(NaifId::MOON);
         let position = Position::Over { towards: Some(NaifId::EARTH), distance_radii: Some(4.0) };
@@ -76,10 +76,10 @@ fn a_surface_may_emit_light() {
     };
     // At new moon the Earth sees the Moon's night side.
     let request = night("2024-06-06T12:38:00Z");
-    let (dark, lit) = (light(&plain, &request), light(&own, &request));
+    let (dark, lit) = (light(&standard, &request), light(&custom, &request));
     let middle = 48 * 96 + 48;
-    let more = lit[middle][0] - dark[middle][0];
-    assert!((more - 0.25).abs() < 0.002, "red light of 0.25 of a white plane: {more}");
+    let added_red = lit[middle][0] - dark[middle][0];
+    assert!((added_red - 0.25).abs() < 0.002, "red light of 0.25 of a white plane: {added_red}");
     assert!((lit[middle][2] - dark[middle][2]).abs() < 0.002, "and no blue");
 }
 
@@ -88,10 +88,10 @@ fn errors_name_the_users_file() {
     let folder = tempfile::tempdir().expect("temp");
     let error_of =
         |surfaces: &[(&str, &str, &str)]| open(folder.path(), surfaces).err().unwrap_or_else(|| panic!("{surfaces:?} was accepted"));
-    let broken = CHECKERS.replace("vec3f(0.8)", "vec3f(0.8");
-    let lacking = CHECKERS.replace("fn custom_surface", "fn my_surface");
+    let unbalanced = CHECKERS.replace("vec3f(0.8)", "vec3f(0.8");
+    let without_function = CHECKERS.replace("fn custom_surface", "fn my_surface");
     let mistyped = CHECKERS.replace("-> CustomSurface", "-> vec3f");
-    for (text, what) in [(&broken, "surface.wesl:"), (&lacking, "custom_surface"), (&mistyped, "surface.wesl:")] {
+    for (text, what) in [(&unbalanced, "surface.wesl:"), (&without_function, "custom_surface"), (&mistyped, "surface.wesl:")] {
         let message = error_of(&[("moon", "surface.wesl", text)]);
         assert!(message.contains(what) && !message.contains('\n') && !message.contains("lib/custom/surface_1"), "{message}");
     }
@@ -99,6 +99,6 @@ fn errors_name_the_users_file() {
     assert!(error_of(&[("moon", "a.wesl", CHECKERS), ("MOON", "b.wesl", CHECKERS)]).contains("MOON"));
     let five: Vec<(&str, &str, &str)> = ["moon", "mars", "io", "europa", "titan"].iter().map(|b| (*b, "a.wesl", CHECKERS)).collect();
     assert_eq!(error_of(&five), SurfaceError::TooMany(5).to_string());
-    let missing = Sources { surfaces: vec!["moon=no-such-file.wesl".parse().expect("words")], ..Sources::default() };
+    let missing = Sources { surfaces: vec!["moon=no-such-file.wesl".parse().expect("a body and a file")], ..Sources::default() };
     assert!(Session::open(&missing, |_| ()).is_err_and(|e| e.to_string().contains("no-such-file.wesl")));
 }

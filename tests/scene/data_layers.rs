@@ -23,7 +23,7 @@ fn view(time: &str) -> ViewRequest {
     ViewRequest { position, ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time")) }
 }
 
-fn with_tables(folder: &Path, layer: &str, table: &str) {
+fn write_layer(folder: &Path, layer: &str, table: &str) {
     std::fs::write(folder.join("layers.toml"), layer).expect("written");
     std::fs::write(folder.join("quakes.csv"), table).expect("written");
 }
@@ -38,10 +38,10 @@ fn dots(session: &Session, request: &ViewRequest) -> (Scene, Vec<Dot>) {
 #[test]
 fn points_appear_at_their_time_and_place_and_fade() {
     let folder = tempfile::tempdir().expect("a folder");
-    with_tables(folder.path(), LAYER, "time,lat_deg,lon_deg\n2024-03-11T03:00:00Z,38.3,142.4\n2024-03-11T03:00:00Z,-38.3,-37.6\n");
-    let (session, said) = session_over(folder.path());
+    write_layer(folder.path(), LAYER, "time,lat_deg,lon_deg\n2024-03-11T03:00:00Z,38.3,142.4\n2024-03-11T03:00:00Z,-38.3,-37.6\n");
+    let (session, messages) = session_over(folder.path());
     assert!(dots(&session, &view("2024-03-11T02:59:00Z")).1.is_empty(), "the point is visible before its time");
-    let mut last = 1.0;
+    let mut previous_opacity = 1.0;
     for hours in [0, 6, 12, 24, 36] {
         let request = ViewRequest {
             time: Instant::parse("2024-03-11T03:00:00Z").expect("a time").plus_seconds(3600.0 * f64::from(hours)),
@@ -54,9 +54,13 @@ fn points_appear_at_their_time_and_place_and_fade() {
             Some(expected) => {
                 assert_eq!(dots.len(), 1, "{hours} h: only one point is on the near side");
                 assert!(dots[0].centre_px.distance(expected) < 0.01, "{hours} h: {:?} for {expected}", dots[0]);
-                let wanted = 0.9 * (1.0 - f64::from(hours) / 48.0);
-                assert!((dots[0].opacity - wanted).abs() < 1e-6 && dots[0].opacity < last, "{hours} h: {}", dots[0].opacity);
-                last = dots[0].opacity;
+                let expected_opacity = 0.9 * (1.0 - f64::from(hours) / 48.0);
+                assert!(
+                    (dots[0].opacity - expected_opacity).abs() < 1e-6 && dots[0].opacity < previous_opacity,
+                    "{hours} h: {}",
+                    dots[0].opacity
+                );
+                previous_opacity = dots[0].opacity;
             }
             None => assert!(dots.iter().all(|d| d.centre_px.distance(DVec2::splat(512.0)) < 512.0)),
         }
@@ -71,7 +75,7 @@ fn points_appear_at_their_time_and_place_and_fade() {
     let at = dots(&session, &request).1[0].centre_px;
     let pixel = drawn.frame.display[(at.y as usize) * 1024 + at.x as usize];
     assert!(pixel[0] > 200 && pixel[1] < 60 && pixel[2] < 60, "{pixel:?}");
-    assert!(said.lock().expect("a list").is_empty());
+    assert!(messages.lock().expect("a list").is_empty());
 }
 
 /// Errors name file, line and field, and no session opens.
@@ -79,7 +83,7 @@ fn points_appear_at_their_time_and_place_and_fade() {
 fn wrong_layers_are_refused() {
     let refused = |layer: &str, table: &str| {
         let folder = tempfile::tempdir().expect("a folder");
-        with_tables(folder.path(), layer, table);
+        write_layer(folder.path(), layer, table);
         let e = orrery::session::read_catalog(Some(folder.path())).map(|_| ()).expect_err("refused").to_string();
         e.replace(&folder.path().display().to_string(), "")
     };
@@ -95,8 +99,8 @@ const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
 fn fits(cards: &[(&str, &str)], [width, height]: [usize; 2], data: &[u8]) -> Vec<u8> {
     let mut text = format!("{:<80}", "SIMPLE  =                    T");
     let size = [("BITPIX", "8".to_owned()), ("NAXIS", "2".to_owned()), ("NAXIS1", width.to_string()), ("NAXIS2", height.to_string())];
-    let own = cards.iter().map(|(k, v)| (*k, (*v).to_owned()));
-    size.into_iter().chain(own).for_each(|(k, v)| text += &format!("{:<80}", format!("{k:<8}= {v:>20}")));
+    let given = cards.iter().map(|(k, v)| (*k, (*v).to_owned()));
+    size.into_iter().chain(given).for_each(|(k, v)| text += &format!("{:<80}", format!("{k:<8}= {v:>20}")));
     text += &format!("{:<80}", "END");
     let mut bytes = format!("{text:<length$}", length = text.len().next_multiple_of(2880)).into_bytes();
     bytes.extend(data);
@@ -120,11 +124,11 @@ fn outlines_follow_their_coordinates() {
     let request = view("2024-03-11T03:00:00Z");
     let scene = session.scene(&request).expect("a scene");
     let earth = scene.body(NaifId::EARTH).expect("the Earth").placement;
-    let (of, pieces) = scene.ground_lines.first().expect("lines");
-    assert!(*of == NaifId::EARTH && pieces.len() >= 4, "{}", pieces.len());
+    let (body, segments) = scene.ground_lines.first().expect("lines");
+    assert!(*body == NaifId::EARTH && segments.len() >= 4, "{}", segments.len());
     let half = scene.camera.half_size();
     let ends: Vec<DVec2> =
-        pieces.iter().flat_map(|p| p.ends).map(|e| (e.truncate().as_dvec2() * DVec2::new(1.0, -1.0) + 1.0) * half).collect();
+        segments.iter().flat_map(|p| p.ends).map(|e| (e.truncate().as_dvec2() * DVec2::new(1.0, -1.0) + 1.0) * half).collect();
     // Each end lies on one of the two parallels or meridians.
     for end in &ends {
         let ground = scene.camera.surface_under_pixel(&earth, *end).expect("on the disc");
@@ -133,7 +137,7 @@ fn outlines_follow_their_coordinates() {
         let off = [lat - 20.0, lat - 40.0, lon - 130.0, lon - 150.0].into_iter().map(f64::abs).fold(f64::INFINITY, f64::min);
         assert!(off < 0.05 && (19.9..40.1).contains(&lat) && (129.9..150.1).contains(&lon), "{end}: {lat} {lon}");
     }
-    // There is a line segment at each corner and at the middle of each side.
+    // There is a line segment at each vertex and at the middle of each side.
     for (lat, lon) in
         [(20.0, 130.0), (20.0, 150.0), (40.0, 150.0), (40.0, 130.0), (20.0, 140.0), (30.0, 150.0), (40.0, 140.0), (30.0, 130.0)]
     {
@@ -144,14 +148,14 @@ fn outlines_follow_their_coordinates() {
     }
     let drawn = session.draw(&request, SAMPLING, false).expect("drawn");
     let middle = scene.camera.pixel_of_surface(&earth, ground_point_km(earth.radii_km, 30.0, 150.0, 0.0).0 / earth.radii_km).expect("seen");
-    let around = |drawn: &orrery::session::DrawnFrame| {
+    let outline_is_drawn = |drawn: &orrery::session::DrawnFrame| {
         let at = |dx: i64| drawn.frame.display[(middle.y as usize) * 1024 + (middle.x as i64 + dx) as usize];
         (-2..=2).map(at).any(|p| p[1] > 100 && p[1] > p[0] + 50 && p[1] > p[2] + 50)
     };
-    assert!(around(&drawn));
+    assert!(outline_is_drawn(&drawn));
     let off = ViewRequest { layers: Layers::parse("-data").expect("layers"), ..request.clone() };
     assert!(session.scene(&off).expect("a scene").ground_lines.is_empty());
-    assert!(!around(&session.draw(&off, SAMPLING, false).expect("drawn")));
+    assert!(!outline_is_drawn(&session.draw(&off, SAMPLING, false).expect("drawn")));
     // From the other side none of the outline is visible.
     let night = view("2024-03-11T15:00:00Z");
     assert!(session.scene(&night).expect("a scene").ground_lines.is_empty());
@@ -164,7 +168,7 @@ fn distance_to_segment(a: DVec2, b: DVec2, at: DVec2) -> f64 {
     at.distance(a + along * t)
 }
 
-/// A single white pixel of a sky image appears where a star with its coordinates would, at any exposure and with the viewer's aberration.
+/// A white point in a sky image appears where a star with its coordinates would, at any exposure and with the viewer's aberration.
 #[test]
 fn a_sky_image_is_aligned_with_the_stars() {
     let (ra, dec) = (152.093_f64, 11.967_f64);

@@ -20,7 +20,7 @@ static RENDERERS: LazyLock<[SoftwareRenderer; 2]> = LazyLock::new(|| {
         .map(|precision| SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer"))
 });
 
-/// A body seen from a distance of `distance_km` in the direction `offset` (body axes). Its disc is `disc_px` across, in a picture 1.5 times that size. The light left
+/// A body seen from a distance of `distance_km` in the direction `offset` (ICRF). Its disc is `disc_px` across, in a picture 1.5 times that size. The light left
 /// the body at the same instant for every distance.
 fn view(body: NaifId, emitted: Instant, offset: DVec3, distance_km: f64, disc_px: f64, effects: &str) -> ViewRequest {
     let radius_km = SESSION.catalog().body(body).expect("a body").radii_km.x;
@@ -79,18 +79,18 @@ fn layers_of_a_body_look_the_same_from_any_distance() {
             // From the Sun's direction, above the rings.
             let sun = SESSION.ephemeris().state(NaifId::SUN, body, emitted, None).expect("the Sun").state.pos_km.normalize();
             let towards = sun + DVec3::new(0.1, -0.2, 0.3);
-            let mut before = None;
+            let mut previous = None;
             let mut distance_km = 3000.0 * radius_km;
             while distance_km < 100.0 * KM_PER_AU {
                 let picture = drawn(&view(body, emitted, towards, distance_km, 40.0, effects), samples, precision);
                 assert!(picture.0.draws.iter().filter(|d| d.body == body).count() > 1, "layers");
-                if let Some((at_km, before)) = &before {
-                    let perspective = (500.0 * radius_km / at_km) as f32;
-                    let change = relative_difference(body, before, &picture);
+                if let Some((previous_km, previous_picture)) = &previous {
+                    let perspective = (500.0 * radius_km / previous_km) as f32;
+                    let change = relative_difference(body, previous_picture, &picture);
                     let radii = distance_km / radius_km;
                     assert!(change < 2e-3 + perspective, "{body:?}, {samples} samples, {precision:?}: {change} at {radii:.0} radii");
                 }
-                before = Some((distance_km, picture));
+                previous = Some((distance_km, picture));
                 distance_km *= 2.154;
             }
         }
@@ -102,16 +102,16 @@ fn layers_of_a_body_look_the_same_from_any_distance() {
 #[test]
 fn a_moon_is_drawn_in_front_of_or_behind_the_ring() {
     let emitted = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
-    let to_icrf = SESSION.ephemeris().body_from_icrf(SATURN, emitted).expect("turned").transpose();
+    let to_icrf = SESSION.ephemeris().body_from_icrf(SATURN, emitted).expect("an orientation").transpose();
     let radius_km = SESSION.catalog().body(SATURN).expect("Saturn").radii_km.x;
-    let mut seen = 0;
+    let mut compared = 0;
     for name in ["Tethys", "Dione", "Rhea"] {
         let moon = SESSION.catalog().find_body_or_barycenter(name).expect(name);
         let moon_km = SESSION.ephemeris().state(moon, SATURN, emitted, None).expect(name).state.pos_km;
         let moon_radius_km = SESSION.catalog().body(moon).expect(name).radii_km.max_element();
-        for turn in 0..8 {
+        for azimuth_step in 0..8 {
             // The camera is on the line through a point of the B ring and the moon, either beyond the moon or beyond the ring.
-            let (sin, cos) = (f64::from(turn) * 0.785).sin_cos();
+            let (sin, cos) = (f64::from(azimuth_step) * 0.785).sin_cos();
             let on_ring_km = to_icrf * (DVec3::new(cos, sin, 0.0) * (1.75 * radius_km));
             let line = (moon_km - on_ring_km).normalize();
             let slope = (to_icrf.transpose() * line).z.abs();
@@ -121,7 +121,7 @@ fn a_moon_is_drawn_in_front_of_or_behind_the_ring() {
                 continue;
             }
             for distance_km in [2e6, 3e8, 90.0 * KM_PER_AU] {
-                for (before, towards) in [(true, line), (false, -line)] {
+                for (in_front, towards) in [(true, line), (false, -line)] {
                     let request = |effects: &str| view(moon, emitted, towards, distance_km, 16.0, effects);
                     let effects = "-points,-eclipse,-planet-shine";
                     let (scene, with) = drawn(&request(&format!("+rings,{effects}")), 1, Precision::F32);
@@ -134,22 +134,22 @@ fn a_moon_is_drawn_in_front_of_or_behind_the_ring() {
                     let disc = scene.body(moon).expect(name).placement;
                     for (k, (a, b)) in with.iter().zip(&without).enumerate() {
                         let at = DVec2::new((k % 24) as f64 + 0.5, (k / 24) as f64 + 0.5);
-                        let inside = [DVec2::ZERO, DVec2::X, DVec2::Y, -DVec2::X, -DVec2::Y];
-                        if !inside.iter().all(|d| scene.camera.surface_under_pixel(&disc, at + *d).is_some()) {
+                        let neighbours = [DVec2::ZERO, DVec2::X, DVec2::Y, -DVec2::X, -DVec2::Y];
+                        if !neighbours.iter().all(|d| scene.camera.surface_under_pixel(&disc, at + *d).is_some()) {
                             continue;
                         }
-                        if before {
+                        if in_front {
                             assert_eq!(a, b, "{name} in front of the ring, {distance_km:e} km, pixel {at}");
                         } else if b[1] > 1e-4 {
                             assert_ne!(a, b, "{name} behind the ring, {distance_km:e} km, pixel {at}");
                         }
-                        seen += 1;
+                        compared += 1;
                     }
                 }
             }
         }
     }
-    assert!(seen > 3000, "{seen} pixels");
+    assert!(compared > 3000, "{compared} pixels");
 }
 
 /// A Moon in front of the Earth's cloud deck hides it; a Moon behind the deck is hidden.
@@ -158,8 +158,8 @@ fn a_moon_hides_the_clouds_or_is_hidden_by_them() {
     let emitted = Instant::parse("2024-06-08T06:00:00Z").expect("a time");
     let moon_km = SESSION.ephemeris().state(NaifId::MOON, NaifId::EARTH, emitted, None).expect("the Moon").state.pos_km;
     for distance_km in [2e6, 1e9, 90.0 * KM_PER_AU] {
-        for before in [true, false] {
-            let towards = if before { moon_km } else { -moon_km };
+        for in_front in [true, false] {
+            let towards = if in_front { moon_km } else { -moon_km };
             let picture = |effects: &str| {
                 let request =
                     view(NaifId::EARTH, emitted, towards, distance_km, 40.0, &format!("{effects},-points,-planet-shine,-eclipse"));
@@ -168,13 +168,12 @@ fn a_moon_hides_the_clouds_or_is_hidden_by_them() {
             let (scene, with) = picture("+clouds");
             let (_, without) = picture("-clouds,-cloud-shadow");
             let moon = scene.body(NaifId::MOON).expect("the Moon");
-            let at = |scene: &Scene| scene.camera.pixel_from_clip(scene.camera.clip(moon.placement.centre_km).expect("in front"));
-            let middle = at(&scene);
+            let middle = scene.camera.pixel_from_clip(scene.camera.clip(moon.placement.centre_km).expect("in front"));
             let k = middle.y as usize * 60 + middle.x as usize;
             let order: Vec<_> = scene.draws.iter().map(|d| d.body).collect();
-            let place = |id: NaifId| order.iter().position(|b| *b == id).expect("drawn");
-            assert_eq!(place(NaifId::MOON) > place(NaifId::EARTH), before, "{distance_km:e} km");
-            if before {
+            let draw_index = |id: NaifId| order.iter().position(|b| *b == id).expect("drawn");
+            assert_eq!(draw_index(NaifId::MOON) > draw_index(NaifId::EARTH), in_front, "{distance_km:e} km");
+            if in_front {
                 assert_eq!(with[k], without[k], "{distance_km:e} km: the cloud deck is visible through the Moon");
             }
         }

@@ -21,18 +21,18 @@ const EARTH_KM: f64 = 6378.14;
 
 /// A view from a height straight down on the Moon at first quarter, with the Sun 35 degrees up.
 fn looking_down(height_km: f64, shift_km: DVec2, effects: &str) -> ViewRequest {
-    let below = DVec3::new(35_f64.to_radians().cos(), 35_f64.to_radians().sin(), 0.1).normalize();
-    looking_down_on(NaifId::MOON, MOON_KM, below, height_km, shift_km, effects)
+    let nadir = DVec3::new(35_f64.to_radians().cos(), 35_f64.to_radians().sin(), 0.1).normalize();
+    looking_down_on(NaifId::MOON, MOON_KM, nadir, height_km, shift_km, effects)
 }
 
-/// A view straight down on a body, from a height above the point in direction `below` from the body's centre (body axes); `shift_km`: km to the east and
+/// A view straight down on a body, from a height above the ground point in the direction `nadir` from the body's centre (body axes); `shift_km`: km to the east and
 /// north of that point.
-fn looking_down_on(body: NaifId, radius_km: f64, below: DVec3, height_km: f64, shift_km: DVec2, effects: &str) -> ViewRequest {
-    let (east, north) = (DVec3::Z.cross(below).normalize(), below.cross(DVec3::Z.cross(below).normalize()));
-    let above = (below + (east * shift_km.x + north * shift_km.y) / radius_km).normalize();
+fn looking_down_on(body: NaifId, radius_km: f64, nadir: DVec3, height_km: f64, shift_km: DVec2, effects: &str) -> ViewRequest {
+    let (east, north) = (DVec3::Z.cross(nadir).normalize(), nadir.cross(DVec3::Z.cross(nadir).normalize()));
+    let camera_direction = (nadir + (east * shift_km.x + north * shift_km.y) / radius_km).normalize();
     ViewRequest {
-        position: Position::Offset { body, offset_km: above * (radius_km + height_km), axes: Axes::BodyFixed },
-        look: Look::Along { direction: -below, axes: Axes::BodyFixed },
+        position: Position::Offset { body, offset_km: camera_direction * (radius_km + height_km), axes: Axes::BodyFixed },
+        look: Look::Along { direction: -nadir, axes: Axes::BodyFixed },
         exposure: ExposureRequest::Stops(2.0),
         fov_deg: Some(40.0),
         width: SIDE,
@@ -44,7 +44,7 @@ fn looking_down_on(body: NaifId, radius_km: f64, below: DVec3, height_km: f64, s
 }
 
 /// A point where the Sun is 40 degrees up, and lower by as many degrees as the point is farther east.
-fn slantingly_lit(body: NaifId, east_deg: f64) -> DVec3 {
+fn obliquely_lit(body: NaifId, east_deg: f64) -> DVec3 {
     let scene = SESSION.scene(&ViewRequest::of(body, Instant::parse("2024-04-15T20:00:00Z").expect("a time"))).expect("a scene");
     let noon = scene.body(body).expect("in the catalog").sub_solar.expect("lit");
     let (latitude, longitude) = (noon.latitude_deg.to_radians(), (noon.longitude_deg + 50.0 + east_deg).to_radians());
@@ -70,16 +70,16 @@ fn mean_difference(a: &[f64], b: &[f64]) -> f64 {
 /// Pearson's correlation coefficient.
 fn correlation(pairs: &[(f64, f64)]) -> f64 {
     let n = pairs.len() as f64;
-    let (ma, mb) = (pairs.iter().map(|p| p.0).sum::<f64>() / n, pairs.iter().map(|p| p.1).sum::<f64>() / n);
-    let sum = |f: &dyn Fn(f64, f64) -> f64| pairs.iter().map(|(a, b)| f(a - ma, b - mb)).sum::<f64>();
+    let (mean_a, mean_b) = (pairs.iter().map(|p| p.0).sum::<f64>() / n, pairs.iter().map(|p| p.1).sum::<f64>() / n);
+    let sum = |f: &dyn Fn(f64, f64) -> f64| pairs.iter().map(|(a, b)| f(a - mean_a, b - mean_b)).sum::<f64>();
     sum(&|a, b| a * b) / (sum(&|a, _| a * a) * sum(&|_, b| b * b)).sqrt()
 }
 
 /// From far away no detail is added, even if the effect is requested; near the ground detail is visible and keeps the mean light.
 #[test]
 fn detail_is_visible_where_texels_are_large_and_keeps_the_mean_light() {
-    let far = |effects| light(&draw(&looking_down(20_000.0, DVec2::ZERO, effects)));
-    let (with, without) = (far("+detail"), far("-detail"));
+    let from_far = |effects| light(&draw(&looking_down(20_000.0, DVec2::ZERO, effects)));
+    let (with, without) = (from_far("+detail"), from_far("-detail"));
     let greatest = with.iter().zip(&without).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(greatest < 1e-6 && without.iter().any(|v| *v > 0.1), "from far away: {greatest}");
     for height_km in [0.1, 1.0, 10.0] {
@@ -100,7 +100,7 @@ fn detail_is_visible_where_texels_are_large_and_keeps_the_mean_light() {
 }
 
 /// Correlation of values at the same points of the ground in two views, and of values at displaced points.
-fn correlations(body: NaifId, first: &DrawnFrame, here: &[f64], second: &DrawnFrame, there: &[f64]) -> (f64, f64) {
+fn correlations(body: NaifId, first: &DrawnFrame, first_values: &[f64], second: &DrawnFrame, second_values: &[f64]) -> (f64, f64) {
     let places = [first, second].map(|drawn| drawn.scene.body(body).expect("drawn").placement);
     let sample = |values: &[f64], px: DVec2| {
         // Bilinear interpolation: the ground's points lie between pixels.
@@ -119,16 +119,16 @@ fn correlations(body: NaifId, first: &DrawnFrame, here: &[f64], second: &DrawnFr
             if other.cmplt(DVec2::splat(12.0)).any() || other.cmpgt(DVec2::splat(f64::from(SIDE) - 12.0)).any() {
                 continue;
             }
-            let value = here[y as usize * SIDE as usize + x as usize];
-            same.push((value, sample(there, other)));
-            displaced.push((value, sample(there, other + DVec2::new(7.0, 5.0))));
+            let value = first_values[y as usize * SIDE as usize + x as usize];
+            same.push((value, sample(second_values, other)));
+            displaced.push((value, sample(second_values, other + DVec2::new(7.0, 5.0))));
         }
     }
     (correlation(&same), correlation(&displaced))
 }
 
 /// A frame, and the ratio of each pixel's light with detail to its light without.
-fn ratio_to_plain(request: impl Fn(&str) -> ViewRequest) -> (DrawnFrame, Vec<f64>) {
+fn detail_ratio(request: impl Fn(&str) -> ViewRequest) -> (DrawnFrame, Vec<f64>) {
     let [with, without] = ["+detail", "-detail"].map(|effects| draw(&request(effects)));
     let ratio = light(&with).iter().zip(light(&without)).map(|(a, b)| a / b.max(1e-9)).collect();
     (with, ratio)
@@ -140,10 +140,10 @@ fn ratio_to_plain(request: impl Fn(&str) -> ViewRequest) -> (DrawnFrame, Vec<f64
 fn craters_stay_on_the_ground() {
     for height_km in [0.1, 3.0, 30.0] {
         let shift_km = DVec2::new(0.11, 0.07) * height_km;
-        let [(first, here), (second, there)] =
-            [DVec2::ZERO, shift_km].map(|shift_km| ratio_to_plain(|e| looking_down(height_km, shift_km, e)));
-        let (same, displaced) = correlations(NaifId::MOON, &first, &here, &second, &there);
-        println!("{height_km} km: {same:.3}, beside {displaced:.3}");
+        let [(first, first_ratio), (second, second_ratio)] =
+            [DVec2::ZERO, shift_km].map(|shift_km| detail_ratio(|e| looking_down(height_km, shift_km, e)));
+        let (same, displaced) = correlations(NaifId::MOON, &first, &first_ratio, &second, &second_ratio);
+        println!("{height_km} km: {same:.3}, displaced {displaced:.3}");
         assert!(same > 0.8 && displaced < 0.4, "{height_km} km: {same} {displaced}");
     }
 }
@@ -152,7 +152,7 @@ fn craters_stay_on_the_ground() {
 #[test]
 fn no_crater_appears_suddenly() {
     let mut worst = (0.0, 0.0);
-    let mut full_change = 0.0_f64;
+    let mut detail_change = 0.0_f64;
     let mut height_km = 30.0;
     while height_km > 3.0 {
         let [a, b] = [height_km, height_km * 0.999].map(|h| light(&draw(&looking_down(h, DVec2::ZERO, "+detail"))));
@@ -160,11 +160,11 @@ fn no_crater_appears_suddenly() {
         if change > worst.0 {
             worst = (change, height_km);
         }
-        full_change = full_change.max(mean_difference(&a, &light(&draw(&looking_down(height_km, DVec2::ZERO, "-detail")))) / mean(&a));
+        detail_change = detail_change.max(mean_difference(&a, &light(&draw(&looking_down(height_km, DVec2::ZERO, "-detail")))) / mean(&a));
         height_km *= 0.93;
     }
-    println!("worst change {:.4} at {:.2} km; detail in all {full_change:.3}", worst.0, worst.1);
-    assert!(worst.0 < 0.1 * full_change, "{worst:?}");
+    println!("worst change {:.4} at {:.2} km; detail in all {detail_change:.3}", worst.0, worst.1);
+    assert!(worst.0 < 0.1 * detail_change, "{worst:?}");
 }
 
 /// Detail can be switched off by name, is left out in an eclipse and on gas giants, and the reason is given.
@@ -190,15 +190,15 @@ fn detail_is_for_airless_ground_and_can_be_switched_off() {
 #[test]
 fn hills_and_billows_are_visible_near_the_ground_and_keep_the_mean_light() {
     for (body, radius_km, heights_km) in [(MARS, MARS_KM, [3.0, 20.0, 60.0]), (EARTH, EARTH_KM, [40.0, 80.0, 200.0])] {
-        let with_and_without = |below: DVec3, height_km: f64| {
-            ["", "-detail"].map(|effects| light(&draw(&looking_down_on(body, radius_km, below, height_km, DVec2::ZERO, effects))))
+        let with_and_without = |nadir: DVec3, height_km: f64| {
+            ["", "-detail"].map(|effects| light(&draw(&looking_down_on(body, radius_km, nadir, height_km, DVec2::ZERO, effects))))
         };
-        let [with, without] = with_and_without(slantingly_lit(body, 0.0), 20_000.0);
+        let [with, without] = with_and_without(obliquely_lit(body, 0.0), 20_000.0);
         assert_eq!(with, without, "{body:?} from far away");
         // A frame contains few of the largest clouds: average over nine frames.
         let (mut most_change, mut shifts) = (0.0_f64, Vec::new());
         for (height_km, east_deg) in heights_km.into_iter().flat_map(|h| [-15.0, 0.0, 11.0].map(|e| (h, e))) {
-            let [with, without] = with_and_without(slantingly_lit(body, east_deg), height_km);
+            let [with, without] = with_and_without(obliquely_lit(body, east_deg), height_km);
             let level = mean(&without);
             let (change, shift) = (mean_difference(&with, &without) / level, mean(&with) / level - 1.0);
             println!("{body:?} from {height_km} km: mean {shift:+.3}, change {change:.3}");
@@ -220,12 +220,12 @@ fn hills_and_billows_are_visible_near_the_ground_and_keep_the_mean_light() {
 #[test]
 fn hills_and_billows_stay_in_place() {
     for (body, radius_km, height_km) in [(MARS, MARS_KM, 5.0), (MARS, MARS_KM, 40.0), (EARTH, EARTH_KM, 300.0)] {
-        let below = slantingly_lit(body, 0.0);
+        let nadir = obliquely_lit(body, 0.0);
         let shift_km = DVec2::new(0.05, 0.03) * height_km;
-        let view = |shift_km: DVec2| ratio_to_plain(|effects| looking_down_on(body, radius_km, below, height_km, shift_km, effects));
-        let [(first, here), (second, there)] = [DVec2::ZERO, shift_km].map(view);
-        let (same, displaced) = correlations(body, &first, &here, &second, &there);
-        println!("{body:?} from {height_km} km: {same:.3}, beside {displaced:.3}");
+        let view = |shift_km: DVec2| detail_ratio(|effects| looking_down_on(body, radius_km, nadir, height_km, shift_km, effects));
+        let [(first, first_ratio), (second, second_ratio)] = [DVec2::ZERO, shift_km].map(view);
+        let (same, displaced) = correlations(body, &first, &first_ratio, &second, &second_ratio);
+        println!("{body:?} from {height_km} km: {same:.3}, displaced {displaced:.3}");
         assert!(same > 0.95 && displaced < same - 0.2, "{body:?} from {height_km} km: {same} {displaced}");
     }
 }

@@ -13,7 +13,7 @@ use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Layers, Look, Position, ViewRequest};
 use orrery::time::Instant;
 
-const GREATEST: &str = "2024-04-08T18:17:16Z";
+const GREATEST_ECLIPSE: &str = "2024-04-08T18:17:16Z";
 
 fn view(target: i32, time: &str, layers: Layers) -> ViewRequest {
     ViewRequest {
@@ -27,21 +27,21 @@ fn view(target: i32, time: &str, layers: Layers) -> ViewRequest {
     }
 }
 
-fn path() -> Layers {
+fn path_layer() -> Layers {
     Layers { eclipse_path: true, ..Layers::NONE }
 }
 
-fn pieces(built: &Scene) -> &[LineSegment] {
-    built.ground_lines.first().map_or(&[][..], |(_, pieces)| pieces)
+fn segments(built: &Scene) -> &[LineSegment] {
+    built.ground_lines.first().map_or(&[][..], |(_, segments)| segments)
 }
 
-fn ends_px(built: &Scene, piece: &LineSegment) -> [DVec2; 2] {
-    piece.ends.map(|e| built.camera.pixel_from_clip(e.truncate().as_dvec2()))
+fn ends_px(built: &Scene, segment: &LineSegment) -> [DVec2; 2] {
+    segment.ends.map(|e| built.camera.pixel_from_clip(e.truncate().as_dvec2()))
 }
 
 /// The line segments of the umbra, penumbra or path, selected by colour.
-fn of_colour(built: &Scene, is: fn(DVec3) -> bool) -> Vec<LineSegment> {
-    pieces(built).iter().filter(|p| is(p.colour.as_dvec3())).copied().collect()
+fn lines_of_colour(built: &Scene, is: fn(DVec3) -> bool) -> Vec<LineSegment> {
+    segments(built).iter().filter(|p| is(p.colour.as_dvec3())).copied().collect()
 }
 
 fn is_umbra(colour: DVec3) -> bool {
@@ -60,7 +60,7 @@ fn is_path(colour: DVec3) -> bool {
 /// for the Moon's shadow on the Earth and for the shadow of a moon on Jupiter.
 #[test]
 fn outlines_lie_where_the_shaders_light_changes() {
-    for (target, time) in [(399, GREATEST), (399, "2024-04-08T16:50:00Z"), (599, "2004-03-28T07:40:00Z")] {
+    for (target, time) in [(399, GREATEST_ECLIPSE), (399, "2024-04-08T16:50:00Z"), (599, "2004-03-28T07:40:00Z")] {
         let shaded = ViewRequest {
             pixel_view: PixelView::Eclipse,
             effects: EffectOverrides::parse("+eclipse=limb-darkened,-clouds,-atmosphere").expect("effects"),
@@ -68,39 +68,40 @@ fn outlines_lie_where_the_shaders_light_changes() {
         };
         let drawn = SESSION.draw(&shaded, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("drawn");
         let light = |at: DVec2| f64::from(drawn.frame.hdr[at.y as usize * 900 + at.x as usize][1]);
-        let built = SESSION.scene(&view(target, time, path())).expect("a scene");
+        let built = SESSION.scene(&view(target, time, path_layer())).expect("a scene");
         let placement = built.body(NaifId(target)).expect("in the catalog").placement;
-        for (edge, what) in [(is_umbra as fn(DVec3) -> bool, "umbra"), (is_penumbra, "penumbra")] {
-            let outline = of_colour(&built, edge);
-            assert!(outline.len() > 10, "{target} {time}: {} pieces of the {what}", outline.len());
-            let (mut seen, mut wrong) = (0, 0);
-            for piece in &outline {
-                let [a, b] = ends_px(&built, piece);
+        for (is_outline, outline_name) in [(is_umbra as fn(DVec3) -> bool, "umbra"), (is_penumbra, "penumbra")] {
+            let outline = lines_of_colour(&built, is_outline);
+            assert!(outline.len() > 10, "{target} {time}: {} segments of the {outline_name}", outline.len());
+            let (mut checked, mut wrong) = (0, 0);
+            for segment in &outline {
+                let [a, b] = ends_px(&built, segment);
                 let (middle, across) = (0.5 * (a + b), (b - a).perp().normalize_or_zero());
-                // On steep ground near the limb, a pixel covers a long distance.
-                let steep = |at: DVec2| {
+                // Near the limb the ground is seen at a grazing angle, and a pixel covers a long distance.
+                let is_steep = |at: DVec2| {
                     built
                         .camera
                         .surface_under_pixel(&placement, at)
                         .is_none_or(|unit| unit.dot(placement.camera_in_unit_sphere().normalize()) < 0.3)
                 };
                 let sides = [middle + 2.0 * across, middle - 2.0 * across];
-                if across == DVec2::ZERO || sides.iter().any(|at| steep(*at)) {
+                if across == DVec2::ZERO || sides.iter().any(|at| is_steep(*at)) {
                     continue;
                 }
                 let [low, high] = {
                     let [one, other] = sides.map(light);
                     [one.min(other), one.max(other)]
                 };
-                seen += 1;
-                wrong += usize::from(if what == "umbra" { low > 1e-6 || high < 1e-5 } else { high < 1.0 - 1e-4 || low > 1.0 - 1e-6 });
+                checked += 1;
+                wrong +=
+                    usize::from(if outline_name == "umbra" { low > 1e-6 || high < 1e-5 } else { high < 1.0 - 1e-4 || low > 1.0 - 1e-6 });
             }
-            println!("{target} {time}: {what}: {seen} pieces, {wrong} wrong");
+            println!("{target} {time}: {outline_name}: {checked} segments, {wrong} wrong");
             // A small umbra is only a few pixels wide: some points two pixels to the side lie beyond its other edge.
-            assert!(seen > 5 && wrong * 20 <= seen, "{target} {time}, {what}: {wrong} of {seen}");
+            assert!(checked > 5 && wrong * 20 <= checked, "{target} {time}, {outline_name}: {wrong} of {checked}");
         }
         // The comparison must be able to fail: where there is one umbra, a pixel in its middle is not on its edge.
-        let outline = of_colour(&built, is_umbra);
+        let outline = lines_of_colour(&built, is_umbra);
         let middle = outline.iter().map(|p| ends_px(&built, p)[0]).sum::<DVec2>() / outline.len() as f64;
         assert!(
             target == 599 || light(middle) < 2e-3 && light(middle + DVec2::new(300.0, 0.0)) > 2e-3,
@@ -114,9 +115,9 @@ fn outlines_lie_where_the_shaders_light_changes() {
 /// the drawn line (the table's lunar radius differs by 0.1 km, its Delta T by a second).
 #[test]
 fn the_path_of_2024_runs_through_the_points_of_the_table() {
-    let built = SESSION.scene(&ViewRequest { width: 4000, height: 4000, ..view(399, GREATEST, path()) }).expect("a scene");
+    let built = SESSION.scene(&ViewRequest { width: 4000, height: 4000, ..view(399, GREATEST_ECLIPSE, path_layer()) }).expect("a scene");
     let placement = built.body(NaifId::EARTH).expect("in the catalog").placement;
-    let line = of_colour(&built, is_path);
+    let line = lines_of_colour(&built, is_path);
     let distance_km = |latitude_deg: f64, longitude_deg: f64| {
         let (ground, _) = ground_point_km(placement.radii_km, latitude_deg, longitude_deg, 0.0);
         let at = built.camera.pixel_of_surface(&placement, ground / placement.radii_km).expect("on the near side");
@@ -130,12 +131,12 @@ fn the_path_of_2024_runs_through_the_points_of_the_table() {
     };
     // Greatest eclipse 18:17:16: 25 deg 17.4' N, 104 deg 08.3' W.
     assert!(distance_km(25.29, -104.138) < 4.0, "{}", distance_km(25.29, -104.138));
-    // The limits lie half the path's width of 198 km to either side of the centre line; between limit and centre line there is no line.
+    // The limits lie half the path's width of 198 km to either side of the centre line; between them there is no line.
     assert!(distance_km(25.29 + 0.45, -104.138) > 20.0);
     assert!(built.sky.iter().any(|d| d.feature == "eclipse-path" && d.on && d.reason.contains("Moon")), "{:?}", built.sky);
     // One day earlier there is no path, and the reason says so.
-    let before = SESSION.scene(&view(399, "2024-04-07T12:00:00Z", path())).expect("a scene");
-    assert!(pieces(&before).is_empty() && before.sky.iter().any(|d| d.feature == "eclipse-path" && !d.on), "{:?}", before.sky);
+    let before = SESSION.scene(&view(399, "2024-04-07T12:00:00Z", path_layer())).expect("a scene");
+    assert!(segments(&before).is_empty() && before.sky.iter().any(|d| d.feature == "eclipse-path" && !d.on), "{:?}", before.sky);
 }
 
 /// The lines of a cone begin at the Moon and end at the Earth. With the Moon as target the cone is the Moon's own, which contains the Earth during an eclipse.
@@ -149,7 +150,7 @@ fn cones_reach_from_the_moon_to_the_earth() {
         width: 1000,
         height: 1000,
         layers: Layers { eclipse_cones: true, ..Layers::NONE },
-        ..ViewRequest::of(target, Instant::parse(GREATEST).expect("a time"))
+        ..ViewRequest::of(target, Instant::parse(GREATEST_ECLIPSE).expect("a time"))
     };
     for target in [NaifId::EARTH, NaifId::MOON] {
         let built = SESSION.scene(&request(target)).expect("a scene");
@@ -159,13 +160,13 @@ fn cones_reach_from_the_moon_to_the_earth() {
         };
         let pixel_km = built.camera.pixel_tangent() * 9.5e5;
         for (body, radius_km) in [(NaifId::MOON, 1737.0), (NaifId::EARTH, 6378.0)] {
-            let ends = built
+            let nearest_km = built
                 .lines
                 .iter()
                 .flat_map(|p| ends_px(&built, p))
                 .map(|at| at.distance(px(body)) * pixel_km)
                 .fold(f64::INFINITY, f64::min);
-            assert!(ends < 1.2 * radius_km, "{target:?}: nearest line {ends} km from {body:?}");
+            assert!(nearest_km < 1.2 * radius_km, "{target:?}: nearest line {nearest_km} km from {body:?}");
         }
         assert!(built.lines.iter().all(|p| p.ends.iter().all(|e| e.is_finite() && e.z > 0.0)), "{target:?}");
         assert!(built.sky.iter().any(|d| d.feature == "eclipse-cones" && d.on), "{:?}", built.sky);

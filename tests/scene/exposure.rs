@@ -39,27 +39,27 @@ fn white_and_mean_levels(request: &ViewRequest) -> (f64, [f64; 2]) {
 #[test]
 fn a_lit_planet_limits_the_exposure_of_its_eclipsed_moon() {
     let io_at_fov = |fov_deg| request(IO, "2025-03-01T13:00:00Z", Position::Centre(NaifId::EARTH), Some(fov_deg));
-    let (alone, beside) = (io_at_fov(0.004), io_at_fov(0.03));
+    let (alone, next_to_jupiter) = (io_at_fov(0.004), io_at_fov(0.03));
     let stops_gained = |r: &ViewRequest| scene(r).exposure.stops - scene(&without_eclipse(r)).exposure.stops;
     assert!(stops_gained(&alone) > 13.0, "{}", stops_gained(&alone));
-    assert!((-0.1..1.5).contains(&stops_gained(&beside)), "{}", stops_gained(&beside));
-    let reason = scene(&beside).exposure.reason;
+    assert!((-0.1..1.5).contains(&stops_gained(&next_to_jupiter)), "{}", stops_gained(&next_to_jupiter));
+    let reason = scene(&next_to_jupiter).exposure.reason;
     assert!(reason.starts_with("Jupiter"), "{reason}");
-    let (white, _) = white_and_mean_levels(&beside);
+    let (white, _) = white_and_mean_levels(&next_to_jupiter);
     assert!(white < 0.01, "{white} of the frame is white");
     // With the exposure for Io alone, Jupiter would be burnt out: the check above can fail.
-    let stops = scene(&without_eclipse(&beside)).exposure.stops + stops_gained(&alone);
-    let (white, _) = white_and_mean_levels(&ViewRequest { exposure: ExposureRequest::Stops(stops), ..beside.clone() });
+    let stops = scene(&without_eclipse(&next_to_jupiter)).exposure.stops + stops_gained(&alone);
+    let (white, _) = white_and_mean_levels(&ViewRequest { exposure: ExposureRequest::Stops(stops), ..next_to_jupiter.clone() });
     assert!(white > 0.05, "{white} of the frame is white");
     // As Jupiter moves into the frame, the exposure decreases towards that of a lit Io and never falls below it.
-    let mut last = f64::MAX;
+    let mut previous = f64::MAX;
     for k in 0..20 {
         let r = io_at_fov(0.008 + 0.001 * f64::from(k));
         let stops_gained = stops_gained(&r);
-        assert!(stops_gained > -0.1 && stops_gained < last + 0.5, "{stops_gained} after {last} at {:?}", r.fov_deg);
-        last = stops_gained;
+        assert!(stops_gained > -0.1 && stops_gained < previous + 0.5, "{stops_gained} after {previous} at {:?}", r.fov_deg);
+        previous = stops_gained;
     }
-    assert!(last < 2.0, "{last}");
+    assert!(previous < 2.0, "{previous}");
 }
 
 /// The eclipsed Moon of 8 November 2022 is exposed for the shadow and looks red, both alone in front of the stars and next to the Earth's night side;
@@ -67,11 +67,11 @@ fn a_lit_planet_limits_the_exposure_of_its_eclipsed_moon() {
 #[test]
 fn the_exposure_shows_the_red_moon_unless_the_earths_day_side_is_in_view() {
     let time = "2022-11-08T11:00:00Z";
-    let red = request(NaifId::MOON, time, Position::Over { towards: None, distance_radii: None }, None);
-    let (white, [r, b]) = white_and_mean_levels(&red);
+    let eclipsed_moon = request(NaifId::MOON, time, Position::Over { towards: None, distance_radii: None }, None);
+    let (white, [r, b]) = white_and_mean_levels(&eclipsed_moon);
     assert!(white < 0.01 && r > 100.0 && r > 2.0 * b, "{white} of the frame is white, {r} red and {b} blue");
     let stops_gained = |r: &ViewRequest| scene(r).exposure.stops - scene(&without_eclipse(r)).exposure.stops;
-    assert!(stops_gained(&red) > 8.0, "{}", stops_gained(&red));
+    assert!(stops_gained(&eclipsed_moon) > 8.0, "{}", stops_gained(&eclipsed_moon));
     let from_earth = |sunward_radii: f64| {
         let base = scene(&request(NaifId::MOON, time, Position::Centre(NaifId::EARTH), Some(1.0)));
         let away = base.body(NaifId::MOON).expect("the Moon").placement.centre_km.normalize();
@@ -84,20 +84,20 @@ fn the_exposure_shows_the_red_moon_unless_the_earths_day_side_is_in_view() {
     assert!(day < 1.5, "next to the day side: {day}");
 }
 
-/// Visible fraction of the Sun's disc behind an ellipsoid, from rays to 4000 points of the disc.
+/// Visible fraction of the Sun's disc behind an ellipsoid, sampled by rays to 4000 points of the disc.
 fn visible_fraction_by_rays(body: &Placement, sun: &Placement) -> f64 {
     const RAYS: usize = 4000;
     let towards = sun.centre_km.normalize();
     let (x, y) = towards.any_orthonormal_pair();
     let radius = (sun.radii_km.x / sun.centre_km.length()).asin();
     let origin = body.camera_in_unit_sphere();
-    let passes = |k: &usize| {
+    let is_unblocked = |k: &usize| {
         let (sin, cos) = (*k as f64 * 2.399_963).sin_cos();
-        let at = DVec2::new(cos, sin) * radius * ((*k as f64 + 0.5) / RAYS as f64).sqrt();
-        let w = body.direction_in_unit_sphere(towards + x * at.x + y * at.y).normalize();
+        let offset = DVec2::new(cos, sin) * radius * ((*k as f64 + 0.5) / RAYS as f64).sqrt();
+        let w = body.direction_in_unit_sphere(towards + x * offset.x + y * offset.y).normalize();
         origin.dot(w) > 0.0 || origin.cross(w).length() > 1.0
     };
-    (0..RAYS).filter(passes).count() as f64 / RAYS as f64
+    (0..RAYS).filter(is_unblocked).count() as f64 / RAYS as f64
 }
 
 /// The Sun emerges from behind Phobos, whose longest axis is about 1.5 times its shortest: the glow is proportional to the visible fraction of the
@@ -109,23 +109,23 @@ fn a_partly_hidden_sun_glows_in_proportion_to_its_visible_part() {
     let lit = scene(&request(PHOBOS, time, Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(6.0) }, None));
     let body = lit.body(PHOBOS).expect("Phobos").placement;
     let sun = (body.body_from_icrf * lit.body(NaifId::SUN).expect("the Sun").placement.centre_km).normalize();
-    for aside in [sun.cross(DVec3::Z).normalize(), sun.cross(DVec3::Z).cross(sun).normalize()] {
-        let (mut none, mut part, mut whole) = (0, 0, 0);
+    for sideways in [sun.cross(DVec3::Z).normalize(), sun.cross(DVec3::Z).cross(sun).normalize()] {
+        let (mut hidden, mut partial, mut unhidden) = (0, 0, 0);
         for k in 0..70 {
-            let offset_km = aside * (8.0 + 0.1 * f64::from(k)) - sun * 60.0;
+            let offset_km = sideways * (8.0 + 0.1 * f64::from(k)) - sun * 60.0;
             let position = Position::Offset { body: PHOBOS, offset_km, axes: Axes::BodyFixed };
             let scene = scene(&ViewRequest { exposure: ExposureRequest::Stops(0.0), ..request(PHOBOS, time, position, Some(60.0)) });
             let sun = scene.body(NaifId::SUN).expect("the Sun").placement;
             let expected = visible_fraction_by_rays(&scene.body(PHOBOS).expect("Phobos").placement, &sun);
-            let full = glow::VEILING_GLARE * (orrery::units::KM_PER_AU / sun.centre_km.length()).powi(2);
-            let seen = scene.glow.map_or(0.0, |g| f64::from(g.strength.x) / full);
-            assert!((seen - expected).abs() < 0.03, "{k} along {aside}: {seen}, {expected} by rays");
+            let unhidden_glow = glow::VEILING_GLARE * (orrery::units::KM_PER_AU / sun.centre_km.length()).powi(2);
+            let glow_fraction = scene.glow.map_or(0.0, |g| f64::from(g.strength.x) / unhidden_glow);
+            assert!((glow_fraction - expected).abs() < 0.03, "{k} along {sideways}: {glow_fraction}, {expected} by rays");
             match expected {
-                0.0 => none += 1,
-                1.0 => whole += 1,
-                _ => part += 1,
+                0.0 => hidden += 1,
+                1.0 => unhidden += 1,
+                _ => partial += 1,
             }
         }
-        assert!(none > 5 && part > 1 && whole > 5, "{none} {part} {whole}");
+        assert!(hidden > 5 && partial > 1 && unhidden > 5, "{hidden} {partial} {unhidden}");
     }
 }

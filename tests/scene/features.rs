@@ -64,14 +64,15 @@ fn names_are_placed_on_their_features() {
             request.position = Position::Offset { body: NaifId(499), offset_km: towards, axes: orrery::scene::request::Axes::BodyFixed };
         }
         let scene = scene(&request);
-        let place = scene.body(NaifId(body)).expect("it").placement;
-        let axis_ratio = place.radii_km.z / place.radii_km.x;
+        let placement = scene.body(NaifId(body)).expect("it").placement;
+        let axis_ratio = placement.radii_km.z / placement.radii_km.x;
         let planetographic_deg =
             if body == 499 { (f64::to_radians(lat).tan() / (axis_ratio * axis_ratio)).atan().to_degrees() } else { lat };
-        let expected = scene.camera.pixel_of_surface(&place, unit_point(place.radii_km, planetographic_deg, lon)).expect("on this side");
+        let expected =
+            scene.camera.pixel_of_surface(&placement, unit_point(placement.radii_km, planetographic_deg, lon)).expect("on this side");
         let found = middle(layer(&scene), name).unwrap_or_else(|| panic!("{name} has no name: {:?}", layer(&scene).margin.texts));
         assert!(found.distance(expected) < 3.0, "{name}: {found}, {expected}");
-        let mirrored = scene.camera.pixel_of_surface(&place, unit_point(place.radii_km, planetographic_deg, -lon));
+        let mirrored = scene.camera.pixel_of_surface(&placement, unit_point(placement.radii_km, planetographic_deg, -lon));
         assert!(mirrored.is_none_or(|m| m.distance(found) > 30.0), "{name}: a map mirrored in longitude would pass too");
     }
 }
@@ -79,14 +80,14 @@ fn names_are_placed_on_their_features() {
 /// At every zoom, on bodies with many names: no two names overlap, all are inside the picture and on the near side, and larger features come first.
 #[test]
 fn names_do_not_overlap_and_are_on_the_near_side() {
-    let mut most = 0;
+    let mut most_names = 0;
     for (body, distance) in [(301, 40.0), (301, 6.0), (301, 3.0), (301, 1.3), (499, 6.0), (299, 8.0), (606, 8.0), (199, 3.0), (401, 4.0)] {
         let scene = scene(&view(body, "+features,+labels,+caption,+scale-bar,+compass", Some(distance)));
         let layer = layer(&scene);
         let rects = rects(layer);
-        most = most.max(rects.len());
+        most_names = most_names.max(rects.len());
         let texts = &layer.margin.texts;
-        let place = scene.body(NaifId(body)).expect("it").placement;
+        let placement = scene.body(NaifId(body)).expect("a body").placement;
         let name = &SESSION.catalog().body(NaifId(body)).expect("it").name;
         for (k, a) in rects[..texts.len()].iter().enumerate() {
             assert!(a.least.min_element() >= 0.0 && a.most.cmple(DVec2::splat(1024.0)).all(), "{body} {distance}: {:?}", texts[k]);
@@ -96,11 +97,11 @@ fn names_do_not_overlap_and_are_on_the_near_side() {
         }
         for text in texts {
             let Some(f) = nomenclature::features(name).iter().find(|f| f.name == text.text) else { continue };
-            let unit = (f.direction / place.radii_km).normalize();
-            assert!(place.camera_in_unit_sphere().dot(unit) > 1.0, "{} is on the far side", f.name);
+            let unit = (f.direction / placement.radii_km).normalize();
+            assert!(placement.camera_in_unit_sphere().dot(unit) > 1.0, "{} is on the far side", f.name);
         }
     }
-    assert!(most > 30, "{most}");
+    assert!(most_names > 30, "{most_names}");
 }
 
 /// From the Earth, all six landing sites are named once the Moon is large enough, and none while the Moon is small.
@@ -118,23 +119,23 @@ fn apollo_sites_are_named_by_zoom() {
 /// full.
 #[test]
 fn names_are_steady_while_the_view_moves() {
-    let mut last: Option<Scene> = None;
+    let mut previous: Option<Scene> = None;
     let (mut changes, mut names) = (0, 0);
     for k in 0..30 {
         let scene = scene(&view(301, "+features", Some(5.0 * 0.999_f64.powi(k))));
-        if let Some(before) = &last {
+        if let Some(before) = &previous {
             let names_of = |s: &Scene| layer(s).margin.texts.iter().map(|t| t.text.clone()).collect::<BTreeSet<_>>();
-            let (a, b) = (names_of(before), names_of(&scene));
-            changes += a.symmetric_difference(&b).count();
-            names += b.len();
-            for name in a.intersection(&b) {
+            let (earlier, later) = (names_of(before), names_of(&scene));
+            changes += earlier.symmetric_difference(&later).count();
+            names += later.len();
+            for name in earlier.intersection(&later) {
                 let [from, to] = [before, &scene].map(|s| middle(layer(s), name).expect("there"));
                 assert!(from.distance(to) < 1.5, "{name}: {from} to {to}");
             }
         }
-        last = Some(scene);
+        previous = Some(scene);
     }
-    println!("{changes} of {names} names came or went");
+    println!("{changes} of {names} names appeared or disappeared");
     assert!(changes * 25 < names, "{changes} of {names}");
 }
 
@@ -174,11 +175,11 @@ fn caption_and_compass_describe_the_view() {
         let layer = layer(scene);
         middle(layer, "N").expect("a compass") - layer.margin.rings[0]
     };
-    let up = north(&shown);
-    assert!(up.y < -10.0 && up.x.abs() < 0.05 * up.y.abs(), "{up}");
+    let to_north = north(&shown);
+    assert!(to_north.y < -10.0 && to_north.x.abs() < 0.05 * to_north.y.abs(), "{to_north}");
     let pole = SESSION.ephemeris().body_from_icrf(NaifId(699), shown.time).expect("axes").row(2);
-    let down = orrery::scene::request::Up::Along { direction: -pole, axes: orrery::scene::request::Axes::Icrf };
-    let turned = scene(&ViewRequest { up: down, ..view(699, "+compass", Some(20.0)) });
+    let south_up = orrery::scene::request::Up::Along { direction: -pole, axes: orrery::scene::request::Axes::Icrf };
+    let turned = scene(&ViewRequest { up: south_up, ..view(699, "+compass", Some(20.0)) });
     assert!(north(&turned).y > 10.0);
     assert!(scene(&view(MOON.0, "", Some(5.0))).labels.is_none());
 }

@@ -8,7 +8,7 @@ use orrery::render::software::program::LaneInput;
 
 const LANES: usize = 128;
 
-/// Runs a function of the fragment for many inputs of four numbers each.
+/// A call of a function of lib/glint.wesl, evaluated for many inputs of four numbers each.
 struct Fragment {
     program: orrery::render::software::program::Program,
 }
@@ -51,14 +51,14 @@ fn hemisphere(incidence_deg: f64, slope_sq: f64) -> Vec<[f64; 4]> {
     let (n, around) = (300, 180);
     let (sin_sun, cos_sun) = incidence_deg.to_radians().sin_cos();
     let sun = glam::DVec3::new(sin_sun, 0.0, cos_sun);
-    let place = |k: usize| {
+    let arguments = |k: usize| {
         let mu = (f64::from((k / around) as u32) + 0.5) / f64::from(n);
         let azimuth = (f64::from((k % around) as u32) + 0.5) / around as f64 * std::f64::consts::TAU;
-        let across = (1.0 - mu * mu).sqrt();
-        let half = (glam::DVec3::new(across * azimuth.cos(), across * azimuth.sin(), mu) + sun).normalize();
+        let horizontal = (1.0 - mu * mu).sqrt();
+        let half = (glam::DVec3::new(horizontal * azimuth.cos(), horizontal * azimuth.sin(), mu) + sun).normalize();
         [half.z, cos_sun, mu, slope_sq]
     };
-    (0..n as usize * around).map(place).collect()
+    (0..n as usize * around).map(arguments).collect()
 }
 
 /// Ratio of reflected to arriving light for facets that are perfect mirrors.
@@ -75,19 +75,19 @@ fn waves_reflect_nearly_all_light_and_never_more() {
     for slope_sq in [0.008, 0.0286, 0.1] {
         for incidence_deg in [0.0, 30.0, 60.0, 75.0, 85.0] {
             let points = hemisphere(incidence_deg, slope_sq);
-            let part = reflected_fraction(&points, &fragment.run(&points));
-            println!("slope² {slope_sq}, {incidence_deg} deg: {part:.4}");
+            let fraction = reflected_fraction(&points, &fragment.run(&points));
+            println!("slope² {slope_sq}, {incidence_deg} deg: {fraction:.4}");
             let least = if incidence_deg > 80.0 { 0.79 } else { 0.89 };
-            assert!((least..1.005).contains(&part), "slope² {slope_sq}, {incidence_deg} deg: {part}");
+            assert!((least..1.005).contains(&fraction), "slope² {slope_sq}, {incidence_deg} deg: {fraction}");
         }
     }
     // Without the shadowing term more light would leave than arrives.
     let points = hemisphere(85.0, 0.0286);
-    let bare = |p: &[f64; 4]| ((1.0 - 1.0 / (p[0] * p[0])) / p[3]).exp() / (p[3] * p[0].powi(4)) / (4.0 * p[2]);
-    assert!(reflected_fraction(&points, &points.iter().map(bare).collect::<Vec<_>>()) > 1.05);
+    let without_shadowing = |p: &[f64; 4]| ((1.0 - 1.0 / (p[0] * p[0])) / p[3]).exp() / (p[3] * p[0].powi(4)) / (4.0 * p[2]);
+    assert!(reflected_fraction(&points, &points.iter().map(without_shadowing).collect::<Vec<_>>()) > 1.05);
 }
 
-/// Cox and Munk 1954: the probability of a facet's slope falls with exp(-tan² / slope²), so to half at tan² = slope² ln 2.
+/// Cox and Munk 1954: the probability of a facet's slope falls with exp(-tan² / slope²): to half at tan² = slope² ln 2.
 #[test]
 fn the_glint_is_as_wide_as_the_slopes() {
     let slope_sq = 0.003 + 0.005_12 * 5.0;
@@ -96,9 +96,9 @@ fn the_glint_is_as_wide_as_the_slopes() {
         // The camera is in the Sun's direction, at most 10 degrees off the normal, so no facet is hidden.
         lobe().run(&[[cos_half, cos_half, cos_half, slope_sq]])[0] * cos_half.powi(5)
     };
-    let (peak, half, double) = (facing(0.0), facing(slope_sq * std::f64::consts::LN_2), facing(2.0 * slope_sq * std::f64::consts::LN_2));
+    let (peak, half, quarter) = (facing(0.0), facing(slope_sq * std::f64::consts::LN_2), facing(2.0 * slope_sq * std::f64::consts::LN_2));
     assert!((peak * 4.0 * slope_sq - 1.0).abs() < 1e-6, "{peak}");
-    assert!((half / peak - 0.5).abs() < 0.005 && (double / peak - 0.25).abs() < 0.005, "{half} {double} of {peak}");
+    assert!((half / peak - 0.5).abs() < 0.005 && (quarter / peak - 0.25).abs() < 0.005, "{half} {quarter} of {peak}");
 }
 
 #[test]
@@ -112,9 +112,9 @@ fn fresnel_reflectance_follows_the_formulas() {
     };
     for deg in 0..90 {
         let angle = f64::from(deg).to_radians();
-        let ours = fragment.run(&[[(2.0 * angle).cos(), 0.0, 0.0, 0.0]])[0];
+        let approximate = fragment.run(&[[(2.0 * angle).cos(), 0.0, 0.0, 0.0]])[0];
         let bound = if deg <= 60 { 0.01 } else { 0.06 };
-        assert!((ours - exact(angle.cos())).abs() < bound, "{deg} deg: {ours} against {}", exact(angle.cos()));
+        assert!((approximate - exact(angle.cos())).abs() < bound, "{deg} deg: {approximate} against {}", exact(angle.cos()));
     }
     // The reflectance depends on the angle: a constant would fail.
     assert!(exact(80_f64.to_radians().cos()) > 0.02 + 0.06);

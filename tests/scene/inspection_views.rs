@@ -10,9 +10,9 @@ use orrery::scene::request::{Position, ViewRequest};
 use orrery::scene::{Scene, SubPoint};
 use orrery::time::Instant;
 
-/// Odd, so that the centre of the middle pixel is the centre of the picture.
+/// Odd, so that the middle pixel's centre is the centre of the picture.
 const SIDE: u32 = 97;
-const MIDDLE: usize = (48 * 97 + 48) as usize;
+const MIDDLE: usize = 48 * 97 + 48;
 
 struct Picture {
     scene: Scene,
@@ -78,12 +78,12 @@ fn the_middle_of_the_moon_has_its_known_numbers() {
     let depth = draw_view(PixelView::Depth);
     let moon = depth.scene.body(NaifId::MOON).expect("the Moon").clone();
     assert_near(&depth.middle(), &[1.0; 3], 1e-3, "nearest");
-    let here = unit(moon.sub_viewer);
-    assert_near(&draw_view(PixelView::Normal).middle(), &here.map(|v| 0.5 + 0.5 * v), 2e-3, "normal");
+    let sub_viewer = unit(moon.sub_viewer);
+    assert_near(&draw_view(PixelView::Normal).middle(), &sub_viewer.map(|v| 0.5 + 0.5 * v), 2e-3, "normal");
     let (u, v) = (0.5 + moon.sub_viewer.longitude_deg / 360.0, 0.5 - moon.sub_viewer.latitude_deg / 180.0);
-    assert_near(&draw_view(PixelView::Uv).middle(), &[u, v, 0.0], 2e-3, "map place");
+    assert_near(&draw_view(PixelView::Uv).middle(), &[u, v, 0.0], 2e-3, "map coordinates");
     let sun = moon.sub_solar.expect("the Sun shines on it");
-    let cosine: f64 = unit(sun).iter().zip(here).map(|(a, b)| a * b).sum();
+    let cosine: f64 = unit(sun).iter().zip(sub_viewer).map(|(a, b)| a * b).sum();
     // The Moon's distance from the Sun is within 1.6 % of the Earth's, which is 1.003 au on that day.
     assert_near(&draw_view(PixelView::Sunlight).middle(), &[cosine.max(0.0) / 1.006; 3], 0.02, "sunlight");
     assert_near(&draw_view(PixelView::Eclipse).middle(), &[1.0; 3], 0.0, "no eclipse");
@@ -94,30 +94,30 @@ fn the_middle_of_the_moon_has_its_known_numbers() {
 fn pixel_views_of_eclipse_ring_and_air_show_transmittance() {
     let eclipse = drawn(399, 3.0, DAY, PixelView::Eclipse);
     let on_ground = |p: &&[f32; 4]| p[3] > 0.999 && p[..3].iter().any(|v| *v > 0.0);
-    let least = eclipse.hdr.iter().filter(on_ground).map(|p| p[1]).fold(1.0, f32::min);
-    let most = eclipse.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
-    assert!(least < 0.1 && (most - 1.0).abs() < 1e-3, "the Moon's shadow leaves {least}, elsewhere {most}");
+    let smallest = eclipse.hdr.iter().filter(on_ground).map(|p| p[1]).fold(1.0, f32::min);
+    let greatest = eclipse.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
+    assert!(smallest < 0.1 && (greatest - 1.0).abs() < 1e-3, "the Moon's shadow leaves {smallest}, elsewhere {greatest}");
 
     // Straight down, Rayleigh scattering over the sea has an optical depth of 0.24 at 450 nm and 0.05 at 650 nm (Bucholtz 1995, tables); haze
     // adds to both.
     let air = drawn(399, 3.0, DAY, PixelView::OpticalDepth);
     let [r, g, b] = air.middle();
     assert!(0.05 < r && r < g && g < b && (0.2..0.6).contains(&b), "{r} {g} {b}");
-    let limb = air.hdr.iter().map(|p| p[2]).fold(0.0, f32::max);
-    assert!(f64::from(limb) > 4.0 * b, "{limb} along the limb");
+    let limb_depth = air.hdr.iter().map(|p| p[2]).fold(0.0, f32::max);
+    assert!(f64::from(limb_depth) > 4.0 * b, "{limb_depth} along the limb");
 
     // The B ring is nearly opaque (normal depth 1 to 2.5 and more) and the Cassini Division is not; the picture contains both.
     let rings = drawn(699, 5.0, "2017-05-17T00:00:00Z", PixelView::OpticalDepth);
-    let thick = rings.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
-    assert!(thick > 1.0, "optical depth {thick}");
+    let greatest_depth = rings.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
+    assert!(greatest_depth > 1.0, "optical depth {greatest_depth}");
     let shadow = drawn(699, 5.0, "2017-05-17T00:00:00Z", PixelView::Ring);
-    let globe = 48 * SIDE as usize + 38..48 * SIDE as usize + 59;
-    assert!(shadow.hdr[globe].iter().any(|p| p[1] > 0.0));
+    let across_globe = 48 * SIDE as usize + 38..48 * SIDE as usize + 59;
+    assert!(shadow.hdr[across_globe].iter().any(|p| p[1] > 0.0));
 }
 
 #[test]
 fn cost_counts_what_ran() {
-    let with = |effects: &str, view| {
+    let draw_with = |effects: &str, view| {
         let request = ViewRequest {
             position: Position::Over { towards: None, distance_radii: Some(3.0) },
             effects: EffectOverrides::parse(effects).expect("effects"),
@@ -128,13 +128,13 @@ fn cost_counts_what_ran() {
         };
         SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 8 }, true).expect("drawn").frame.hdr
     };
-    let plain = with("-normal,-atmosphere,-clouds,-cloud-shadow,-eclipse,-night,-specular", PixelView::Cost);
-    let full = with("", PixelView::Cost);
-    let (one, all) = (plain[MIDDLE], full[MIDDLE]);
+    let albedo_only = draw_with("-normal,-atmosphere,-clouds,-cloud-shadow,-eclipse,-night,-specular", PixelView::Cost);
+    let all_effects = draw_with("", PixelView::Cost);
+    let (one, all) = (albedo_only[MIDDLE], all_effects[MIDDLE]);
     assert!(one[0] > 50.0 && one[0].fract() == 0.0, "{one:?}");
     assert_eq!(one[1], 1024.0, "one read: the albedo map");
     assert!(all[0] > 2.0 * one[0] && all[1] > one[1], "{all:?} with everything, {one:?} without");
-    assert_eq!(full[0], [0.0, 0.0, 0.0, 1.0], "nothing is drawn in the corner");
+    assert_eq!(all_effects[0], [0.0, 0.0, 0.0, 1.0], "nothing is drawn in the corner");
 }
 
 #[test]

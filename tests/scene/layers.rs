@@ -23,39 +23,41 @@ fn jupiter(orbits: bool) -> ViewRequest {
 fn lines_run_before_and_behind_the_planet() {
     let sampling = SamplingQuality { samples: 4, anisotropy: 1 };
     let draw = |orbits: bool| SESSION.draw(&jupiter(orbits), sampling, true).expect("drawn");
-    let (plain, lined) = (draw(false), draw(true));
-    assert!(plain.scene.orbits.is_empty() && lined.scene.orbits.len() > 12, "{} arcs", lined.scene.orbits.len());
+    let (plain, with_orbits) = (draw(false), draw(true));
+    assert!(plain.scene.orbits.is_empty() && with_orbits.scene.orbits.len() > 12, "{} arcs", with_orbits.scene.orbits.len());
     assert!(plain.scene.bodies.iter().flat_map(|b| &b.decisions).all(|d| d.feature != "orbit"), "no orbit was requested");
-    let camera = &lined.scene.camera;
-    let planet = lined.scene.body(JUPITER).expect("in the catalog");
+    let camera = &with_orbits.scene.camera;
+    let planet = with_orbits.scene.body(JUPITER).expect("in the catalog");
     let centre = camera.pixel_from_clip(camera.clip(planet.placement.centre_km).expect("in front"));
     let depth = orrery::scene::camera::NEAR_DEPTH_KM / planet.placement.centre_km.dot(camera.forward);
-    let changed = |at: DVec2| {
+    let is_changed = |at: DVec2| {
         let k = at.y as usize * camera.width as usize + at.x as usize;
-        (0..3).any(|c| (plain.frame.hdr[k][c] - lined.frame.hdr[k][c]).abs() > 1e-3)
+        (0..3).any(|c| (plain.frame.hdr[k][c] - with_orbits.frame.hdr[k][c]).abs() > 1e-3)
     };
-    let (mut before, mut behind, mut beside) = ((0, 0), (0, 0), (0, 0));
-    let parts = (0..16).map(|k| (f64::from(k) + 0.5) / 16.0);
-    for place in lined.scene.orbits.iter().flat_map(|arc| parts.clone().map(move |part| arc.clip(part))) {
+    // Numbers of changed points and of all points.
+    let (mut in_front, mut behind, mut beside) = ((0, 0), (0, 0), (0, 0));
+    let arc_fractions = (0..16).map(|k| (f64::from(k) + 0.5) / 16.0);
+    for place in with_orbits.scene.orbits.iter().flat_map(|arc| arc_fractions.clone().map(move |fraction| arc.clip(fraction))) {
         let at = camera.pixel_from_clip(place.truncate());
         if at.min_element() < 0.0 || at.max_element() >= 256.0 {
             continue;
         }
         let from_centre = (at - centre).length() / (0.5 * planet.diameter_px);
         let count = match (from_centre, place.z > depth) {
-            (..0.8, true) => &mut before,
+            (..0.8, true) => &mut in_front,
             (..0.8, false) => &mut behind,
             (1.2.., _) => &mut beside,
             _ => continue,
         };
-        *count = (count.0 + u32::from(changed(at)), count.1 + 1);
+        *count = (count.0 + u32::from(is_changed(at)), count.1 + 1);
     }
-    let nearly_all = |(changed, of): (u32, u32)| of > 3 && 10 * changed > 9 * of;
-    assert!(nearly_all(before) && nearly_all(beside), "(seen, of): before {before:?}, beside {beside:?}");
+    let nearly_all = |(changed, all): (u32, u32)| all > 3 && 10 * changed > 9 * all;
+    assert!(nearly_all(in_front) && nearly_all(beside), "(changed, all): in front {in_front:?}, beside {beside:?}");
     // The line of another moon may pass in front of the hidden point.
-    assert!(behind.1 > 3 && 4 * behind.0 < behind.1, "(seen, of): behind {behind:?}");
-    let decision_of =
-        |name: &str| lined.scene.bodies.iter().find(|b| b.name == name).and_then(|b| b.decisions.iter().find(|d| d.feature == "orbit"));
+    assert!(behind.1 > 3 && 4 * behind.0 < behind.1, "(changed, all): behind {behind:?}");
+    let decision_of = |name: &str| {
+        with_orbits.scene.bodies.iter().find(|b| b.name == name).and_then(|b| b.decisions.iter().find(|d| d.feature == "orbit"))
+    };
     assert!(decision_of("Io").is_some_and(|d| d.on && d.reason.contains("Jupiter")), "{:?}", decision_of("Io"));
     assert!(decision_of("Moon").is_some_and(|d| !d.on), "{:?}", decision_of("Moon"));
     assert!(decision_of("Sun").is_none(), "{:?}", decision_of("Sun"));
@@ -77,13 +79,13 @@ fn layers_are_parsed_or_refused_by_name() {
 }
 
 /// Positions of the pixels at which the displayed pictures differ.
-fn changed(a: &orrery::session::DrawnFrame, b: &orrery::session::DrawnFrame) -> Vec<DVec2> {
+fn changed_pixels(a: &orrery::session::DrawnFrame, b: &orrery::session::DrawnFrame) -> Vec<DVec2> {
     let width = a.frame.width as usize;
     let pairs = a.frame.display.iter().zip(&b.frame.display).enumerate();
     pairs.filter(|(_, (a, b))| a != b).map(|(k, _)| DVec2::new((k % width) as f64 + 0.5, (k / width) as f64 + 0.5)).collect()
 }
 
-fn with(layers: Layers, request: &ViewRequest) -> orrery::session::DrawnFrame {
+fn draw_with(layers: Layers, request: &ViewRequest) -> orrery::session::DrawnFrame {
     let sampling = SamplingQuality { samples: 4, anisotropy: 1 };
     SESSION.draw(&ViewRequest { layers, ..request.clone() }, sampling, true).expect("drawn")
 }
@@ -91,26 +93,26 @@ fn with(layers: Layers, request: &ViewRequest) -> orrery::session::DrawnFrame {
 #[test]
 fn names_appear_next_to_their_bodies_and_do_not_change_the_light() {
     let request = jupiter(false);
-    let plain = with(Layers::default(), &request);
-    let named = with(Layers { labels: true, ..Layers::default() }, &request);
-    assert_eq!(plain.frame.hdr, named.frame.hdr, "names are not light");
+    let without_labels = draw_with(Layers::default(), &request);
+    let named = draw_with(Layers { labels: true, ..Layers::default() }, &request);
+    assert_eq!(without_labels.frame.hdr, named.frame.hdr, "names are not light");
     let labels = named.scene.labels.as_ref().expect("labels were requested");
-    let lettering = LabelMetrics::of_size(labels.size_px);
+    let metrics = LabelMetrics::of_size(labels.size_px);
     assert!(labels.marks.iter().filter(|m| m.named.is_some()).count() > 1, "{:?}", labels.marks);
-    let places = changed(&plain, &named);
+    let changed_places = changed_pixels(&without_labels, &named);
     // Twice the mean width of a letter is wider than any name needs.
-    let wide = LabelMetrics { glyph_width_px: 2.0 * lettering.glyph_width_px, ..lettering };
-    let reach = |m: &Label, at: DVec2| {
+    let wide = LabelMetrics { glyph_width_px: 2.0 * metrics.glyph_width_px, ..metrics };
+    let covers = |m: &Label, at: DVec2| {
         let (least, most) = label_rect(m.centre_px, m.radius_px, &m.name, &wide, m.named.unwrap_or(LabelSide::DEFAULT));
-        let slack = DVec2::splat(0.5 * lettering.line_height_px);
-        let in_name = m.named.is_some() && at.cmpge(least - slack).all() && at.cmple(most + slack).all();
+        let margin = DVec2::splat(0.5 * metrics.line_height_px);
+        let in_name = m.named.is_some() && at.cmpge(least - margin).all() && at.cmple(most + margin).all();
         in_name || m.centre_px.distance(at) < 8.0
     };
-    let stray: Vec<_> = places.iter().filter(|at| !labels.marks.iter().any(|m| reach(m, **at))).collect();
+    let stray: Vec<_> = changed_places.iter().filter(|at| !labels.marks.iter().any(|m| covers(m, **at))).collect();
     assert!(stray.is_empty(), "changed away from every name and marker: {stray:?}");
     for (mark, side) in labels.marks.iter().filter_map(|m| Some((m, m.named?))) {
         let (least, most) = label_rect(mark.centre_px, mark.radius_px, &mark.name, &wide, side);
-        let inked = places.iter().filter(|at| at.cmpge(least).all() && at.cmple(most).all()).count();
+        let inked = changed_places.iter().filter(|at| at.cmpge(least).all() && at.cmple(most).all()).count();
         let glyphs = mark.name.chars().count();
         assert!(inked > 8 * glyphs, "{}: {inked} pixels for {glyphs} letters", mark.name);
     }
@@ -121,24 +123,24 @@ fn an_outline_runs_around_the_selected_body_and_nowhere_on_it() {
     let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
     let position = Position::Over { towards: None, distance_radii: Some(4.0) };
     let request = ViewRequest { position, width: 200, height: 160, ..ViewRequest::of(JUPITER, time) };
-    let plain = with(Layers::default(), &request);
-    let outlined = with(Layers { outline: true, ..Layers::default() }, &request);
-    assert_eq!(plain.frame.hdr, outlined.frame.hdr, "an outline is not light");
-    let camera = &plain.scene.camera;
-    let planet = plain.scene.body(JUPITER).expect("in the catalog").placement;
-    let places = changed(&plain, &outlined);
-    assert!(places.len() > 200, "{}", places.len());
+    let without_outline = draw_with(Layers::default(), &request);
+    let outlined = draw_with(Layers { outline: true, ..Layers::default() }, &request);
+    assert_eq!(without_outline.frame.hdr, outlined.frame.hdr, "an outline is not light");
+    let camera = &without_outline.scene.camera;
+    let planet = without_outline.scene.body(JUPITER).expect("in the catalog").placement;
+    let outline_pixels = changed_pixels(&without_outline, &outlined);
+    assert!(outline_pixels.len() > 200, "{}", outline_pixels.len());
     // A pixel is well inside the disc if all its neighbours are on the disc.
     let on_disc = |at: DVec2| camera.surface_under_pixel(&planet, at).is_some();
-    let around = [DVec2::ZERO, DVec2::X, DVec2::Y, -DVec2::X, -DVec2::Y];
-    let inside = places.iter().filter(|at| around.iter().all(|d| on_disc(**at + 2.0 * *d))).count();
-    assert_eq!(inside, 0, "of {}", places.len());
+    let neighbours = [DVec2::ZERO, DVec2::X, DVec2::Y, -DVec2::X, -DVec2::Y];
+    let inside = outline_pixels.iter().filter(|at| neighbours.iter().all(|d| on_disc(**at + 2.0 * *d))).count();
+    assert_eq!(inside, 0, "of {}", outline_pixels.len());
     let near = |at: DVec2| (-8..=8).any(|x| (-8..=8).any(|y| on_disc(at + DVec2::new(f64::from(x), f64::from(y)))));
-    assert!(places.iter().all(|at| near(*at)), "outline pixels far from the limb");
-    // The outline of another body lies elsewhere, and a body outside the frame has none.
+    assert!(outline_pixels.iter().all(|at| near(*at)), "outline pixels far from the limb");
+    // A selected body outside the frame has no outline.
     let with_selected = |body: i32| ViewRequest { selected: Some(NaifId(body)), ..request.clone() };
-    let neptune = with(Layers { outline: true, ..Layers::default() }, &with_selected(899));
-    assert!(neptune.scene.outlined.is_none() && changed(&plain, &neptune).is_empty());
+    let neptune = draw_with(Layers { outline: true, ..Layers::default() }, &with_selected(899));
+    assert!(neptune.scene.outlined.is_none() && changed_pixels(&without_outline, &neptune).is_empty());
 }
 
 /// The Sun from so close that its disc exceeds white in the middle of the picture.
@@ -161,48 +163,49 @@ fn bloom_spreads_its_share_of_the_light_above_white() {
     let bloom = Layers { bloom: true, ..Layers::default() };
     let request = ViewRequest { tone_map: ToneMap::Clipped, ..overexposed_sun() };
     let sampling = SamplingQuality { samples: 4, anisotropy: 1 };
-    let plain = with(Layers::default(), &request);
-    let bloomed = with(bloom, &request);
-    assert_eq!(plain.frame.hdr, bloomed.frame.hdr, "bloom must not change the linear light");
-    let exposure = plain.scene.exposure.factor();
-    let beyond = |c: usize| -> f64 {
+    let without_bloom = draw_with(Layers::default(), &request);
+    let bloomed = draw_with(bloom, &request);
+    assert_eq!(without_bloom.frame.hdr, bloomed.frame.hdr, "bloom must not change the linear light");
+    let exposure = without_bloom.scene.exposure.factor();
+    let light_above_white = |c: usize| -> f64 {
         let of_pixel = |p: &[f32; 4]| {
             let exposed: [f64; 3] = std::array::from_fn(|k| f64::from(p[k]) * exposure);
             let peak = exposed.into_iter().fold(1e-12, f64::max);
             exposed[c] * (peak - 1.0).clamp(0.0, 16.0) / peak
         };
-        plain.frame.hdr.iter().map(of_pixel).sum()
+        without_bloom.frame.hdr.iter().map(of_pixel).sum()
     };
-    assert!(beyond(1) > 50.0, "the disc must be beyond white: {}", beyond(1));
+    assert!(light_above_white(1) > 50.0, "the disc must be beyond white: {}", light_above_white(1));
     let linear = |byte: u8| {
         let s = f64::from(byte) / 255.0;
         if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
     };
     // Outside the disc nothing is clipped, so the added light can be measured there; the clipped disc hides its own share.
-    let placement = plain.scene.body(NaifId::SUN).expect("in the catalog").placement;
+    let placement = without_bloom.scene.body(NaifId::SUN).expect("in the catalog").placement;
     let centre = DVec2::splat(128.0);
     let radius_px =
-        (0..128).find(|r| plain.scene.camera.surface_under_pixel(&placement, centre + DVec2::new(f64::from(*r), 0.0)).is_none());
+        (0..128).find(|r| without_bloom.scene.camera.surface_under_pixel(&placement, centre + DVec2::new(f64::from(*r), 0.0)).is_none());
     let radius_px = f64::from(radius_px.expect("a limb"));
-    let added: f64 = (bloomed.frame.display.iter().zip(&plain.frame.display).enumerate())
+    let added: f64 = (bloomed.frame.display.iter().zip(&without_bloom.frame.display).enumerate())
         .filter(|(k, _)| DVec2::new((k % 256) as f64 + 0.5, (k / 256) as f64 + 0.5).distance(centre) > radius_px + 2.0)
         .map(|(_, (b, p))| linear(b[1]) - linear(p[1]))
         .sum();
     // A Gaussian around a small disc has the fraction exp(-r^2 / 2 variance) of its light beyond r. Averaging over n pixels adds n^2 / 12 to the
     // variance; interpolating between such averages adds n^2 / 6.
-    let outside = |part: f64, variance: f64| part * (-0.5 * (radius_px + 2.0).powi(2) / variance).exp();
+    let outside = |strength: f64, variance: f64| strength * (-0.5 * (radius_px + 2.0).powi(2) / variance).exp();
     let (near, far) = ((0.006_f64 * 256.0).powi(2), (0.03_f64 * 256.0).powi(2));
-    let shrunk = |n: f64| n * n / 12.0 + n * n / 6.0;
-    let expected = beyond(1) * (outside(0.10, near + shrunk(4.0)) + outside(0.05, near + far + shrunk(16.0)));
-    assert!((0.8..1.25).contains(&(added / expected)), "{added} added beside a disc of {radius_px} px, {expected} expected");
-    let run = |drawn: &orrery::session::DrawnFrame, module: &str| drawn.simple_draws.iter().filter(|d| d.module == module).count();
-    assert_eq!(["shrink", "blur", "tone_map_bloom", "tone_map"].map(|m| run(&bloomed, m)), [2, 4, 1, 0]);
-    assert_eq!(["shrink", "blur", "tone_map_bloom", "tone_map"].map(|m| run(&plain, m)), [0, 0, 0, 1]);
+    let resampling_variance = |n: f64| n * n / 12.0 + n * n / 6.0;
+    let expected =
+        light_above_white(1) * (outside(0.10, near + resampling_variance(4.0)) + outside(0.05, near + far + resampling_variance(16.0)));
+    assert!((0.8..1.25).contains(&(added / expected)), "{added} added outside a disc of {radius_px} px, {expected} expected");
+    let draw_count = |drawn: &orrery::session::DrawnFrame, module: &str| drawn.simple_draws.iter().filter(|d| d.module == module).count();
+    assert_eq!(["shrink", "blur", "tone_map_bloom", "tone_map"].map(|m| draw_count(&bloomed, m)), [2, 4, 1, 0]);
+    assert_eq!(["shrink", "blur", "tone_map_bloom", "tone_map"].map(|m| draw_count(&without_bloom, m)), [0, 0, 0, 1]);
     // Where nothing exceeds white, bloom changes no byte.
     let dim = ViewRequest { exposure: ExposureRequest::Stops(-24.0), ..request.clone() };
-    let (plain, bloomed) = (with(Layers::default(), &dim), with(bloom, &dim));
-    assert_eq!(plain.frame.display, bloomed.frame.display);
-    // A picture of one pixel is valid too, and the stored light is still that of the scene.
+    let (without_bloom, bloomed) = (draw_with(Layers::default(), &dim), draw_with(bloom, &dim));
+    assert_eq!(without_bloom.frame.display, bloomed.frame.display);
+    // A picture of one pixel is valid too.
     let smallest = ViewRequest { width: 1, height: 1, ..request };
     let drawn = SESSION.draw(&ViewRequest { layers: bloom, ..smallest }, sampling, true).expect("drawn");
     assert_eq!((drawn.frame.display.len(), drawn.frame.hdr.len()), (1, 1));

@@ -9,7 +9,7 @@ use orrery::scene::request::{ExposureRequest, Position, Purpose, ViewRequest};
 use orrery::time::Instant;
 
 const FLOOR: f32 = 1e-3;
-const EVERYTHING: &str =
+const ALL_EFFECTS: &str =
     "+planet-shine,+night,+clouds,+cloud-shadow,+normal,+specular,+rings,+ring-shadow,+ring-shine,+body-shadow,+eclipse,+ellipsoid";
 
 fn pixels(request: &ViewRequest, purpose: Purpose, effects: &str, stops: f64) -> Vec<[f32; 4]> {
@@ -46,19 +46,19 @@ fn views() -> Vec<(&'static str, ViewRequest)> {
 
 #[test]
 fn linear_light_is_complete_at_any_exposure() {
-    let mut lost = 0;
+    let mut with_lost_features = 0;
     for (name, request) in views() {
         for stops in [-10.0, 5.0] {
-            let all = pixels(&request, Purpose::LINEAR, EVERYTHING, stops);
+            let all = pixels(&request, Purpose::LINEAR, ALL_EFFECTS, stops);
             let automatic = pixels(&request, Purpose::LINEAR, "", stops);
-            let apart_by = relative_difference(&automatic, &all);
-            assert!(apart_by <= FLOOR, "{name} at {stops} stops: {apart_by:e} against {FLOOR:e}");
+            let difference = relative_difference(&automatic, &all);
+            assert!(difference <= FLOOR, "{name} at {stops} stops: {difference:e} against {FLOOR:e}");
             // The display picture at this exposure leaves out features that it would not show;
             // otherwise the comparison would prove nothing.
-            lost += usize::from(relative_difference(&pixels(&request, Purpose::Display, "", stops), &all) > FLOOR);
+            with_lost_features += usize::from(relative_difference(&pixels(&request, Purpose::Display, "", stops), &all) > FLOOR);
         }
     }
-    assert!(lost > 8, "{lost}");
+    assert!(with_lost_features > 8, "{with_lost_features}");
 }
 
 /// In an EXR written by the program, the Moon's night side is lit by the Earth.

@@ -36,7 +36,7 @@ fn sky() -> (Catalog, Ephemeris) {
     (catalog, ephemeris)
 }
 
-fn seen(catalog: &Catalog, id: i32, sun_au: f64, viewer_au: f64, alpha_deg: f64) -> f64 {
+fn model_magnitude(catalog: &Catalog, id: i32, sun_au: f64, viewer_au: f64, alpha_deg: f64) -> f64 {
     let body = catalog.body(NaifId(id)).expect("in the catalog");
     let outline_squared_km2 = body.radii_km.x * body.radii_km.z;
     let irradiance = irradiance_at_viewer(body, alpha_deg.to_radians(), sun_au * KM_PER_AU, viewer_au * KM_PER_AU, outline_squared_km2);
@@ -48,22 +48,22 @@ fn planets_have_their_published_magnitudes() {
     let catalog = Catalog::embedded();
     let mut failures = Vec::new();
     for (id, sun_au, viewer_au, alpha_deg, published) in PUBLISHED {
-        let ours = seen(&catalog, id, sun_au, viewer_au, alpha_deg);
-        println!("{id} at {alpha_deg} deg: {ours:.3}, published {published:.3}");
-        if (ours - published).abs() > TOLERANCE_MAG {
-            failures.push(format!("{id} at {alpha_deg} deg: {ours:.3}, published {published:.3}"));
+        let computed = model_magnitude(&catalog, id, sun_au, viewer_au, alpha_deg);
+        println!("{id} at {alpha_deg} deg: {computed:.3}, published {published:.3}");
+        if (computed - published).abs() > TOLERANCE_MAG {
+            failures.push(format!("{id} at {alpha_deg} deg: {computed:.3}, published {published:.3}"));
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
     // The comparison must be able to fail: a planet twice as far away is 1.5 mag fainter.
     let (id, sun_au, viewer_au, alpha_deg, published) = PUBLISHED[6];
-    assert!((seen(&catalog, id, sun_au, 2.0 * viewer_au, alpha_deg) - published).abs() > TOLERANCE_MAG);
+    assert!((model_magnitude(&catalog, id, sun_au, 2.0 * viewer_au, alpha_deg) - published).abs() > TOLERANCE_MAG);
 }
 
 #[test]
 fn the_full_moon_is_minus_twelve_point_seven() {
     // Allen 1976: mean opposition magnitude -12.7 at 384 400 km from the Earth's centre.
-    let moon = seen(&Catalog::embedded(), 301, 1.0 + 384_400.0 / KM_PER_AU, 384_400.0 / KM_PER_AU, 0.0);
+    let moon = model_magnitude(&Catalog::embedded(), 301, 1.0 + 384_400.0 / KM_PER_AU, 384_400.0 / KM_PER_AU, 0.0);
     assert!((moon + 12.7).abs() < TOLERANCE_MAG, "{moon}");
 }
 
@@ -90,7 +90,7 @@ fn light_is_shared_between_disc_and_point_without_a_jump() {
     assert!(shares.windows(2).all(|w| w[1] >= w[0] && w[1] - w[0] < 2e-3));
 }
 
-/// A body seen from the Earth's centre.
+/// A body in the scene of a viewer at the Earth's centre.
 fn from_earth(catalog: &Catalog, ephemeris: &Ephemeris, id: i32, t: Instant) -> BodyInView {
     let mut request = ViewRequest::of(NaifId(id), t);
     request.position = Position::Centre(NaifId::EARTH);
@@ -112,27 +112,27 @@ const SATURN_TOLERANCE_MAG: f64 = 0.15;
 #[test]
 fn saturns_magnitude_includes_its_rings_over_a_full_orbit() {
     let (catalog, ephemeris) = sky();
-    let (mut worst, mut worst_globe, mut widest) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let (mut worst, mut worst_globe, mut greatest_tilt_deg) = (0.0_f64, 0.0_f64, 0.0_f64);
     for step in 0..100 {
         let t = Instant::from_jd_tdb(2_450_100.5 + 107.7 * f64::from(step));
         let saturn = from_earth(&catalog, &ephemeris, 699, t);
         let sub_solar = saturn.sub_solar.expect("lit");
-        let product = saturn.sub_viewer.latitude_deg * sub_solar.latitude_deg;
-        let tilt_deg = product.max(0.0).sqrt();
+        let latitude_product = saturn.sub_viewer.latitude_deg * sub_solar.latitude_deg;
+        let tilt_deg = latitude_product.max(0.0).sqrt();
         let saturn_km = ephemeris.state(NaifId(699), NaifId::SUN, t, None).expect("Saturn").state.pos_km;
         let sun_au = saturn_km.length() / KM_PER_AU;
         let viewer_au = saturn.distance_km / KM_PER_AU;
         let published = published_saturn(sun_au, viewer_au, tilt_deg, saturn.phase_angle_deg);
-        let ours = saturn.magnitude.expect("lit");
-        let globe = seen(&catalog, 699, sun_au, viewer_au, saturn.phase_angle_deg);
-        if (ours - published).abs() > worst.abs() {
-            worst = ours - published;
-            println!("tilt {tilt_deg:.1}, phase {:.2}: {ours:.3}, published {published:.3}, globe {globe:.3}", saturn.phase_angle_deg);
+        let computed = saturn.magnitude.expect("lit");
+        let globe = model_magnitude(&catalog, 699, sun_au, viewer_au, saturn.phase_angle_deg);
+        if (computed - published).abs() > worst.abs() {
+            worst = computed - published;
+            println!("tilt {tilt_deg:.1}, phase {:.2}: {computed:.3}, published {published:.3}, globe {globe:.3}", saturn.phase_angle_deg);
         }
         worst_globe = worst_globe.max(globe - published);
-        widest = widest.max(tilt_deg);
+        greatest_tilt_deg = greatest_tilt_deg.max(tilt_deg);
     }
-    assert!(widest > 26.0, "the orbit must include wide open rings: {widest} degrees");
+    assert!(greatest_tilt_deg > 26.0, "the orbit must include wide open rings: {greatest_tilt_deg} degrees");
     assert!(worst.abs() < SATURN_TOLERANCE_MAG, "{worst} mag");
     // Without the rings the magnitude is off by much more.
     assert!(worst_globe > 4.0 * SATURN_TOLERANCE_MAG, "{worst_globe} mag");
@@ -152,19 +152,22 @@ fn moons_fade_in_eclipses_and_are_dark_in_the_umbra() {
             .take_while(|h| *h < period_h)
             .find(|h| magnitude_at(*h).is_none())
             .expect("an eclipse each orbit");
-        let around: Vec<Option<f64>> = (-80..=80).map(|k| magnitude_at(dark_h + f64::from(k) * 0.05)).collect();
-        let bright = around.iter().flatten().copied().fold(f64::INFINITY, f64::min);
-        let dark_min = 3 * around.iter().filter(|m| m.is_none()).count();
-        println!("{moon}: {bright:.2} at best, dark for {dark_min} min");
+        let magnitudes: Vec<Option<f64>> = (-80..=80).map(|k| magnitude_at(dark_h + f64::from(k) * 0.05)).collect();
+        let unshadowed = magnitudes.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        let dark_min = 3 * magnitudes.iter().filter(|m| m.is_none()).count();
+        println!("{moon}: {unshadowed:.2} at best, dark for {dark_min} min");
         assert!((60..=longest_min).contains(&dark_min), "{moon}: dark for {dark_min} min");
         // Monotonic on both sides, apart from the hundredth of a magnitude that changes of distance and phase cause.
-        let first = around.iter().position(Option::is_none).expect("dark");
-        let last = around.iter().rposition(Option::is_none).expect("dark");
-        let (into, out) = (&around[..first], &around[last + 1..]);
-        assert!(into.iter().flatten().zip(into.iter().skip(1).flatten()).all(|(a, b)| b > &(a - 0.01)), "{moon} goes in: {into:?}");
-        assert!(out.iter().flatten().zip(out.iter().skip(1).flatten()).all(|(a, b)| b < &(a + 0.01)), "{moon} comes out: {out:?}");
-        assert!(around[first..=last].iter().all(Option::is_none), "{moon} shines within the umbra");
-        let faint = around.iter().flatten().filter(|m| **m > bright + 0.2).count();
-        assert!((1..=20).contains(&faint), "{moon}: {faint} samples in the penumbra");
+        let first = magnitudes.iter().position(Option::is_none).expect("dark");
+        let last = magnitudes.iter().rposition(Option::is_none).expect("dark");
+        let (ingress, egress) = (&magnitudes[..first], &magnitudes[last + 1..]);
+        assert!(
+            ingress.iter().flatten().zip(ingress.iter().skip(1).flatten()).all(|(a, b)| b > &(a - 0.01)),
+            "{moon} at ingress: {ingress:?}"
+        );
+        assert!(egress.iter().flatten().zip(egress.iter().skip(1).flatten()).all(|(a, b)| b < &(a + 0.01)), "{moon} at egress: {egress:?}");
+        assert!(magnitudes[first..=last].iter().all(Option::is_none), "{moon} shines within the umbra");
+        let partial_samples = magnitudes.iter().flatten().filter(|m| **m > unshadowed + 0.2).count();
+        assert!((1..=20).contains(&partial_samples), "{moon}: {partial_samples} samples in the penumbra");
     }
 }

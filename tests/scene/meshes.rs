@@ -22,7 +22,7 @@ const FINE: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 /// A folder with a catalog file and other files, and a session that uses them.
 struct UserMesh {
     session: Session,
-    said: Arc<Mutex<Vec<String>>>,
+    messages: Arc<Mutex<Vec<String>>>,
     _folder: tempfile::TempDir,
 }
 
@@ -31,8 +31,8 @@ impl UserMesh {
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::write(folder.path().join("mine.toml"), catalog).expect("written");
         files.iter().for_each(|(name, bytes)| std::fs::write(folder.path().join(name), bytes).expect("written"));
-        let (session, said) = session_over(folder.path());
-        Self { session, said, _folder: folder }
+        let (session, messages) = session_over(folder.path());
+        Self { session, messages, _folder: folder }
     }
 
     /// Phobos with a mesh of this text; `rest`: more fields of `[body.mesh]`.
@@ -68,13 +68,13 @@ fn radii() -> DVec3 {
     *RADII_KM
 }
 
-/// A globe of `around` by `around / 2` cells. `at` maps each direction to a vertex position; `colour` is optional. No normals, no texture coordinates.
+/// A globe of `around` by `around / 2` cells. `vertex_at` maps each direction to a vertex position; `colour` is optional. No normals, no texture coordinates.
 /// The seam is closed.
-fn globe(around: u32, at: impl Fn(DVec3) -> DVec3, colour: Option<[f64; 3]>) -> String {
+fn globe(around: u32, vertex_at: impl Fn(DVec3) -> DVec3, colour: Option<[f64; 3]>) -> String {
     let rows = around / 2;
     let mut text = String::from("o globe\n");
     let mut write_vertex = |d: DVec3| {
-        let p = at(d);
+        let p = vertex_at(d);
         write!(text, "v {} {} {}", p.x, p.y, p.z).expect("text");
         if let Some([r, g, b]) = colour {
             write!(text, " {r} {g} {b}").expect("text");
@@ -123,11 +123,11 @@ fn mean_and_greatest_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> (f64, f64) {
     (sum / (3 * a.len()) as f64, most)
 }
 
-fn lit(picture: &[[f32; 4]]) -> usize {
+fn lit_pixels(picture: &[[f32; 4]]) -> usize {
     picture.iter().filter(|p| p[..3].iter().any(|v| *v > 0.0)).count()
 }
 
-/// The draw features of Phobos' globe. From above the map's seam, Mars is behind Phobos.
+/// The draw features of Phobos. Mars may be drawn too.
 fn features(scene: &Scene) -> DrawFeatures {
     scene.draws.iter().find(|d| d.body == PHOBOS).expect("drawn").features
 }
@@ -151,7 +151,7 @@ fn a_fine_mesh_of_the_ellipsoid_looks_like_the_ellipsoid() {
     let bound = |view: PixelView| if view == PixelView::Normal { 0.4 } else { 0.1 };
     let fine = UserMesh::phobos("", &ellipsoid(180));
     let coarse = UserMesh::phobos("", &ellipsoid(12));
-    let mut seen_lit = 0;
+    let mut lit_views = 0;
     for from in viewpoints() {
         for view in [PixelView::Final, PixelView::Albedo, PixelView::Normal] {
             let (scene, mesh) = fine.draw("", view, from);
@@ -159,35 +159,35 @@ fn a_fine_mesh_of_the_ellipsoid_looks_like_the_ellipsoid() {
             let (scene, exact) = fine.draw("-mesh", view, from);
             assert_eq!(features(&scene).shape, Shape::Ellipsoid);
             // Some viewpoints are above the night side.
-            assert!(lit(&exact) > 1000 || view == PixelView::Final, "the body must be visible");
-            seen_lit += usize::from(view == PixelView::Final && lit(&exact) > 1000);
+            assert!(lit_pixels(&exact) > 1000 || view == PixelView::Final, "the body must be visible");
+            lit_views += usize::from(view == PixelView::Final && lit_pixels(&exact) > 1000);
             let (mean, most) = mean_and_greatest_difference(&mesh, &exact);
-            let (of_coarse, _) = mean_and_greatest_difference(&coarse.draw("", view, from).1, &exact);
-            println!("{view:?} from {from:.0}: mean {mean:.3}, greatest {most:.1}; of a coarse mesh {of_coarse:.3}");
+            let (coarse_mean, _) = mean_and_greatest_difference(&coarse.draw("", view, from).1, &exact);
+            println!("{view:?} from {from:.0}: mean {mean:.3}, greatest {most:.1}; of a coarse mesh {coarse_mean:.3}");
             assert!(mean < bound(view), "{view:?} from {from}: mean {mean}");
-            let is_detected = of_coarse > bound(view) || lit(&exact) < 1000;
-            assert!(is_detected, "{view:?} from {from}: a mesh of 30 degrees passes too, {of_coarse}");
+            let is_detected = coarse_mean > bound(view) || lit_pixels(&exact) < 1000;
+            assert!(is_detected, "{view:?} from {from}: a mesh of 30 degrees passes too, {coarse_mean}");
         }
     }
-    assert!(seen_lit > 0, "no view shows light");
+    assert!(lit_views > 0, "no view shows light");
 }
 
 /// The half of the ellipsoid with x < 0, open towards +x.
 fn bowl() -> String {
     let text = ellipsoid(48);
     let x: Vec<f64> = text.lines().filter_map(|l| l.strip_prefix("v ")?.split(' ').next()?.parse().ok()).collect();
-    let behind = |face: &str| face.split(' ').all(|k| k.parse::<usize>().is_ok_and(|k| x[k - 1] < 1e-9));
-    text.lines().filter(|l| l.strip_prefix("f ").is_none_or(behind)).fold(String::new(), |all, l| all + l + "\n")
+    let is_behind = |face: &str| face.split(' ').all(|k| k.parse::<usize>().is_ok_and(|k| x[k - 1] < 1e-9));
+    text.lines().filter(|l| l.strip_prefix("f ").is_none_or(is_behind)).fold(String::new(), |all, l| all + l + "\n")
 }
 
 #[test]
 fn an_open_bowl_shows_its_inside_only_if_two_sided() {
     let from = viewpoints()[0];
-    let (one, both) = (UserMesh::phobos("", &bowl()), UserMesh::phobos("two_sided = true", &bowl()));
-    assert_eq!(lit(&one.draw("", PixelView::Albedo, from).1), 0, "from behind its faces nothing is seen");
+    let (one_sided, two_sided) = (UserMesh::phobos("", &bowl()), UserMesh::phobos("two_sided = true", &bowl()));
+    assert_eq!(lit_pixels(&one_sided.draw("", PixelView::Albedo, from).1), 0, "from behind its faces nothing is seen");
     // One sample, so that no edge pixel is mixed with black.
     let one_sample = SamplingQuality { samples: 1, anisotropy: 1 };
-    let drawn = both.session.draw(&UserMesh::request("", PixelView::Normal, from), one_sample, true).expect("drawn");
+    let drawn = two_sided.session.draw(&UserMesh::request("", PixelView::Normal, from), one_sample, true).expect("drawn");
     assert!(features(&drawn.scene).flags.two_sided);
     let seen: Vec<_> = drawn.frame.hdr.iter().filter(|p| p[..3] != [0.0; 3]).collect();
     assert!(seen.len() > 3000, "{} pixels", seen.len());
@@ -195,15 +195,15 @@ fn an_open_bowl_shows_its_inside_only_if_two_sided() {
     let least = seen.iter().map(|p| p[0]).fold(1.0, f32::min);
     assert!(least > 0.499, "the normals of the inside do not face the viewer: {least}");
     // From the other side, both variants look like a closed body.
-    let outside = |user_mesh: &UserMesh| lit(&user_mesh.draw("", PixelView::Albedo, -from).1);
-    assert!(outside(&one) > 3000 && outside(&one) == outside(&both));
+    let outside = |user_mesh: &UserMesh| lit_pixels(&user_mesh.draw("", PixelView::Albedo, -from).1);
+    assert!(outside(&one_sided) > 3000 && outside(&one_sided) == outside(&two_sided));
 }
 
-fn png(columns: impl Fn(u32) -> [u8; 4]) -> Vec<u8> {
+fn png(pixel_in_column: impl Fn(u32) -> [u8; 4]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 64, 32);
     encoder.set_color(png::ColorType::Rgba);
-    let row: Vec<u8> = (0..64).flat_map(columns).collect();
+    let row: Vec<u8> = (0..64).flat_map(pixel_in_column).collect();
     encoder.write_header().and_then(|mut w| w.write_image_data(&row.repeat(32))).expect("encoded");
     bytes
 }
@@ -221,9 +221,9 @@ fn the_maps_alpha_cuts_the_mesh_out() {
         (features(&scene).flags.alpha_texture, half(false), half(true))
     };
     let (flag, west, east) = halves(&user_mesh("alpha = true"));
-    assert!(flag && east > 2000 && west * 10 < east, "the west is clear but for half a texel of 6 degrees: {west}, {east}");
+    assert!(flag && east > 2000 && west * 10 < east, "the west is transparent but for half a texel of 6 degrees: {west}, {east}");
     let (flag, west, east) = halves(&user_mesh(""));
-    assert!(!flag && east > 2000 && west > 2000, "without the flag it is closed: {west}, {east}");
+    assert!(!flag && east > 2000 && west > 2000, "without the flag it is opaque: {west}, {east}");
 }
 
 #[test]
@@ -237,13 +237,13 @@ fn colours_of_vertices_multiply_the_albedo() {
         // sRGB 0.5 is 0.2140 of full light (IEC 61966-2-1).
         assert!((r[0] - p[0]).abs() < 1e-5 && r[1] == 0.0 && (r[2] - 0.2140 * p[2]).abs() < 1e-4, "{r:?} of {p:?}");
     }
-    assert!(lit(&plain) > 3000);
+    assert!(lit_pixels(&plain) > 3000);
 }
 
 #[test]
 fn a_bad_mesh_file_is_reported_once_and_the_ellipsoid_is_drawn() {
     let from = viewpoints()[0];
-    for (files, says) in [
+    for (files, message_part) in [
         (vec![], "mesh shape.obj is not in"),
         (vec![("shape.obj", "v 0 0 0\nf 1 2 3\n".as_bytes())], "shape.obj:2: corner `2`: expected a `v` from 1 to 1"),
         (vec![("shape.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".as_bytes())], "is scale_km right?"),
@@ -255,10 +255,11 @@ fn a_bad_mesh_file_is_reported_once_and_the_ellipsoid_is_drawn() {
         assert_eq!(features(&scene).shape, Shape::Ellipsoid);
         let (on, reason) = decision(&scene, "mesh");
         assert!(!on && reason == "shape.obj could not be read: drawn as its ellipsoid", "{reason}");
-        assert!(picture == user_mesh.draw("-mesh", PixelView::Final, from).1 && lit(&picture) > 1000);
-        let messages = user_mesh.said.lock().expect("a list").clone();
-        let is_expected_message = |l: &&String| l.contains(says) && l.ends_with("Phobos is drawn as its ellipsoid") && !l.contains('\n');
-        assert!(messages.len() == 1 && messages.iter().filter(is_expected_message).count() == 1, "{says}: {messages:?}");
+        assert!(picture == user_mesh.draw("-mesh", PixelView::Final, from).1 && lit_pixels(&picture) > 1000);
+        let messages = user_mesh.messages.lock().expect("a list").clone();
+        let is_expected_message =
+            |l: &&String| l.contains(message_part) && l.ends_with("Phobos is drawn as its ellipsoid") && !l.contains('\n');
+        assert!(messages.len() == 1 && messages.iter().filter(is_expected_message).count() == 1, "{message_part}: {messages:?}");
     }
 }
 
@@ -283,14 +284,14 @@ fn a_mesh_decision_is_explained_and_a_far_mesh_is_a_point() {
 
 #[test]
 fn wrong_fields_are_named_by_line() {
-    let complaints = |text: &str| match Catalog::with_files(&[("mine.toml".into(), text.to_owned())]) {
+    let problems = |text: &str| match Catalog::with_files(&[("mine.toml".into(), text.to_owned())]) {
         Ok(_) => Vec::new(),
         Err(e) => e.problems.iter().map(ToString::to_string).collect::<Vec<_>>(),
     };
-    assert_eq!(complaints(&catalog("scale_km = 0.001\ntwo_sided = true\nvertex_colours = false\nsource = \"me\"")), Vec::<String>::new());
+    assert_eq!(problems(&catalog("scale_km = 0.001\ntwo_sided = true\nvertex_colours = false\nsource = \"me\"")), Vec::<String>::new());
     let wrong = "[[body]]\nid = 401\n[body.mesh]\nfile = \"../shape.obj\"\nscale_km = -1\ntwo_sided = 1\nalphas = true\n";
     assert_eq!(
-        complaints(wrong),
+        problems(wrong),
         [
             "mine.toml:4: Phobos.mesh.file = \"../shape.obj\": expected the name of a .obj file without folders",
             "mine.toml:5: Phobos.mesh.scale_km = -1: expected kilometres above 0, below 1e7",
@@ -298,13 +299,13 @@ fn wrong_fields_are_named_by_line() {
             "mine.toml:7: Phobos.mesh.alphas is not a field here: did you mean `alpha`?",
         ]
     );
-    let complaints_for = |id: i32, rest: &str| complaints(&catalog(rest).replace("401", &id.to_string()));
+    let problems_for = |id: i32, rest: &str| problems(&catalog(rest).replace("401", &id.to_string()));
     assert_eq!(
-        complaints_for(399, ""),
+        problems_for(399, ""),
         ["mine.toml:3: Earth.mesh: a body with an atmosphere or clouds takes none: they lie over an ellipsoid"]
     );
     let unmapped = Catalog::embedded().bodies().iter().find(|b| b.maps.albedo.is_none() && b.atmosphere.is_none()).expect("one").clone();
-    let messages = complaints_for(unmapped.id.0, "alpha = true");
+    let messages = problems_for(unmapped.id.0, "alpha = true");
     assert!(
         messages.len() == 1 && messages[0].ends_with("alpha = true needs an albedo map, whose alpha cuts the mesh out"),
         "{messages:?}"
@@ -339,7 +340,7 @@ fn the_shadow_of_a_part_on_the_mesh_is_right_to_within_one_triangle_edge() {
         ..placement
     };
     let viewer = viewpoint(sun).normalize();
-    let (mut dark, mut free) = (0, 0);
+    let (mut dark, mut unshadowed) = (0, 0);
     for k in 0..SIDE * SIDE {
         let pixel = glam::DVec2::new(f64::from(k % SIDE) + 0.5, f64::from(k / SIDE) + 0.5);
         let Some(ground) = scene.camera.surface_under_pixel(&of_radius(large_km, DVec3::ZERO), pixel) else { continue };
@@ -349,17 +350,17 @@ fn the_shadow_of_a_part_on_the_mesh_is_right_to_within_one_triangle_edge() {
             continue;
         }
         let from_axis_km = (large_km * ground - centre_km).cross(sun).length();
-        let kept = with[k as usize][0] / without[k as usize][0];
+        let light_left = with[k as usize][0] / without[k as usize][0];
         if from_axis_km < small_km - edge_km {
             dark += 1;
-            assert!(kept < 0.01, "{from_axis_km} km from the shadow's axis {kept} of the light is left");
+            assert!(light_left < 0.01, "{from_axis_km} km from the shadow's axis {light_left} of the light is left");
         } else if from_axis_km > small_km + edge_km {
-            free += 1;
-            assert!(kept > 0.99, "{from_axis_km} km from the shadow's axis {kept} of the light is left");
+            unshadowed += 1;
+            assert!(light_left > 0.99, "{from_axis_km} km from the shadow's axis {light_left} of the light is left");
         }
     }
-    println!("{dark} pixels in the shadow, {free} outside");
-    assert!(dark > 50 && free > 1000, "{dark} in the shadow, {free} outside");
+    println!("{dark} pixels in the shadow, {unshadowed} outside");
+    assert!(dark > 50 && unshadowed > 1000, "{dark} in the shadow, {unshadowed} outside");
 }
 
 #[test]
@@ -372,15 +373,19 @@ fn a_pixels_values_are_those_of_the_nearest_triangle() {
     let (_, plan) = user_mesh.session.plan(&request, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
     let (frame, _) = user_mesh.session.renderer().render(&plan, user_mesh.session.library(), true).expect("drawn");
     let draw = plan.passes[0].draws.iter().find(|d| d.label == "Phobos").expect("drawn");
-    let mut seen = 0;
+    let mut compared = 0;
     for (x, y) in (0..SIDE).step_by(5).flat_map(|x| (0..SIDE).step_by(5).map(move |y| (x, y))) {
-        let shown = frame.hdr[(y * SIDE + x) as usize];
+        let drawn_pixel = frame.hdr[(y * SIDE + x) as usize];
         let values = user_mesh.session.renderer().pixel_values(draw, user_mesh.session.library(), [SIDE, SIDE], [x, y]).expect("runs");
         let Some(values) = values else { continue };
-        seen += 1;
-        assert!((0..3).all(|k| (values.colour[k] - f64::from(shown[k])).abs() < 1e-5), "{x},{y}: {:?}, not {shown:?}", values.colour);
+        compared += 1;
+        assert!(
+            (0..3).all(|k| (values.colour[k] - f64::from(drawn_pixel[k])).abs() < 1e-5),
+            "{x},{y}: {:?}, not {drawn_pixel:?}",
+            values.colour
+        );
     }
-    assert!(seen > 100, "{seen} pixels");
+    assert!(compared > 100, "{compared} pixels");
 }
 
 /// Bounds: mean 0.4 levels, 99.9th percentile 3 levels. Measured 0.27 and 1 on llvmpipe, as for golden views (tests/gpu/renderer.rs); at an edge, a
@@ -390,8 +395,8 @@ fn a_pixels_values_are_those_of_the_nearest_triangle() {
 fn the_gpu_draws_what_the_software_draws() {
     use orrery::image::DisplayImage;
     let Some(gpu) = crate::support::gpu::gpu() else { return };
-    let lumpy = |d: DVec3| d * radii() * (1.0 + 0.15 * (5.0 * d.x).sin() * (7.0 * d.y + 1.0).cos() * (6.0 * d.z).sin());
-    let user_mesh = UserMesh::phobos("two_sided = true", &globe(90, lumpy, Some([0.9, 0.8, 0.7])));
+    let bumpy = |d: DVec3| d * radii() * (1.0 + 0.15 * (5.0 * d.x).sin() * (7.0 * d.y + 1.0).cos() * (6.0 * d.z).sin());
+    let user_mesh = UserMesh::phobos("two_sided = true", &globe(90, bumpy, Some([0.9, 0.8, 0.7])));
     for from in [viewpoints()[0], viewpoints()[3]] {
         let (scene, plan) = user_mesh.session.plan(&UserMesh::request("", PixelView::Final, from), FINE).expect("a plan");
         assert_eq!(features(&scene).shape, Shape::Mesh);

@@ -15,12 +15,12 @@ const MARS: NaifId = NaifId(499);
 const JUPITER: NaifId = NaifId(599);
 const SATURN: NaifId = NaifId(699);
 
-fn at(time: &str) -> Instant {
+fn parse_time(time: &str) -> Instant {
     Instant::parse(time).expect("a time")
 }
 
 fn view(target: NaifId, time: &str, position: Position, fov_deg: Option<f64>) -> ViewRequest {
-    ViewRequest { position, fov_deg, width: SIDE, height: SIDE, ..ViewRequest::of(target, at(time)) }
+    ViewRequest { position, fov_deg, width: SIDE, height: SIDE, ..ViewRequest::of(target, parse_time(time)) }
 }
 
 fn over(radii: f64) -> Position {
@@ -41,19 +41,19 @@ fn stops(request: &ViewRequest) -> f64 {
 
 /// What a picture shows: the fraction of its pixels that are white, the fraction that are visible, and the brightest level of 255.
 #[derive(Debug)]
-struct Shown {
+struct DisplayedLevels {
     white: f64,
-    seen: f64,
+    visible: f64,
     brightest: u8,
 }
 
-fn shown(request: &ViewRequest) -> Shown {
+fn displayed_levels(request: &ViewRequest) -> DisplayedLevels {
     let frame = SESSION.draw(request, SamplingQuality { samples: 1, anisotropy: 4 }, true).expect("drawn").frame;
     assert!(frame.hdr.iter().flatten().all(|v| v.is_finite()), "{:?}", request.exposure);
     let fraction = |of: &dyn Fn(&[u8; 4]) -> bool| frame.display.iter().filter(|p| of(p)).count() as f64 / frame.display.len() as f64;
-    Shown {
+    DisplayedLevels {
         white: fraction(&|p| p[..3].iter().all(|v| *v > 235)),
-        seen: fraction(&|p| p[..3].iter().any(|v| *v > 20)),
+        visible: fraction(&|p| p[..3].iter().any(|v| *v > 20)),
         brightest: frame.display.iter().flat_map(|p| &p[..3]).copied().max().unwrap_or(0),
     }
 }
@@ -63,19 +63,20 @@ struct Case {
     name: &'static str,
     request: ViewRequest,
     white_at_most: f64,
-    seen_at_least: f64,
-    /// 0: at this size, metering of the target alone gave a correct picture too.
+    visible_at_least: f64,
+    /// 0: not tested, because metering of the target alone gave a correct picture at this size too.
     wrong_stops: f64,
 }
 
 fn cases() -> Vec<Case> {
-    let case = |name, request, white_at_most, seen_at_least, wrong_stops| Case { name, request, white_at_most, seen_at_least, wrong_stops };
+    let case =
+        |name, request, white_at_most, visible_at_least, wrong_stops| Case { name, request, white_at_most, visible_at_least, wrong_stops };
     let from_earth = Position::Centre(NaifId::EARTH);
     let towards_sun = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(20.0) };
     let backlit_saturn = view(SATURN, "2013-07-19T21:27:00Z", towards_sun, Some(45.0));
     // The camera is on the opposite side.
-    let sunlit = scene(&backlit_saturn);
-    let away = sunlit.body(SATURN).expect("Saturn").placement.centre_km;
+    let sunlit_side = scene(&backlit_saturn);
+    let away = sunlit_side.body(SATURN).expect("Saturn").placement.centre_km;
     let backlit_saturn = ViewRequest {
         position: Position::Offset { body: SATURN, offset_km: away, axes: Axes::Icrf },
         fov_deg: Some(22.0),
@@ -107,8 +108,8 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-fn is_wrong(case: &Case, shown: &Shown) -> bool {
-    shown.white > case.white_at_most || shown.seen < case.seen_at_least || shown.brightest < 100
+fn is_wrong(case: &Case, levels: &DisplayedLevels) -> bool {
+    levels.white > case.white_at_most || levels.visible < case.visible_at_least || levels.brightest < 100
 }
 
 #[test]
@@ -116,14 +117,14 @@ fn no_view_is_all_white_or_all_black() {
     let mut failures = Vec::new();
     for case in cases() {
         let exposure = scene(&case.request).exposure;
-        let found = shown(&case.request);
+        let found = displayed_levels(&case.request);
         println!("{}: {:+.2} stops, {found:?}; {}", case.name, exposure.stops, exposure.reason);
         if is_wrong(&case, &found) {
             failures.push(format!("{}: {found:?}", case.name));
         }
         if case.wrong_stops != 0.0 {
             // The exposure from metering of the target alone must fail the check.
-            let found = shown(&ViewRequest { exposure: ExposureRequest::Stops(case.wrong_stops), ..case.request.clone() });
+            let found = displayed_levels(&ViewRequest { exposure: ExposureRequest::Stops(case.wrong_stops), ..case.request.clone() });
             assert!(is_wrong(&case, &found), "{} is wrong at {} stops: {found:?}", case.name, case.wrong_stops);
         }
     }
@@ -136,13 +137,13 @@ fn a_far_planet_is_a_point_in_a_dark_sky() {
     for (target, radii) in [(NaifId::EARTH, 30_000.0), (NaifId::EARTH, 60_000.0), (JUPITER, 20_000.0), (PHOBOS, 1e6)] {
         let towards = Some(if target == JUPITER { NaifId::EARTH } else { JUPITER });
         let request = view(target, "2024-10-08T18:17:16Z", Position::Over { towards, distance_radii: Some(radii) }, Some(20.0));
-        let (found, exposure) = (shown(&request), scene(&request).exposure);
-        assert!(found.seen < 0.1, "{target:?} from {radii} radii: {found:?}, {}", exposure.reason);
+        let (found, exposure) = (displayed_levels(&request), scene(&request).exposure);
+        assert!(found.visible < 0.1, "{target:?} from {radii} radii: {found:?}, {}", exposure.reason);
         assert!(found.brightest > 60 || target == PHOBOS, "{target:?} from {radii} radii: {found:?}, {}", exposure.reason);
     }
     // With the Sun in the picture, its glare whitens at most a tenth.
     let beside_sun = view(NaifId::EARTH, "2024-04-08T18:17:16Z", over(60_000.0), None);
-    let (found, exposure) = (shown(&beside_sun), scene(&beside_sun).exposure);
+    let (found, exposure) = (displayed_levels(&beside_sun), scene(&beside_sun).exposure);
     assert!(found.white < 0.1 && exposure.reason.contains("glare"), "{found:?}, {}", exposure.reason);
 }
 
@@ -151,9 +152,14 @@ fn a_far_planet_is_a_point_in_a_dark_sky() {
 fn totality_is_exposed_for_the_corona() {
     let request = view(NaifId::SUN, "2024-04-08T18:42:38Z", ground(NaifId::EARTH, 32.78, -96.80), Some(3.0));
     let exposure = scene(&request).exposure;
-    let of_white = |rho: f64| corona::radiance(rho) / exposure.white();
+    let fraction_of_white = |rho: f64| corona::radiance(rho) / exposure.white();
     assert!(exposure.reason.contains("corona"), "{}", exposure.reason);
-    assert!(of_white(1.05) < 20.0 && of_white(1.1) > 0.3 && of_white(1.6) > 0.01, "{} stops: {}", exposure.stops, exposure.reason);
+    assert!(
+        fraction_of_white(1.05) < 20.0 && fraction_of_white(1.1) > 0.3 && fraction_of_white(1.6) > 0.01,
+        "{} stops: {}",
+        exposure.stops,
+        exposure.reason
+    );
     // 90 minutes earlier, the Sun's disc is metered.
     let before = scene(&ViewRequest { time: request.time.plus_seconds(-5400.0), ..request }).exposure;
     assert!(before.reason.starts_with("Sun") && before.stops < -12.0, "{} stops: {}", before.stops, before.reason);
@@ -165,19 +171,20 @@ const HALVINGS: u32 = 12;
 /// Checks the exposure over a series of views, `view(0.0)` to `view(steps)`. No step changes the stops by more than a bound, unless a limb or the Sun enters the frame;
 /// then the change must be continuous: the step is halved [`HALVINGS`] times, each time keeping the half that changes most, and the last half must change by less than
 /// the bound. No exposure exceeds that of a night photograph.
-fn sweep(name: &str, bound: f64, steps: i32, view: impl Fn(f64) -> ViewRequest) {
+fn assert_changes_smoothly(name: &str, bound: f64, steps: i32, view: impl Fn(f64) -> ViewRequest) {
     let stops_at = |k: f64| {
         let exposure = scene(&view(k)).exposure;
         assert!(exposure.stops.is_finite() && exposure.stops <= -darkest_white().log2() + 1e-9, "{name}: {} stops", exposure.stops);
         exposure
     };
-    let (mut most, mut place) = (0.0_f64, String::new());
+    let (mut greatest_step, mut description) = (0.0_f64, String::new());
     let mut before = stops_at(0.0);
     for k in 1..=steps {
         let after = stops_at(f64::from(k));
         let step = (after.stops - before.stops).abs();
-        if step > most {
-            (most, place) = (step, format!("step {k}: {:+.2} ({}) to {:+.2} ({})", before.stops, before.reason, after.stops, after.reason));
+        if step > greatest_step {
+            (greatest_step, description) =
+                (step, format!("step {k}: {:+.2} ({}) to {:+.2} ({})", before.stops, before.reason, after.stops, after.reason));
         }
         if step > bound {
             let (mut low, mut high) = ((f64::from(k - 1), before.stops), (f64::from(k), after.stops));
@@ -187,14 +194,14 @@ fn sweep(name: &str, bound: f64, steps: i32, view: impl Fn(f64) -> ViewRequest) 
                 if (found.1 - low.1).abs() > (high.1 - found.1).abs() { high = found } else { low = found }
             }
             let jump = (high.1 - low.1).abs();
-            assert!(jump < bound, "{name}: a jump of {jump:.3} stops against {bound} at {}; {place}", low.0);
+            assert!(jump < bound, "{name}: a jump of {jump:.3} stops against {bound} at {}; {description}", low.0);
         }
         before = after;
     }
-    println!("{name}: at most {most:.3} stops a step, {place}");
+    println!("{name}: at most {greatest_step:.3} stops a step, {description}");
 }
 
-/// From near the ground until the body is lost among the stars, in steps of 5 %: the light of a point falls by a seventh of a stop per step.
+/// From near the ground to 2 au at most, in steps of 5 %: the light of a point falls by a seventh of a stop per step.
 #[test]
 fn distance_moves_the_exposure_smoothly() {
     for target in [NaifId::EARTH, NaifId::MOON, JUPITER, SATURN, NaifId::SUN] {
@@ -204,18 +211,18 @@ fn distance_moves_the_exposure_smoothly() {
         // Stay within 2 au: from farther away the Sun enters the frame of an inner planet.
         let radius_km = SESSION.catalog().body(target).expect("a body").radii_km.x;
         let steps = ((2.0 * orrery::units::KM_PER_AU / (1.5 * radius_km)).ln() / 1.05_f64.ln()) as i32;
-        sweep(&format!("distance from {target:?}"), 0.8, steps, |k| view(target, "2024-03-01T00:00:00Z", place(k), None));
+        assert_changes_smoothly(&format!("distance from {target:?}"), 0.8, steps, |k| view(target, "2024-03-01T00:00:00Z", place(k), None));
     }
 }
 
-fn around(target: NaifId, time: &str, radii: f64, phase_deg: f64, fov_deg: f64) -> ViewRequest {
+fn view_at_phase(target: NaifId, time: &str, radii: f64, phase_deg: f64, fov_deg: f64) -> ViewRequest {
     let body = SESSION.catalog().body(target).expect("a body");
     let request = view(target, time, Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(radii) }, Some(fov_deg));
-    let lit = scene(&request);
-    let sunward = -lit.body(target).expect("there").placement.centre_km.normalize();
-    let turn = DMat3::from_axis_angle(sunward.any_orthonormal_vector(), phase_deg.to_radians());
+    let lit_side = scene(&request);
+    let sunward = -lit_side.body(target).expect("there").placement.centre_km.normalize();
+    let rotation = DMat3::from_axis_angle(sunward.any_orthonormal_vector(), phase_deg.to_radians());
     ViewRequest {
-        position: Position::Offset { body: target, offset_km: turn * sunward * radii * body.radii_km.x, axes: Axes::Icrf },
+        position: Position::Offset { body: target, offset_km: rotation * sunward * radii * body.radii_km.x, axes: Axes::Icrf },
         ..request
     }
 }
@@ -224,18 +231,20 @@ fn around(target: NaifId, time: &str, radii: f64, phase_deg: f64, fov_deg: f64) 
 fn phase_moves_the_exposure_smoothly() {
     for (target, radii) in [(NaifId::MOON, 12.0), (NaifId::EARTH, 3.0), (SATURN, 12.0), (NaifId(299), 5.0)] {
         // Until the Sun enters the frame; there it appears and sets behind the body, by a five-hundredth of the frame per step.
-        sweep(&format!("phase of {target:?}"), 1.5, 110, |k| around(target, "2024-03-01T00:00:00Z", radii, 1.5 * k, 25.0));
-        let near = |k: f64| around(target, "2024-03-01T00:00:00Z", radii, 165.0 + 0.15 * k, 25.0);
-        sweep(&format!("the Sun goes down behind {target:?}"), 3.0, 100, near);
+        assert_changes_smoothly(&format!("phase of {target:?}"), 1.5, 110, |k| {
+            view_at_phase(target, "2024-03-01T00:00:00Z", radii, 1.5 * k, 25.0)
+        });
+        let near = |k: f64| view_at_phase(target, "2024-03-01T00:00:00Z", radii, 165.0 + 0.15 * k, 25.0);
+        assert_changes_smoothly(&format!("the Sun goes down behind {target:?}"), 3.0, 100, near);
     }
 }
 
 #[test]
 fn the_field_of_view_moves_the_exposure_smoothly() {
     let from_earth = |target, time, k: f64| view(target, time, Position::Centre(NaifId::EARTH), Some(0.2 * 1.04_f64.powf(k)));
-    sweep("from the Sun and new Moon to a wide sky", 3.0, 155, |k| from_earth(NaifId::MOON, "2024-04-08T18:17:16Z", k));
-    sweep("from the full Moon to a wide sky", 3.0, 155, |k| from_earth(NaifId::MOON, "2024-04-23T23:00:00Z", k));
-    sweep("from Io in shadow to Jupiter's system", 3.0, 200, |k| {
+    assert_changes_smoothly("from the Sun and new Moon to a wide sky", 3.0, 155, |k| from_earth(NaifId::MOON, "2024-04-08T18:17:16Z", k));
+    assert_changes_smoothly("from the full Moon to a wide sky", 3.0, 155, |k| from_earth(NaifId::MOON, "2024-04-23T23:00:00Z", k));
+    assert_changes_smoothly("from Io in shadow to Jupiter's system", 3.0, 200, |k| {
         let mut request = from_earth(NaifId(501), "2025-03-01T13:00:00Z", k);
         request.fov_deg = Some(0.003 * 1.04_f64.powf(k));
         request
@@ -250,18 +259,18 @@ fn an_eclipse_moves_the_exposure_smoothly() {
         let request = view(NaifId::SUN, "2024-04-08T17:20:00Z", ground(NaifId::EARTH, 32.78, -96.80), Some(3.0));
         ViewRequest { time: request.time.plus_seconds(s), ..request }
     };
-    sweep("from first to last contact", 2.0, 350, |k| sun(30.0 * k));
-    sweep("around second contact", 2.0, 120, |k| sun(4800.0 + k));
+    assert_changes_smoothly("from first to last contact", 2.0, 350, |k| sun(30.0 * k));
+    assert_changes_smoothly("around second contact", 2.0, 120, |k| sun(4800.0 + k));
     let moon = |k: f64| {
         let request = view(NaifId::MOON, "2022-11-08T08:00:00Z", Position::Centre(NaifId::EARTH), Some(0.8));
         ViewRequest { time: request.time.plus_seconds(120.0 * k), ..request }
     };
-    sweep("the Moon through the umbra", 2.0, 180, moon);
+    assert_changes_smoothly("the Moon through the umbra", 2.0, 180, moon);
     let earth = |k: f64| {
         let request = view(NaifId::EARTH, "2022-11-08T08:00:00Z", ground(NaifId::MOON, 0.0, 0.0), Some(3.0));
         ViewRequest { time: request.time.plus_seconds(120.0 * k), ..request }
     };
-    sweep("the Sun behind the Earth", 2.0, 180, earth);
+    assert_changes_smoothly("the Sun behind the Earth", 2.0, 180, earth);
 }
 
 /// Bodies that enter and leave the frame by a pixel: the camera turns past the full Moon and past the Sun.
@@ -276,14 +285,14 @@ fn turning_the_camera_moves_the_exposure_smoothly() {
             let look = Look::Along { direction: towards * angle.cos() + sideways * angle.sin(), axes: Axes::Icrf };
             ViewRequest { look, target: None, ..centred.clone() }
         };
-        sweep(&format!("past {target:?}"), 2.0, 150, turned);
+        assert_changes_smoothly(&format!("past {target:?}"), 2.0, 150, turned);
     }
     // Stops that are set explicitly can jump: the check must be able to fail.
     let jumps = |k: f64| {
         let exposure = ExposureRequest::Stops(if k < 1.7 { 0.0 } else { 5.0 });
         ViewRequest { exposure, ..view(MARS, "2024-03-01T00:00:00Z", over(3.0), None) }
     };
-    assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| sweep("jumps", 4.0, 4, jumps))).is_err());
+    assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| assert_changes_smoothly("jumps", 4.0, 4, jumps))).is_err());
 }
 
 /// Ordinary lit views keep their look: the mean of a fully lit disc is half of white, to a third of a stop.
@@ -303,13 +312,13 @@ fn lit_discs_are_shown_at_half_of_white() {
 fn explicit_stops_give_finite_pixels() {
     for target in [NaifId::EARTH, SATURN, NaifId::SUN] {
         let base = ViewRequest { width: 48, height: 48, ..view(target, "2024-04-08T18:17:16Z", over(4.0), None) };
-        let mut last = 0.0;
+        let mut previous = 0.0;
         for k in -4..=5 {
-            let found = shown(&ViewRequest { exposure: ExposureRequest::Stops(5.0 * f64::from(k)), ..base.clone() });
-            assert!(found.seen >= last, "{target:?} at {} stops: {found:?} after {last}", 5 * k);
-            last = found.seen;
+            let found = displayed_levels(&ViewRequest { exposure: ExposureRequest::Stops(5.0 * f64::from(k)), ..base.clone() });
+            assert!(found.visible >= previous, "{target:?} at {} stops: {found:?} after {previous}", 5 * k);
+            previous = found.visible;
         }
-        assert!(last > 0.1, "{target:?}: {last}");
+        assert!(previous > 0.1, "{target:?}: {previous}");
     }
 }
 
@@ -317,13 +326,17 @@ fn explicit_stops_give_finite_pixels() {
 #[test]
 fn a_frame_is_exposed_by_its_instant_alone() {
     let night = view(NaifId::EARTH, "2024-12-25T18:00:00Z", ground(NaifId::EARTH, 48.14, 11.58), None);
-    let day = ViewRequest { time: at("2024-12-25T11:00:00Z"), ..night.clone() };
-    let [first, between, again] = [&night, &day, &night].map(stops);
+    let day = ViewRequest { time: parse_time("2024-12-25T11:00:00Z"), ..night.clone() };
+    let [first, day_stops, again] = [&night, &day, &night].map(stops);
     assert_eq!(first.to_bits(), again.to_bits());
-    assert!(first > between + 8.0, "{first} at night, {between} by day");
-    let gliding = ViewRequest { exposure: ExposureRequest::Gliding { from_stops: between, part: 0.25 }, ..night };
-    let gone = scene(&gliding).exposure;
-    assert!((gone.stops - (between + 0.25 * (first - between))).abs() < 1e-9 && gone.metered_stops == first, "{}", gone.stops);
+    assert!(first > day_stops + 8.0, "{first} at night, {day_stops} by day");
+    let in_transition = ViewRequest { exposure: ExposureRequest::Gliding { from_stops: day_stops, part: 0.25 }, ..night };
+    let quarter_way = scene(&in_transition).exposure;
+    assert!(
+        (quarter_way.stops - (day_stops + 0.25 * (first - day_stops))).abs() < 1e-9 && quarter_way.metered_stops == first,
+        "{}",
+        quarter_way.stops
+    );
 }
 
 #[test]

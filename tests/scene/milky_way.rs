@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 1 };
 const TIME: &str = "2024-06-07T00:00:00Z";
 
-/// Linear light of the given layers alone, from the Earth's centre.
+/// A view of the given layers alone in linear light, from the Earth's centre.
 fn towards(look: DVec3, fov_deg: f64, layers: Layers) -> ViewRequest {
     ViewRequest {
         target: None,
@@ -35,7 +35,7 @@ fn towards(look: DVec3, fov_deg: f64, layers: Layers) -> ViewRequest {
 }
 
 const MILKY_WAY: Layers = Layers { milky_way: true, ..Layers::NONE };
-const DUST: Layers = Layers { zodiacal_light: true, ..Layers::NONE };
+const ZODIACAL_LIGHT: Layers = Layers { zodiacal_light: true, ..Layers::NONE };
 
 fn draw(session: &Session, request: &ViewRequest) -> DrawnFrame {
     session.draw(request, SAMPLING, true).expect("drawn")
@@ -63,37 +63,37 @@ fn mean_around(longitude: f64, latitude: f64, degrees: f64) -> f64 {
 fn the_milky_way_is_at_its_charted_position() {
     // NASA/IPAC Extragalactic Database: LMC 280.47 -32.89, SMC 302.80 -44.30; Coalsack 303 -1, between bright parts of Crux and Centaurus.
     for (name, l, b) in [("LMC", 280.47, -32.89), ("SMC", 302.80, -44.30)] {
-        let (there, mirrored, north) = (mean_around(l, b, 3.0), mean_around(-l, b, 3.0), mean_around(l, -b, 3.0));
-        assert!(there > 1.5 * mirrored && there > 1.5 * north, "{name}: {there:e}, mirrored {mirrored:e}, north {north:e}");
+        let (at_galaxy, mirrored, north) = (mean_around(l, b, 3.0), mean_around(-l, b, 3.0), mean_around(l, -b, 3.0));
+        assert!(at_galaxy > 1.5 * mirrored && at_galaxy > 1.5 * north, "{name}: {at_galaxy:e}, mirrored {mirrored:e}, north {north:e}");
     }
-    let (sack, beside) = (mean_around(302.5, -0.5, 3.0), mean_around(310.0, 0.0, 3.0).min(mean_around(295.0, -0.5, 3.0)));
-    assert!(sack < 0.8 * beside, "Coalsack {sack:e}, beside {beside:e}");
+    let (coalsack, beside) = (mean_around(302.5, -0.5, 3.0), mean_around(310.0, 0.0, 3.0).min(mean_around(295.0, -0.5, 3.0)));
+    assert!(coalsack < 0.8 * beside, "Coalsack {coalsack:e}, beside {beside:e}");
     // Brighter towards the Galactic centre than away from it.
     assert!(mean_around(2.0, -4.0, 3.0) > 3.0 * mean_around(180.0, 0.0, 8.0));
 }
 
-/// Published figures: 20 to 21 magnitudes per square arc second in the brightest clouds. At the Galactic poles no more than 100 stars of tenth magnitude per square
+/// Published values: 20 to 21 magnitudes per square arc second in the brightest clouds. At the Galactic poles no more than 100 stars of tenth magnitude per square
 /// degree (22.8); all starlight and diffuse light there counts as 20 to 60 (Leinert et al. 1998, A&AS 127, 1, section 10).
 #[test]
 fn the_milky_way_is_as_bright_as_published() {
     let cloud = surface_magnitude(mean_around(2.0, -4.0, 3.0));
     assert!((20.0..21.0).contains(&cloud), "{cloud}");
     for pole in [90.0, -90.0] {
-        let dim = surface_magnitude(mean_around(0.0, pole, 20.0));
-        println!("pole {pole}: {dim:.2}");
-        assert!((22.8..25.5).contains(&dim), "{pole}: {dim}");
+        let at_pole = surface_magnitude(mean_around(0.0, pole, 20.0));
+        println!("pole {pole}: {at_pole:.2}");
+        assert!((22.8..25.5).contains(&at_pole), "{pole}: {at_pole}");
     }
     // Check of the scale: one square arc second with the flux of a star of that magnitude.
-    let one = irradiance_of_magnitude(21.0) * PI / (PI / 180.0 / 3600.0_f64).powi(2);
-    assert!((surface_magnitude(one) - 21.0).abs() < 1e-9);
+    let radiance = irradiance_of_magnitude(21.0) * PI / (PI / 180.0 / 3600.0_f64).powi(2);
+    assert!((surface_magnitude(radiance) - 21.0).abs() < 1e-9);
 }
 
 /// At a field of view of one arc second the light equals that of the position to a thousandth, and panning causes no jump.
 #[test]
 fn the_milky_way_is_steady_at_one_arc_second() {
-    let place = SkyFrame::Galactic.icrf_from_frame() * direction(1.0, -3.0);
-    let aside = place.any_orthonormal_vector();
-    let draw_at = |seconds: f64| draw(&SESSION, &towards(place + aside * (seconds / 206_264.8), 1.0 / 3600.0, MILKY_WAY));
+    let direction = SkyFrame::Galactic.icrf_from_frame() * direction(1.0, -3.0);
+    let sideways = direction.any_orthonormal_vector();
+    let draw_at = |seconds: f64| draw(&SESSION, &towards(direction + sideways * (seconds / 206_264.8), 1.0 / 3600.0, MILKY_WAY));
     let first = draw_at(0.0);
     let level = mean(&first);
     for seconds in [0.0, 0.1, 0.2, 0.3, 0.5, 1.0] {
@@ -106,11 +106,11 @@ fn the_milky_way_is_steady_at_one_arc_second() {
 /// The zodiacal light in the picture follows its law for the ray through each pixel, computed in f64, from the ecliptic to its pole and round to the gegenschein.
 #[test]
 fn zodiacal_light_follows_its_law() {
-    let probe = draw(&SESSION, &towards(DVec3::X, 60.0, DUST));
+    let probe = draw(&SESSION, &towards(DVec3::X, 60.0, ZODIACAL_LIGHT));
     let sun = probe.scene.body(NaifId::SUN).expect("in the catalog").placement.centre_km;
     let (to_sun, au) = (sun.normalize(), sun.length() / 149_597_870.7);
     for look in [to_sun, -to_sun, ecliptic_pole(), to_sun.cross(ecliptic_pole()), DVec3::new(0.2, 0.9, -0.5)] {
-        let drawn = draw(&SESSION, &towards(look, 100.0, DUST));
+        let drawn = draw(&SESSION, &towards(look, 100.0, ZODIACAL_LIGHT));
         let camera = &drawn.scene.camera;
         let has_corona = drawn.scene.corona.is_some();
         let mut compared = 0;
@@ -122,9 +122,12 @@ fn zodiacal_light_follows_its_law() {
                     continue;
                 }
                 let expected = zodiacal::law(ray.dot(to_sun), ray.dot(ecliptic_pole())) * zodiacal::unit_radiance(au);
-                let got = f64::from(drawn.frame.hdr[(y * 64 + x) as usize][1]);
+                let drawn_radiance = f64::from(drawn.frame.hdr[(y * 64 + x) as usize][1]);
                 compared += 1;
-                assert!((got / expected - 1.0).abs() < 1e-3, "{look}, {x} {y}: {got:e} for {expected:e}, corona {has_corona}");
+                assert!(
+                    (drawn_radiance / expected - 1.0).abs() < 1e-3,
+                    "{look}, {x} {y}: {drawn_radiance:e} for {expected:e}, corona {has_corona}"
+                );
             }
         }
         assert!(compared > 80, "{compared}");
@@ -143,25 +146,31 @@ fn the_exposure_decides_what_is_visible() {
     };
     let decision_of =
         |drawn: &DrawnFrame, feature: &str| drawn.scene.sky.iter().find(|d| d.feature == feature).map(|d| (d.on, d.reason.clone()));
-    let run = |drawn: &DrawnFrame| drawn.simple_draws.iter().filter(|d| d.module == "sky_background").count();
-    let plain = saturn(0.0, Layers::default());
-    assert!(plain.scene.background.is_none() && run(&plain) == 0);
+    let background_draws = |drawn: &DrawnFrame| drawn.simple_draws.iter().filter(|d| d.module == "sky_background").count();
+    let unboosted = saturn(0.0, Layers::default());
+    assert!(unboosted.scene.background.is_none() && background_draws(&unboosted) == 0);
     for feature in ["milky-way", "zodiacal-light"] {
-        assert!(decision_of(&plain, feature).is_some_and(|(on, why)| !on && why.contains("of white against")), "{:?}", plain.scene.sky);
+        assert!(
+            decision_of(&unboosted, feature).is_some_and(|(on, why)| !on && why.contains("of white against")),
+            "{:?}",
+            unboosted.scene.sky
+        );
     }
-    let lifted = saturn(16.0, Layers::default());
+    let boosted = saturn(16.0, Layers::default());
     assert!(
-        run(&lifted) == 1 && lifted.scene.stars.len() > 20 && decision_of(&lifted, "milky-way").is_some_and(|(on, _)| on),
+        background_draws(&boosted) == 1 && boosted.scene.stars.len() > 20 && decision_of(&boosted, "milky-way").is_some_and(|(on, _)| on),
         "{:?}",
-        lifted.scene.sky
+        boosted.scene.sky
     );
     // The planet keeps its light and hides the sky behind it.
-    let dark = saturn(16.0, Layers { stars: false, ..Layers::default() });
+    let without_stars = saturn(16.0, Layers { stars: false, ..Layers::default() });
     let centre = 32 * 64 + 32;
-    assert_eq!(dark.frame.hdr[centre], saturn(0.0, Layers::NONE).frame.hdr[centre]);
-    assert!(dark.frame.hdr[0][1] > 0.0);
+    assert_eq!(without_stars.frame.hdr[centre], saturn(0.0, Layers::NONE).frame.hdr[centre]);
+    assert!(without_stars.frame.hdr[0][1] > 0.0);
     let off = saturn(16.0, Layers::NONE);
-    assert!(run(&off) == 0 && decision_of(&off, "milky-way") == Some((false, "set by you".into())) && off.frame.hdr[0][1] == 0.0);
+    assert!(
+        background_draws(&off) == 0 && decision_of(&off, "milky-way") == Some((false, "set by you".into())) && off.frame.hdr[0][1] == 0.0
+    );
     // The light increases by the factor that the stops imply.
     let base = towards(direction(266.0, -29.0), 20.0, Layers { milky_way: true, zodiacal_light: true, ..Layers::NONE });
     let ratio = mean(&draw(&SESSION, &ViewRequest { stars_boost: 3.0, ..base.clone() })) / mean(&draw(&SESSION, &base));
@@ -172,20 +181,20 @@ fn the_exposure_decides_what_is_visible() {
 #[test]
 fn a_users_panorama_is_placed_in_its_frame() {
     let folder = tempfile::tempdir().expect("a folder");
-    let spot = |width: u32, height: u32, at: [u32; 2]| {
+    let red_spot = |width: u32, height: u32, at: [u32; 2]| {
         let inside = |x: u32, y: u32| x.abs_diff(at[0]) < 6 && y.abs_diff(at[1]) < 6;
         image::RgbImage::from_fn(width, height, |x, y| image::Rgb(if inside(x, y) { [255, 0, 0] } else { [20, 20, 20] }))
     };
     // Longitude 90, latitude 30: a quarter to the left of the middle, two thirds up.
     let flat = folder.path().join("flat.png");
-    spot(360, 180, [90, 60]).save(&flat).expect("written");
+    red_spot(360, 180, [90, 60]).save(&flat).expect("written");
     // The face to the left of the middle face is the face of longitude 90.
     let cube = folder.path().join("cube");
     std::fs::create_dir(&cube).expect("a folder");
     for face in ["px", "nx", "py", "ny", "pz", "nz"] {
         // 30 degrees above the middle of a face, by the tangent.
         let at = if face == "nx" { [64, 27] } else { [500, 500] };
-        spot(128, 128, at).save(cube.join(format!("{face}.png"))).expect("written");
+        red_spot(128, 128, at).save(cube.join(format!("{face}.png"))).expect("written");
     }
     for (sky, frame) in [
         (flat.clone(), SkyFrame::Galactic),
@@ -195,14 +204,14 @@ fn a_users_panorama_is_placed_in_its_frame() {
     ] {
         let sources = Sources { sky: Some(sky.clone()), sky_frame: frame, cache: Some(folder.path().join("cache")), ..Sources::default() };
         let session = Session::open(&sources, |line| panic!("{line}")).expect("opens");
-        let red = |longitude: f64, latitude: f64| {
+        let redness = |longitude: f64, latitude: f64| {
             let drawn = draw(&session, &towards(frame.icrf_from_frame() * direction(longitude, latitude), 1.0, MILKY_WAY));
             let p = drawn.frame.hdr[32 * 64 + 32];
             f64::from(p[0]) / f64::from(p[1])
         };
-        assert!(red(90.0, 30.0) > 20.0, "{} {frame:?}: {}", sky.display(), red(90.0, 30.0));
+        assert!(redness(90.0, 30.0) > 20.0, "{} {frame:?}: {}", sky.display(), redness(90.0, 30.0));
         for (longitude, latitude) in [(270.0, 30.0), (90.0, -30.0), (0.0, 30.0), (90.0, 60.0)] {
-            assert!(red(longitude, latitude) < 1.1, "{} {frame:?}: {longitude} {latitude}", sky.display());
+            assert!(redness(longitude, latitude) < 1.1, "{} {frame:?}: {longitude} {latitude}", sky.display());
         }
     }
 }

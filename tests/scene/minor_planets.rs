@@ -25,39 +25,39 @@ use orrery::time::Instant;
 use orrery::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use std::f64::consts::PI;
 
-const PLACE: &str = "vec4f(motion(vec4f(p.x, 0.0, 0.0, p.y), vec3f(0.0, p.z, 0.0), p.w).place, 0.0)";
+const POSITION_EXPRESSION: &str = "vec4f(motion(vec4f(p.x, 0.0, 0.0, p.y), vec3f(0.0, p.z, 0.0), p.w).place, 0.0)";
 
 fn in_plane(perihelion_au: f64, eccentricity: f64) -> HeliocentricOrbit {
     HeliocentricOrbit { perihelion_au, eccentricity, to_perihelion: DVec3::X, along_perihelion: DVec3::Y, passage_days: 0.0 }
 }
 
 /// The shader's input for an orbit with perihelion distance 1 at a time, in the shader's units.
-fn question(e: f64, time: f64) -> EvalInput {
+fn motion_input(e: f64, time: f64) -> EvalInput {
     [1.0, 1.0 - e, (1.0 + e).sqrt(), time, 0.0, 0.0, 0.0, 0.0]
 }
 
 /// Greatest distance between the shader's position and the f64 position over the given times, in units of `scale` at each.
 fn worst<R: Real>(shader: &Emitted, e: f64, times: &[f64], scale: impl Fn(DVec3) -> f64) -> f64 {
-    let questions: Vec<EvalInput> = times.iter().map(|t| question(e, *t)).collect();
-    let places = shader.ask_in::<R>(&DrawUniforms::default(), None, &questions);
+    let inputs: Vec<EvalInput> = times.iter().map(|t| motion_input(e, *t)).collect();
+    let positions = shader.evaluate_in::<R>(&DrawUniforms::default(), None, &inputs);
     let error = |(t, p): (&f64, &[f64; 4])| {
         let expected = heliocentric_state(&in_plane(1.0, e), t / GAUSS_CONSTANT).position;
         DVec3::new(p[0], p[1], p[2]).distance(expected) / scale(expected)
     };
-    times.iter().zip(&places).map(error).fold(0.0, |worst: f64, error| if error.is_nan() { f64::INFINITY } else { worst.max(error) })
+    times.iter().zip(&positions).map(error).fold(0.0, |worst: f64, error| if error.is_nan() { f64::INFINITY } else { worst.max(error) })
 }
 
 /// Times over half an orbit, and close to perihelion.
 fn times(e: f64) -> Vec<f64> {
     let half_turn = if e < 1.0 { PI * (1.0 - e).powf(-1.5) } else { 1e4 };
-    let even = (-2000..=2000).map(|k| half_turn * f64::from(k) / 2000.0);
-    let near = (-600..=600).map(|k| f64::from(k) / 100.0).filter(|t| t.abs() <= half_turn);
-    even.chain(near).collect()
+    let evenly_spaced = (-2000..=2000).map(|k| half_turn * f64::from(k) / 2000.0);
+    let near_perihelion = (-600..=600).map(|k| f64::from(k) / 100.0).filter(|t| t.abs() <= half_turn);
+    evenly_spaced.chain(near_perihelion).collect()
 }
 
 #[test]
 fn keplers_equation_in_f32_agrees_with_f64() {
-    let shader = Emitted::new("minor_planets", PLACE);
+    let shader = Emitted::new("minor_planets", POSITION_EXPRESSION);
     for e in [0.0, 1e-6, 0.01, 0.1, 0.3, 0.5, 0.7, 0.85, 0.93, 0.97] {
         let axis = 1.0 / (1.0 - e);
         let single = worst::<f32>(&shader, e, &times(e), |_| axis);
@@ -71,17 +71,17 @@ fn keplers_equation_in_f32_agrees_with_f64() {
         println!("e {e}: {single:.2e} of the distance in f32");
         assert!(single < 3e-6, "e {e}: {single}");
     }
-    // The comparison must be able to fail: with three steps instead of four, and with one term of Stumpff's series less.
+    // The comparison must be able to fail: with one step instead of four, and with a Stumpff function that is off by 1e-5.
     let edited = |right: &'static str, wrong: &'static str| {
-        Emitted::edited("minor_planets", PLACE, |text| {
+        Emitted::edited("minor_planets", POSITION_EXPRESSION, |text| {
             assert_eq!(text.matches(right).count(), 1, "{right}");
             text.replace(right, wrong)
         })
     };
-    let fewer = edited("for (var k = 0; k < 4; k++)", "for (var k = 0; k < 1; k++)");
-    assert!(worst::<f32>(&fewer, 0.7, &times(0.7), |_| 1.0 / 0.3) > 1e-5);
-    let coarse = edited("c2 *= 1.0 - 0.5 * y * c2;", "c2 = 0.5 * c1 * c1 * 1.00001;");
-    assert!(worst::<f32>(&coarse, 0.3, &times(0.3), |_| 1.0 / 0.7) > 2e-6);
+    let one_step = edited("for (var k = 0; k < 4; k++)", "for (var k = 0; k < 1; k++)");
+    assert!(worst::<f32>(&one_step, 0.7, &times(0.7), |_| 1.0 / 0.3) > 1e-5);
+    let inexact = edited("c2 *= 1.0 - 0.5 * y * c2;", "c2 = 0.5 * c1 * c1 * 1.00001;");
+    assert!(worst::<f32>(&inexact, 0.3, &times(0.3), |_| 1.0 / 0.7) > 2e-6);
 }
 
 /// The sprite's profile is that of `scene::point_spread`, and its extent is the same power of the peak.
@@ -91,8 +91,8 @@ fn sprites_have_the_profile_of_other_points() {
     let value = format!("vec4f(point_shape(p.x, {law}, {CORE_SIGMA_PX:?}, {GLARE_WIDTH_PX:?}), 0.0)");
     let shader = Emitted::new("minor_planets", &value);
     let peaks: Vec<f64> = (-20..=80).map(|k| 10_f64.powf(f64::from(k) / 10.0)).collect();
-    let questions: Vec<EvalInput> = peaks.iter().map(|p| [*p, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
-    for (peak, found) in peaks.iter().zip(shader.ask_in::<f32>(&DrawUniforms::default(), None, &questions)) {
+    let inputs: Vec<EvalInput> = peaks.iter().map(|p| [*p, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
+    for (peak, found) in peaks.iter().zip(shader.evaluate_in::<f32>(&DrawUniforms::default(), None, &inputs)) {
         let radius = (POINT_RADIUS_PX * peak.max(1.0).powf(GLARE_RADIUS_EXPONENT)).min(MAX_RADIUS_PX);
         let [core, glare] = point_spread(radius);
         assert!((found[0] / radius - 1.0).abs() < 1e-5, "{peak}: {found:?}");
@@ -126,11 +126,11 @@ fn seen_from_earth(ephemeris: &Ephemeris, body: &SmallBody, time: Instant) -> (D
     let state = |id: NaifId| ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None).expect("a state").state;
     let (earth, sun) = (state(NaifId::EARTH), state(NaifId::SUN));
     let days = time.tdb_seconds_past_j2000() / SECONDS_PER_DAY;
-    let (mut late_days, mut place_au) = (0.0, DVec3::ZERO);
+    let (mut light_time_days, mut place_au) = (0.0, DVec3::ZERO);
     for _ in 0..5 {
-        place_au = heliocentric_state(&body.orbit, days - late_days).position;
+        place_au = heliocentric_state(&body.orbit, days - light_time_days).position;
         let distance_km = (sun.pos_km + place_au * KM_PER_AU - earth.pos_km).length();
-        late_days = distance_km / SPEED_OF_LIGHT_KM_S / SECONDS_PER_DAY;
+        light_time_days = distance_km / SPEED_OF_LIGHT_KM_S / SECONDS_PER_DAY;
     }
     let from_earth = sun.pos_km + place_au * KM_PER_AU - earth.pos_km;
     (aberrated(from_earth.normalize(), earth.vel_km_s), from_earth.length() / KM_PER_AU, place_au.length())
@@ -156,8 +156,8 @@ fn towards(direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
 fn pictures_show_minor_planets_at_their_position_and_brightness() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
-    let (mut worst_px, mut worst_light, mut at_rest): (f64, f64, f64) = (0.0, 0.0, 0.0);
-    let mut lit = 0;
+    let (mut worst_px, mut worst_light, mut geometric_off_px): (f64, f64, f64) = (0.0, 0.0, 0.0);
+    let mut brighter_than_marks = 0;
     for name in ["Pallas", "Eros", "Sedna"] {
         let (body, table) = single_entry(name);
         let (session, _folder) = session_of(&body, &table);
@@ -178,34 +178,36 @@ fn pictures_show_minor_planets_at_their_position_and_brightness() {
             }
             worst_px = worst_px.max((moment / sum).distance(expected_px));
             let sun = ephemeris.state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km / KM_PER_AU;
-            at_rest = at_rest.max(((body_direction_at_rest(&ephemeris, &body, time) - direction).length() / camera.pixel_tangent()).abs());
+            geometric_off_px =
+                geometric_off_px.max(((geometric_direction(&ephemeris, &body, time) - direction).length() / camera.pixel_tangent()).abs());
             // The phase angle from the triangle of Sun, Earth and body.
             let cos_phase = (from_sun.powi(2) + distance.powi(2) - sun.length_squared()) / (2.0 * from_sun * distance);
-            let half = (0.5 * cos_phase.clamp(-1.0, 1.0).acos()).tan();
+            let tan_half_phase = (0.5 * cos_phase.clamp(-1.0, 1.0).acos()).tan();
             let orrery::catalog::small_bodies::BrightnessLaw::Asteroid { h, g } = body.brightness else { panic!("{name} has H") };
-            let law = (1.0 - g) * (-3.33 * half.powf(0.63)).exp() + g * (-1.87 * half.powf(1.22)).exp();
-            let magnitude = h + 5.0 * (from_sun * distance).log10() - 2.5 * law.log10();
+            let phase_law = (1.0 - g) * (-3.33 * tan_half_phase.powf(0.63)).exp() + g * (-1.87 * tan_half_phase.powf(1.22)).exp();
+            let magnitude = h + 5.0 * (from_sun * distance).log10() - 2.5 * phase_law.log10();
             let flux = irradiance_of_magnitude(magnitude) * PI / camera.pixel_tangent().powi(2);
-            let mark = MARK_LEVEL * drawn.scene.exposure.white() / point_peak();
+            let mark_flux = MARK_LEVEL * drawn.scene.exposure.white() / point_peak();
             let colour = f64::from(drawn.scene.minor_planets.as_ref().expect("asked for").colour.y);
-            worst_light = worst_light.max((sum / (flux.max(mark) * colour) - 1.0).abs());
-            lit += usize::from(flux > mark);
+            worst_light = worst_light.max((sum / (flux.max(mark_flux) * colour) - 1.0).abs());
+            brighter_than_marks += usize::from(flux > mark_flux);
         }
     }
     println!("centroids within {worst_px:.4} px of 1.1 arcsec, light within {:.2} %", 100.0 * worst_light);
     assert!(worst_px < 0.1 && worst_light < 0.02, "{worst_px} {worst_light}");
-    assert!(lit > 4, "{lit} are brighter than marks");
+    assert!(brighter_than_marks > 4, "{brighter_than_marks} are brighter than marks");
     // Without light time and aberration the positions differ.
-    assert!(at_rest > 5.0, "{at_rest}");
+    assert!(geometric_off_px > 5.0, "{geometric_off_px}");
 }
 
-fn body_direction_at_rest(ephemeris: &Ephemeris, body: &SmallBody, time: Instant) -> DVec3 {
+/// Direction from the Earth to the body without light time and aberration.
+fn geometric_direction(ephemeris: &Ephemeris, body: &SmallBody, time: Instant) -> DVec3 {
     let state = |id: NaifId| ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None).expect("a state").state.pos_km;
     let days = time.tdb_seconds_past_j2000() / SECONDS_PER_DAY;
     (state(NaifId::SUN) + heliocentric_state(&body.orbit, days).position * KM_PER_AU - state(NaifId::EARTH)).normalize()
 }
 
-/// With the layer on, minor planets are drawn with a reason; otherwise they are not, and `explain` gives the reason. Bodies hide what is behind them.
+/// With the layer on, minor planets are drawn with a reason; otherwise they are not, and `explain` gives the reason.
 #[test]
 fn minor_planets_are_drawn_only_with_their_layer() {
     let time = Instant::parse("2024-04-08T18:17:16Z").expect("a time");

@@ -19,7 +19,7 @@ const SATURN: NaifId = NaifId(699);
 /// A folder with a catalog file and one-coloured images (name, RGBA), and a session that uses them.
 struct UserOverlays {
     session: Session,
-    said: Arc<Mutex<Vec<String>>>,
+    messages: Arc<Mutex<Vec<String>>>,
     _folder: tempfile::TempDir,
 }
 
@@ -33,8 +33,8 @@ impl UserOverlays {
             encoder.set_color(png::ColorType::Rgba);
             encoder.write_header().and_then(|mut w| w.write_image_data(&colour.repeat(16 * 8))).expect("written");
         }
-        let (session, said) = session_over(folder.path());
-        Self { session, said, _folder: folder }
+        let (session, messages) = session_over(folder.path());
+        Self { session, messages, _folder: folder }
     }
 
     /// A view from 3 radii above 0 N 0 E.
@@ -55,39 +55,39 @@ impl UserOverlays {
     }
 }
 
-fn changed(a: &[[f32; 4]], b: &[[f32; 4]]) -> Vec<bool> {
+fn changed_pixels(a: &[[f32; 4]], b: &[[f32; 4]]) -> Vec<bool> {
     a.iter().zip(b).map(|(a, b)| a.map(f32::to_bits) != b.map(f32::to_bits)).collect()
 }
 
 /// The ground point under the centre of each pixel, kilometres, body axes.
-fn grounds(scene: &Scene, body: NaifId) -> Vec<Option<DVec3>> {
+fn ground_points(scene: &Scene, body: NaifId) -> Vec<Option<DVec3>> {
     let placement = &scene.body(body).expect("a body").placement;
     let middle = |k: u32| DVec2::new(f64::from(k % SIDE) + 0.5, f64::from(k / SIDE) + 0.5);
     (0..SIDE * SIDE).map(|k| Some(scene.camera.surface_under_pixel(placement, middle(k))? * placement.radii_km)).collect()
 }
 
 /// Planetographic latitude and east longitude, degrees.
-fn graphic(ground_km: DVec3, radii_km: DVec3) -> [f64; 2] {
+fn planetographic(ground_km: DVec3, radii_km: DVec3) -> [f64; 2] {
     let normal = ground_km / (radii_km * radii_km);
     [normal.z.atan2(normal.truncate().length()).to_degrees(), ground_km.y.atan2(ground_km.x).to_degrees()]
 }
 
 const REGION: &str = "projection = \"equirectangular\"\nwest_deg = -20.0\neast_deg = 25.0\nsouth_deg = 30.0\nnorth_deg = 50.0\n";
 
-fn overlay(body: &str, name: &str, file: &str, rest: &str) -> String {
+fn overlay_toml(body: &str, name: &str, file: &str, rest: &str) -> String {
     format!("[[overlay]]\nbody = \"{body}\"\nname = \"{name}\"\nfile = \"{file}\"\n{rest}\n")
 }
 
 #[test]
 fn an_image_of_zero_alpha_changes_no_bit() {
     for (alpha, changes) in [(0, false), (128, true)] {
-        let user_overlays = UserOverlays::new(&overlay("Moon", "a", "a.png", REGION), &[("a.png", [255, 40, 90, alpha])]);
+        let user_overlays = UserOverlays::new(&overlay_toml("Moon", "a", "a.png", REGION), &[("a.png", [255, 40, 90, alpha])]);
         for view in [PixelView::Final, PixelView::Albedo] {
             let (scene, with) = user_overlays.draw(MOON, "", view);
             assert_eq!(scene.draws[0].features.overlays, 1);
             let (scene, without) = user_overlays.draw(MOON, "-overlays", view);
             assert_eq!(scene.draws[0].features.overlays, 0);
-            let count = changed(&with, &without).iter().filter(|c| **c).count();
+            let count = changed_pixels(&with, &without).iter().filter(|c| **c).count();
             assert!(if changes { count > 100 } else { count == 0 }, "{view:?}, alpha {alpha}: {count} pixels");
         }
     }
@@ -97,22 +97,22 @@ fn an_image_of_zero_alpha_changes_no_bit() {
 /// 44.1.
 #[test]
 fn an_overlay_changes_its_region_only() {
-    let user_overlays = UserOverlays::new(&overlay("Saturn", "band", "red.png", REGION), &[("red.png", [255, 40, 90, 255])]);
+    let user_overlays = UserOverlays::new(&overlay_toml("Saturn", "band", "red.png", REGION), &[("red.png", [255, 40, 90, 255])]);
     let (scene, with) = user_overlays.draw(SATURN, "", PixelView::Final);
     let (_, without) = user_overlays.draw(SATURN, "-overlays", PixelView::Final);
     let (_, albedo) = user_overlays.draw(SATURN, "", PixelView::Albedo);
     let radii_km = scene.body(SATURN).expect("Saturn").placement.radii_km;
     let (mut inside, mut outside) = (0, 0);
-    for (k, ground) in grounds(&scene, SATURN).into_iter().enumerate() {
-        let Some([lat, lon]) = ground.map(|g| graphic(g, radii_km)) else { continue };
+    for (k, ground) in ground_points(&scene, SATURN).into_iter().enumerate() {
+        let Some([lat, lon]) = ground.map(|g| planetographic(g, radii_km)) else { continue };
         // Distance from the region in degrees, positive outside. A pixel spans half a degree here, and more
         // towards the limb.
-        let beyond = (30.0 - lat).max(lat - 50.0).max(-20.0 - lon).max(lon - 25.0);
+        let outside_deg = (30.0 - lat).max(lat - 50.0).max(-20.0 - lon).max(lon - 25.0);
         let differs = with[k].map(f32::to_bits) != without[k].map(f32::to_bits);
-        if beyond > 2.5 {
+        if outside_deg > 2.5 {
             assert!(!differs, "{lat} N {lon} E is changed");
             outside += 1;
-        } else if beyond < -2.5 {
+        } else if outside_deg < -2.5 {
             // An opaque overlay shows its own colour in linear light, as a map would.
             let red = albedo[k][0];
             let (green, blue) = (albedo[k][1] / red, albedo[k][2] / red);
@@ -128,7 +128,7 @@ fn an_overlay_changes_its_region_only() {
 #[test]
 fn a_picture_from_above_lies_on_the_plane_below_it() {
     let rest = "projection = \"orthographic\"\nlatitude_deg = 20.0\nlongitude_deg = -15.0\nwidth_km = 1200.0\nheight_km = 600.0\n";
-    let user_overlays = UserOverlays::new(&overlay("Moon", "seen", "green.png", rest), &[("green.png", [10, 255, 10, 255])]);
+    let user_overlays = UserOverlays::new(&overlay_toml("Moon", "seen", "green.png", rest), &[("green.png", [10, 255, 10, 255])]);
     let (scene, with) = user_overlays.draw(MOON, "", PixelView::Albedo);
     let (_, without) = user_overlays.draw(MOON, "-overlays", PixelView::Albedo);
     let (lat, lon) = (20f64.to_radians(), (-15f64).to_radians());
@@ -136,59 +136,60 @@ fn a_picture_from_above_lies_on_the_plane_below_it() {
     let east = DVec3::new(-lon.sin(), lon.cos(), 0.0);
     let north = up.cross(east);
     let (mut inside, mut outside) = (0, 0);
-    for (k, ground) in grounds(&scene, MOON).into_iter().enumerate() {
+    for (k, ground) in ground_points(&scene, MOON).into_iter().enumerate() {
         let Some(ground) = ground else { continue };
-        let beyond = (ground.dot(east).abs() - 600.0).max(ground.dot(north).abs() - 300.0);
+        let outside_km = (ground.dot(east).abs() - 600.0).max(ground.dot(north).abs() - 300.0);
         let differs = with[k] != without[k];
-        if beyond > 60.0 {
+        if outside_km > 60.0 {
             assert!(!differs, "{ground} is changed");
             outside += 1;
-        } else if beyond < -60.0 {
+        } else if outside_km < -60.0 {
             assert!(differs && with[k][1] > 20.0 * with[k][0], "{ground}: {:?}", with[k]);
             inside += 1;
         }
     }
     assert!(inside > 100 && outside > 1000, "{inside} {outside}");
     // Seen from the other side of the Moon the picture would be upside down: it must not be visible there.
-    let far = UserOverlays::new(
-        &overlay("Moon", "seen", "green.png", &rest.replace("-15.0", "165.0").replace("20.0", "-20.0")),
+    let on_far_side = UserOverlays::new(
+        &overlay_toml("Moon", "seen", "green.png", &rest.replace("-15.0", "165.0").replace("20.0", "-20.0")),
         &[("green.png", [10, 255, 10, 255])],
     );
-    assert!(far.draw(MOON, "", PixelView::Albedo).1 == without);
+    assert!(on_far_side.draw(MOON, "", PixelView::Albedo).1 == without);
 }
 
 #[test]
 fn the_second_lies_over_the_first_by_its_alpha() {
-    let both = |alpha: u8| {
-        let catalog = overlay("Moon", "low", "red.png", REGION) + &overlay("Moon", "high", "blue.png", REGION);
+    let blended_albedo = |alpha: u8| {
+        let catalog = overlay_toml("Moon", "low", "red.png", REGION) + &overlay_toml("Moon", "high", "blue.png", REGION);
         let user_overlays = UserOverlays::new(&catalog, &[("red.png", [255, 0, 0, 255]), ("blue.png", [0, 0, 255, alpha])]);
         let (scene, seen) = user_overlays.draw(MOON, "", PixelView::Albedo);
         assert_eq!(scene.draws[0].features.overlays, 2);
         let radii_km = scene.body(MOON).expect("the Moon").placement.radii_km;
-        let places = grounds(&scene, MOON);
-        let middle =
-            |g: &Option<DVec3>| g.map(|g| graphic(g, radii_km)).is_some_and(|[lat, lon]| (lat - 40.0).abs() < 3.0 && lon.abs() < 3.0);
-        let k = places.iter().position(middle).expect("the region's middle");
+        let points = ground_points(&scene, MOON);
+        let is_middle = |g: &Option<DVec3>| {
+            g.map(|g| planetographic(g, radii_km)).is_some_and(|[lat, lon]| (lat - 40.0).abs() < 3.0 && lon.abs() < 3.0)
+        };
+        let k = points.iter().position(is_middle).expect("the region's middle");
         [seen[k][0], seen[k][1], seen[k][2]]
     };
-    let [red, _, blue] = both(255);
+    let [red, _, blue] = blended_albedo(255);
     assert!(red == 0.0 && blue > 0.5, "the upper overlay must hide the lower one");
     // Alpha 51 is a fifth; a byte of premultiplied sRGB is accurate to 1 % there.
-    let [red, green, mixed] = both(51);
+    let [red, green, mixed] = blended_albedo(51);
     assert!((red / blue - 0.8).abs() < 0.01 && (mixed / blue - 0.2).abs() < 0.01 && green == 0.0, "{red} {green} {mixed}");
 }
 
 #[test]
 fn wrong_overlays_are_named_by_line_and_field() {
-    let complaints = |text: &str| match Catalog::with_files(&[("mine.toml".to_owned(), text.to_owned())]) {
+    let problems = |text: &str| match Catalog::with_files(&[("mine.toml".to_owned(), text.to_owned())]) {
         Ok(_) => Vec::new(),
         Err(e) => e.problems.iter().map(ToString::to_string).collect::<Vec<_>>(),
     };
-    assert_eq!(complaints(&overlay("Moon", "a", "a.png", REGION)), Vec::<String>::new());
+    assert_eq!(problems(&overlay_toml("Moon", "a", "a.png", REGION)), Vec::<String>::new());
     let wrong = "[[overlay]]\nbody = \"Mooon\"\nname = \"a\"\nfile = \"../a.png\"\nopacity = 2\nprojection = \"equirectangular\"\nwest_deg = 10\n\
                  east_deg = 5.0\nsouth_deg = 30.0\nnorth_deg = 91.0\nwidth_km = 5.0\n";
     assert_eq!(
-        complaints(wrong),
+        problems(wrong),
         [
             "mine.toml:4: overlay.file = \"../a.png\": expected a file name without folders",
             "mine.toml:5: overlay.opacity = 2: expected a number from 0 to 1",
@@ -198,24 +199,28 @@ fn wrong_overlays_are_named_by_line_and_field() {
              south_deg, north_deg",
         ]
     );
-    let one = |n: &str| overlay("moon", n, "a.png", REGION);
-    let three = complaints(&(one("a") + &one("b") + &one("c")));
-    assert_eq!(three, ["mine.toml:22: Moon: overlay \"c\" is one too many: a body takes 2, here \"a\" and \"b\""]);
-    assert_eq!(complaints(&(one("a") + &one("b") + &one("a"))), Vec::<String>::new(), "one of the same name replaces it");
-    assert_eq!(complaints(&overlay("Vulcan", "a", "a.png", REGION)), ["mine.toml:2: \"Vulcan\" is not the name of a body"]);
+    let lunar_overlay = |n: &str| overlay_toml("moon", n, "a.png", REGION);
+    let three = problems(&(lunar_overlay("a") + &lunar_overlay("b") + &lunar_overlay("c")));
+    assert_eq!(three, ["mine.toml:22: Moon: overlay \"c\" is lunar_overlay too many: a body takes 2, here \"a\" and \"b\""]);
     assert_eq!(
-        complaints("[[overlay]]\nbody = \"Moon\"\nname = \"a\"\nfile = \"a.png\"\nprojection = \"mercator\"\n"),
-        ["mine.toml:5: overlay.projection = \"mercator\": expected one of \"equirectangular\", \"orthographic\""]
+        problems(&(lunar_overlay("a") + &lunar_overlay("b") + &lunar_overlay("a"))),
+        Vec::<String>::new(),
+        "an overlay of the same name replaces the first"
+    );
+    assert_eq!(problems(&overlay_toml("Vulcan", "a", "a.png", REGION)), ["mine.toml:2: \"Vulcan\" is not the name of a body"]);
+    assert_eq!(
+        problems("[[overlay]]\nbody = \"Moon\"\nname = \"a\"\nfile = \"a.png\"\nprojection = \"mercator\"\n"),
+        ["mine.toml:5: overlay.projection = \"mercator\": expected lunar_overlay of \"equirectangular\", \"orthographic\""]
     );
 }
 
 #[test]
 fn a_missing_or_tiny_overlay_is_left_out_and_reported() {
     let small = REGION.replace("25.0", "-19.9");
-    let catalog = overlay("Moon", "lost", "lost.png", REGION) + &overlay("Moon", "small", "red.png", &small);
+    let catalog = overlay_toml("Moon", "lost", "lost.png", REGION) + &overlay_toml("Moon", "small", "red.png", &small);
     let user_overlays = UserOverlays::new(&catalog, &[("red.png", [255, 0, 0, 255])]);
     let (scene, with) = user_overlays.draw(MOON, "", PixelView::Final);
-    let messages = user_overlays.said.lock().expect("a list").clone();
+    let messages = user_overlays.messages.lock().expect("a list").clone();
     assert!(
         messages.iter().filter(|l| l.contains("lost.png") && l.ends_with("drawn without it") && !l.contains('\n')).count() == 1,
         "{messages:?}"

@@ -14,11 +14,11 @@ fn sky() -> (Catalog, Ephemeris) {
     (catalog, ephemeris)
 }
 
-fn at(text: &str) -> Instant {
+fn parse_time(text: &str) -> Instant {
     Instant::parse(text).expect("a time")
 }
 
-fn apart_deg(a: f64, b: f64) -> f64 {
+fn longitude_difference_deg(a: f64, b: f64) -> f64 {
     (a - b + 540.0).rem_euclid(360.0) - 180.0
 }
 
@@ -31,7 +31,7 @@ fn number(value: &serde_json::Value) -> f64 {
 }
 
 /// Largest allowed error of a sub-point, in degrees.
-const FACE_DEG: f64 = 0.01;
+const SUB_POINT_TOLERANCE_DEG: f64 = 0.01;
 
 #[test]
 fn bodies_show_the_hemisphere_seen_with_light_time() {
@@ -39,27 +39,35 @@ fn bodies_show_the_hemisphere_seen_with_light_time() {
     let mut count = 0;
     for date in reference()["sub_points_dates"].as_array().expect("dates") {
         for (name, id) in [("mars", 499), ("jupiter", 599), ("saturn", 699), ("moon", 301)] {
-            let given = &date["bodies"][name]["light_time"];
-            let field = |name: &str| number(&given[name]);
-            let of_viewer = [field("sub_earth_lon_east_deg"), field("sub_earth_lat_centric_deg")];
-            let of_sun = [field("sub_solar_lon_east_deg"), field("sub_solar_lat_centric_deg")];
+            let expected = &date["bodies"][name]["light_time"];
+            let field = |name: &str| number(&expected[name]);
+            let viewer_point = [field("sub_earth_lon_east_deg"), field("sub_earth_lat_centric_deg")];
+            let sun_point = [field("sub_solar_lon_east_deg"), field("sub_solar_lat_centric_deg")];
             let mut request = ViewRequest::of(NaifId(id), Instant::from_jd_tdb(number(&date["jd_tdb"])));
             request.position = Position::Centre(NaifId::EARTH);
             let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
             let body = scene.body(NaifId(id)).expect("in the catalog");
             let solar = body.sub_solar.expect("lit by the Sun");
-            for (ours, reference) in [(body.sub_viewer, of_viewer), (solar, of_sun)] {
-                let off = apart_deg(ours.longitude_deg, reference[0]).abs().max((ours.latitude_deg - reference[1]).abs());
-                assert!(off < FACE_DEG, "{name} {}: {ours:?} against {reference:?}", date["label"]);
+            for (computed, reference) in [(body.sub_viewer, viewer_point), (solar, sun_point)] {
+                let off =
+                    longitude_difference_deg(computed.longitude_deg, reference[0]).abs().max((computed.latitude_deg - reference[1]).abs());
+                assert!(off < SUB_POINT_TOLERANCE_DEG, "{name} {}: {computed:?} against {reference:?}", date["label"]);
                 // The two points must differ, so that a mix-up would fail.
-                let other = if reference == of_sun { of_viewer } else { of_sun };
-                assert!(apart_deg(ours.longitude_deg, other[0]).abs() > FACE_DEG, "{name} {}", date["label"]);
+                let other = if reference == sun_point { viewer_point } else { sun_point };
+                assert!(
+                    longitude_difference_deg(computed.longitude_deg, other[0]).abs() > SUB_POINT_TOLERANCE_DEG,
+                    "{name} {}",
+                    date["label"]
+                );
             }
             // The pixel in the middle shows the sub-Earth point, whatever the aberration.
             let centre = glam::DVec2::new(512.0, 512.0);
             let hit = scene.camera.surface_under_pixel(&body.placement, centre).expect("the body fills the middle");
-            let face = orrery::scene::SubPoint::of(hit * body.placement.radii_km);
-            assert!(apart_deg(face.longitude_deg, of_viewer[0]).abs() < 0.3, "{name}: the middle of the picture is at {face:?}");
+            let middle_point = orrery::scene::SubPoint::of(hit * body.placement.radii_km);
+            assert!(
+                longitude_difference_deg(middle_point.longitude_deg, viewer_point[0]).abs() < 0.3,
+                "{name}: the middle of the picture is at {middle_point:?}"
+            );
             count += 1;
         }
     }
@@ -71,7 +79,7 @@ fn bodies_show_the_hemisphere_seen_with_light_time() {
 fn the_earths_sub_points_follow_its_true_rotation() {
     use glam::{DMat3, DVec3};
     /// Rotation of the Earth per second, in degrees.
-    const TURN_DEG_S: f64 = 360.985_647 / 86_400.0;
+    const EARTH_ROTATION_DEG_S: f64 = 360.985_647 / 86_400.0;
     let (catalog, ephemeris) = sky();
     let mut count = 0;
     for epoch in reference()["epochs"].as_array().expect("epochs") {
@@ -81,7 +89,7 @@ fn the_earths_sub_points_follow_its_true_rotation() {
         let row = |i: usize| DVec3::from_array([0, 1, 2].map(|k| number(&rows[i][k])));
         let itrs_from_gcrs = DMat3::from_cols(row(0), row(1), row(2)).transpose();
         // The table assumes its own Delta T: the Earth turns by the difference.
-        let late_s = (t.jd_tt() - t.jd_ut1()) * 86_400.0 - number(&earth["assumed_delta_t_tt_minus_ut1_s"]);
+        let delta_t_difference_s = (t.jd_tt() - t.jd_ut1()) * 86_400.0 - number(&earth["assumed_delta_t_tt_minus_ut1_s"]);
         let mut request = ViewRequest::of(NaifId::EARTH, t);
         request.position = Position::Centre(NaifId::MOON);
         let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
@@ -89,21 +97,25 @@ fn the_earths_sub_points_follow_its_true_rotation() {
         let light_s = body.distance_km / 299_792.458;
         // The light that is seen left the Earth one light time ago; the sunlight that illuminated the Earth then had left the Sun
         // earlier.
-        let at = |id: NaifId, seconds: f64| {
+        let position_at = |id: NaifId, seconds: f64| {
             ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, t.plus_seconds(seconds), None).expect("a state").state.pos_km
         };
-        let from_earth = at(NaifId::EARTH, -light_s);
-        let sun_light_s = (at(NaifId::SUN, -light_s) - from_earth).length() / 299_792.458;
-        let to_sun = at(NaifId::SUN, -light_s - sun_light_s) - from_earth;
-        let to_moon = at(NaifId::MOON, 0.0) - from_earth;
-        for (name, ours, direction) in [("viewer", body.sub_viewer, to_moon), ("Sun", body.sub_solar.expect("lit"), to_sun)] {
+        let from_earth = position_at(NaifId::EARTH, -light_s);
+        let sun_light_s = (position_at(NaifId::SUN, -light_s) - from_earth).length() / 299_792.458;
+        let to_sun = position_at(NaifId::SUN, -light_s - sun_light_s) - from_earth;
+        let to_moon = position_at(NaifId::MOON, 0.0) - from_earth;
+        for (name, computed, direction) in [("viewer", body.sub_viewer, to_moon), ("Sun", body.sub_solar.expect("lit"), to_sun)] {
             let v = itrs_from_gcrs * direction;
-            let longitude_deg = v.y.atan2(v.x).to_degrees() + (light_s + late_s) * TURN_DEG_S;
+            let longitude_deg = v.y.atan2(v.x).to_degrees() + (light_s + delta_t_difference_s) * EARTH_ROTATION_DEG_S;
             let latitude_deg = v.z.atan2(v.truncate().length()).to_degrees();
-            let off = apart_deg(ours.longitude_deg, longitude_deg).abs().max((ours.latitude_deg - latitude_deg).abs());
-            assert!(off < FACE_DEG, "{} {name}: {ours:?} against {longitude_deg} {latitude_deg}", t.jd_tdb());
+            let off =
+                longitude_difference_deg(computed.longitude_deg, longitude_deg).abs().max((computed.latitude_deg - latitude_deg).abs());
+            assert!(off < SUB_POINT_TOLERANCE_DEG, "{} {name}: {computed:?} against {longitude_deg} {latitude_deg}", t.jd_tdb());
             // An error of four seconds of rotation would be detected.
-            assert!(apart_deg(ours.longitude_deg, longitude_deg + 4.0 * TURN_DEG_S).abs() > FACE_DEG);
+            assert!(
+                longitude_difference_deg(computed.longitude_deg, longitude_deg + 4.0 * EARTH_ROTATION_DEG_S).abs()
+                    > SUB_POINT_TOLERANCE_DEG
+            );
         }
         count += 1;
     }
@@ -114,14 +126,14 @@ fn the_earths_sub_points_follow_its_true_rotation() {
 fn a_viewer_on_the_ground_stands_on_it() {
     let (catalog, ephemeris) = sky();
     for height_km in [0.001, 0.0017, 1.0, 400.0] {
-        let mut request = ViewRequest::of(NaifId::MOON, at("2024-04-12T20:00:00Z"));
+        let mut request = ViewRequest::of(NaifId::MOON, parse_time("2024-04-12T20:00:00Z"));
         request.position = Position::Ground { body: NaifId::EARTH, latitude_deg: 51.5, longitude_deg: -0.1, height_km };
         let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
         let earth = scene.body(NaifId::EARTH).expect("the Earth");
-        let place = &earth.placement;
-        let c = place.camera_in_unit_sphere();
+        let placement = &earth.placement;
+        let c = placement.camera_in_unit_sphere();
         // Height from the gradient of the ellipsoid's equation: exact to the ratio of height to radius.
-        let height = (c.length_squared() - 1.0) / (2.0 * (c / place.radii_km).length());
+        let height = (c.length_squared() - 1.0) / (2.0 * (c / placement.radii_km).length());
         assert!((height / height_km - 1.0).abs() < 0.05, "{height} km against {height_km}");
     }
 }
@@ -130,9 +142,9 @@ fn a_viewer_on_the_ground_stands_on_it() {
 #[test]
 fn ground_below_the_frame_is_neither_drawn_nor_metered() {
     let (catalog, ephemeris) = sky();
-    let mut request = ViewRequest::of(NaifId::EARTH, at("2024-04-12T20:00:00Z"));
+    let mut request = ViewRequest::of(NaifId::EARTH, parse_time("2024-04-12T20:00:00Z"));
     request.position = Position::Ground { body: NaifId::MOON, latitude_deg: 45.0, longitude_deg: 0.0, height_km: 0.002 };
-    let mut seen = |fov_deg: f64, target: Option<NaifId>| {
+    let mut scene_towards_earth = |fov_deg: f64, target: Option<NaifId>| {
         // Look in a direction instead of at a target: without a target, the meter uses whatever fills the frame.
         let towards_earth = Scene::build(&catalog, &ephemeris, &ViewRequest { target: Some(NaifId::EARTH), ..request.clone() });
         let direction = towards_earth.expect("a scene").body(NaifId::EARTH).expect("the Earth").placement.centre_km.normalize();
@@ -140,14 +152,14 @@ fn ground_below_the_frame_is_neither_drawn_nor_metered() {
         request.look = Look::Along { direction, axes: Axes::Icrf };
         Scene::build(&catalog, &ephemeris, &ViewRequest { target, ..request.clone() }).expect("a scene")
     };
-    let narrow = seen(20.0, None);
+    let narrow = scene_towards_earth(20.0, None);
     assert_eq!(narrow.body(NaifId::MOON).expect("the Moon").appearance, Appearance::NotShown);
     assert!(
         narrow.draws.iter().all(|d| d.body != NaifId::MOON) && narrow.exposure.reason.starts_with("Earth"),
         "{}",
         narrow.exposure.reason
     );
-    let wide = seen(120.0, None);
+    let wide = scene_towards_earth(120.0, None);
     assert_eq!(wide.body(NaifId::MOON).expect("the Moon").appearance, Appearance::Disc);
     // The ground is in the lunar night, lit by the Earth alone; the Earth is metered.
     assert!(wide.exposure.reason.starts_with("Earth"), "{}", wide.exposure.reason);
@@ -158,7 +170,7 @@ fn a_small_body_is_a_point_and_a_nearby_body_is_a_disc() {
     let (catalog, ephemeris) = sky();
     let jupiter = NaifId(599);
     for (fov_deg, appearance) in [(60.0, Appearance::Point), (0.02, Appearance::Disc)] {
-        let mut request = ViewRequest::of(jupiter, at("2024-12-07T20:00:00Z"));
+        let mut request = ViewRequest::of(jupiter, parse_time("2024-12-07T20:00:00Z"));
         request.position = Position::Centre(NaifId::EARTH);
         request.fov_deg = Some(fov_deg);
         let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
@@ -176,7 +188,7 @@ fn a_small_body_is_a_point_and_a_nearby_body_is_a_disc() {
 #[test]
 fn every_decision_has_a_reason_and_city_lights_need_a_long_exposure() {
     let (catalog, ephemeris) = sky();
-    let mut request = ViewRequest::of(NaifId::EARTH, at("2024-04-08T18:17:16Z"));
+    let mut request = ViewRequest::of(NaifId::EARTH, parse_time("2024-04-08T18:17:16Z"));
     let night = |request: &ViewRequest| {
         let scene = Scene::build(&catalog, &ephemeris, request).expect("a scene");
         let earth = scene.body(NaifId::EARTH).expect("the Earth").clone();
@@ -195,7 +207,7 @@ fn every_decision_has_a_reason_and_city_lights_need_a_long_exposure() {
 fn impossible_camera_values_are_refused_by_name() {
     let (catalog, ephemeris) = sky();
     let refused = |change: &dyn Fn(&mut ViewRequest)| {
-        let mut request = ViewRequest::of(NaifId::EARTH, at("2024-04-08T18:17:16Z"));
+        let mut request = ViewRequest::of(NaifId::EARTH, parse_time("2024-04-08T18:17:16Z"));
         change(&mut request);
         Scene::build(&catalog, &ephemeris, &request).expect_err("refused").to_string()
     };
@@ -205,7 +217,7 @@ fn impossible_camera_values_are_refused_by_name() {
     assert!(refused(&|r| r.position = Position::Over { towards: None, distance_radii: Some(0.5) }).contains("inside Earth"));
     assert!(refused(&|r| r.position = Position::Centre(NaifId::EARTH)).contains("centre"));
     let file = |text: &str| {
-        let mut request = ViewRequest::of(NaifId::EARTH, at("2024-04-08T18:17:16Z"));
+        let mut request = ViewRequest::of(NaifId::EARTH, parse_time("2024-04-08T18:17:16Z"));
         CameraFile::parse("c.json", text).and_then(|c| c.resolve(&catalog, &mut request)).expect_err("refused").to_string()
     };
     assert!(file("{").contains("c.json:1:"));
@@ -219,8 +231,8 @@ fn impossible_camera_values_are_refused_by_name() {
 fn the_requirements_of_a_view_cover_everything_it_draws() {
     let (catalog, ephemeris) = sky();
     let caches = Caches::default();
-    let total_eclipse = ViewRequest::of(NaifId::EARTH, at("2024-04-08T18:17:16Z"));
-    let beside_saturn = ViewRequest { fov_deg: Some(20.0), ..ViewRequest::of(NaifId(606), at("2024-12-07T20:00:00Z")) };
+    let total_eclipse = ViewRequest::of(NaifId::EARTH, parse_time("2024-04-08T18:17:16Z"));
+    let beside_saturn = ViewRequest { fov_deg: Some(20.0), ..ViewRequest::of(NaifId(606), parse_time("2024-12-07T20:00:00Z")) };
     let requests = standard_scenes(640, 360).into_iter().map(|s| s.request).chain([total_eclipse, beside_saturn]);
     let (mut maps, mut tables) = (0, 0);
     for request in requests {
@@ -231,8 +243,8 @@ fn the_requirements_of_a_view_cover_everything_it_draws() {
         let drawn: BTreeSet<&str> = scene.draws.iter().flat_map(|d| d.map_files.by_role().map(|(_, file)| file)).collect();
         assert!(drawn.is_subset(&named), "{drawn:?} of {named:?}");
         // No table is loaded: each effect that lacks its table reports that.
-        let lacks = |b: &&orrery::scene::BodyInView| b.decisions.iter().any(|d| d.reason.ends_with("is not at hand"));
-        let lacking: Vec<NaifId> = scene.bodies.iter().filter(lacks).map(|b| b.id).collect();
+        let lacks_table = |b: &&orrery::scene::BodyInView| b.decisions.iter().any(|d| d.reason.ends_with("is not at hand"));
+        let lacking: Vec<NaifId> = scene.bodies.iter().filter(lacks_table).map(|b| b.id).collect();
         assert!(lacking.iter().all(|id| required.scattering_tables.contains(id)), "{lacking:?} of {:?}", required.scattering_tables);
         (maps, tables) = (maps + drawn.len(), tables + lacking.len());
     }

@@ -10,7 +10,7 @@ use orrery::time::Instant;
 
 /// Allowed relative error of a small disc's light against its point's: one sample represents the entire part of the disc inside a pixel.
 /// Measured: 12 % too much at 4 pixels lit in full, 10 % too little at 3 pixels lit in half.
-const SHARE: f64 = 0.125;
+const TOLERANCE: f64 = 0.125;
 
 const FOV_DEG: f64 = 1.0;
 
@@ -35,9 +35,9 @@ fn light(session: &Session, subject: &Subject, side: u32, diameter_px: f64, effe
         ..ViewRequest::of(subject.body, Instant::parse(subject.time).expect("a time"))
     };
     let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, true).expect("drawn");
-    let others = |s: &Scene| s.bodies.iter().filter(|b| b.appearance != Appearance::NotShown).count();
+    let shown_bodies = |s: &Scene| s.bodies.iter().filter(|b| b.appearance != Appearance::NotShown).count();
     // Without points, every body is drawn as a disc, however small.
-    assert!(others(&drawn.scene) == 1 || !effects.is_empty(), "another body is in the picture");
+    assert!(shown_bodies(&drawn.scene) == 1 || !effects.is_empty(), "another body is in the picture");
     let sum: f64 = drawn.frame.hdr.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum();
     let body = drawn.scene.body(subject.body).expect("in the catalog");
     (sum * body.distance_km.powi(2), body.diameter_px, body.appearance)
@@ -46,34 +46,34 @@ fn light(session: &Session, subject: &Subject, side: u32, diameter_px: f64, effe
 #[test]
 fn a_body_keeps_its_light_while_it_shrinks_to_a_point() {
     let session = &*crate::support::session::SESSION;
-    let (full_day, half_day) = ("2024-04-08T18:17:16Z", "2023-06-04T11:00:00Z");
+    let (full_phase_day, half_phase_day) = ("2024-04-08T18:17:16Z", "2023-06-04T11:00:00Z");
     // Venus uses Lambert's law and Mercury Lommel and Seeliger's. In June 2023 Venus was at its greatest elongation.
     let subjects = [
-        Subject { body: NaifId(299), from: NaifId::SUN, time: full_day },
-        Subject { body: NaifId(199), from: NaifId::SUN, time: full_day },
-        Subject { body: NaifId(299), from: NaifId::EARTH, time: half_day },
+        Subject { body: NaifId(299), from: NaifId::SUN, time: full_phase_day },
+        Subject { body: NaifId(199), from: NaifId::SUN, time: full_phase_day },
+        Subject { body: NaifId(299), from: NaifId::EARTH, time: half_phase_day },
     ];
     // With an even size the body is centred on a pixel corner, with an odd size on a pixel centre.
     for (subject, side) in subjects.iter().flat_map(|s| [(s, 64), (s, 65)]) {
         let (point, _, appearance) = light(session, subject, side, 0.5, "");
         assert_eq!(appearance, Appearance::Point);
-        let mut seen = Vec::new();
-        let mut last = f64::INFINITY;
+        let mut appearances = Vec::new();
+        let mut previous = f64::INFINITY;
         for step in 0..=34 {
             let (intrinsic, diameter_px, appearance) = light(session, subject, side, 4.7 - 0.1 * f64::from(step), "");
-            let part = intrinsic / point;
-            println!("{:?} side {side}: {diameter_px:.2} px, {appearance:?}: {part:.4} of the point's light", subject.body);
-            assert!((part - 1.0).abs() < SHARE, "{:?} {diameter_px} px: {part} of the point's light", subject.body);
+            let ratio = intrinsic / point;
+            println!("{:?} side {side}: {diameter_px:.2} px, {appearance:?}: {ratio:.4} of the point's light", subject.body);
+            assert!((ratio - 1.0).abs() < TOLERANCE, "{:?} {diameter_px} px: {ratio} of the point's light", subject.body);
             let received = intrinsic * diameter_px.powi(2);
             // At 4 pixels a tenth of a pixel is 5 % of the light, minus the sampling error.
-            assert!(received < last * 1.02, "brighter although farther away at {diameter_px} px");
-            last = received;
-            seen.push(appearance);
+            assert!(received < previous * 1.02, "brighter although farther away at {diameter_px} px");
+            previous = received;
+            appearances.push(appearance);
         }
-        seen.dedup();
+        appearances.dedup();
         // A disc without its point loses light between the samples: the comparison must be able to fail.
-        let alone = (4..=12).map(|k| light(session, subject, side, 0.1 * f64::from(k), "-points").0 / point);
-        assert!(alone.map(|part| (part - 1.0).abs()).fold(0.0, f64::max) > SHARE);
-        assert_eq!(seen, [Appearance::Disc, Appearance::DiscAndPoint, Appearance::Point], "side {side}");
+        let without_point = (4..=12).map(|k| light(session, subject, side, 0.1 * f64::from(k), "-points").0 / point);
+        assert!(without_point.map(|ratio| (ratio - 1.0).abs()).fold(0.0, f64::max) > TOLERANCE);
+        assert_eq!(appearances, [Appearance::Disc, Appearance::DiscAndPoint, Appearance::Point], "side {side}");
     }
 }

@@ -7,7 +7,7 @@ use orrery::scene::silhouette::{Outline, PADDING_PX};
 
 const AU_KM: f64 = 149_597_870.7;
 
-fn turned() -> DMat3 {
+fn orientation() -> DMat3 {
     DMat3::from_rotation_z(0.7) * DMat3::from_rotation_x(-0.4) * DMat3::from_rotation_y(1.1)
 }
 
@@ -17,7 +17,7 @@ fn set_up(radii_km: DVec3, distance_km: f64, off_axis: f64, fov_deg: f64, width:
     let across = direction.cross(DVec3::Z).normalize();
     let forward = DMat3::from_axis_angle(across, off_axis) * direction;
     let camera = Camera::looking(DVec3::ZERO, forward, DVec3::new(0.1, 0.2, 1.0), fov_deg, width, height);
-    (camera, Placement { centre_km: direction * distance_km, body_from_icrf: turned(), radii_km })
+    (camera, Placement { centre_km: direction * distance_km, body_from_icrf: orientation(), radii_km })
 }
 
 /// Points of the silhouette inside the frame, in clip space. They come from the cone of tangent rays to the unit sphere, in f64.
@@ -25,7 +25,7 @@ fn silhouette_points(camera: &Camera, place: &Placement) -> Vec<DVec2> {
     let c = place.camera_in_unit_sphere();
     let d = c.length();
     let to_centre = -c / d;
-    let (e1, e2) = (to_centre.any_orthonormal_pair().0, to_centre.any_orthonormal_pair().1);
+    let (e1, e2) = to_centre.any_orthonormal_pair();
     // Half angle of the cone of tangents: sin = 1/d.
     let (sin, cos) = (1.0 / d, ((d - 1.0) * (d + 1.0)).sqrt() / d);
     let n = 20_000;
@@ -42,12 +42,12 @@ fn silhouette_points(camera: &Camera, place: &Placement) -> Vec<DVec2> {
 /// How 1 - q² is computed: in the shader's factored form, or from the camera as a difference of squares.
 #[derive(Clone, Copy)]
 enum Formula {
-    Factors,
-    Squares,
+    Factored,
+    DifferenceOfSquares,
 }
 
 /// The discriminant in f32, with the varyings interpolated over the two triangles.
-fn f32_discriminant(rays: &ViewRays, clip: DVec2, by: Formula) -> f32 {
+fn f32_discriminant(rays: &ViewRays, clip: DVec2, formula: Formula) -> f32 {
     let r = rays.rect_in_clip;
     // Barycentric weights of the pixel in the upper left or lower right triangle, as a rasteriser computes them.
     let u = ((clip.x - f64::from(r.x)) / f64::from(r.z - r.x)) as f32;
@@ -58,12 +58,12 @@ fn f32_discriminant(rays: &ViewRays, clip: DVec2, by: Formula) -> f32 {
         if u + v <= 1.0 { a * (1.0 - u - v) + b * u + c * v } else { d * (u + v - 1.0) + b * (1.0 - v) + c * (1.0 - u) }
     };
     let ray: Vec3 = interpolate(rays.ray_origin, rays.ray_du, rays.ray_dv);
-    match by {
-        Formula::Factors => {
-            let [across, bend] = rays.silhouette_form;
-            (across.x + u * (across.y + u * bend.x + v * bend.y) + v * (across.z + v * bend.z)) / ray.dot(ray)
+    match formula {
+        Formula::Factored => {
+            let [linear, quadratic] = rays.silhouette_form;
+            (linear.x + u * (linear.y + u * quadratic.x + v * quadratic.y) + v * (linear.z + v * quadratic.z)) / ray.dot(ray)
         }
-        Formula::Squares => {
+        Formula::DifferenceOfSquares => {
             let anchor: Vec3 = interpolate(rays.anchor_origin, rays.anchor_du, rays.anchor_dv);
             anchor.dot(ray.normalize_or_zero()).powi(2) - rays.anchor_radius_sq_minus_1
         }
@@ -77,9 +77,10 @@ fn exact_discriminant(camera: &Camera, place: &Placement, clip: DVec2) -> f64 {
 }
 
 /// Largest distance in pixels between the f32 silhouette and the exact one, over the exact silhouette's points inside the frame.
-fn worst_px(camera: &Camera, place: &Placement, by: Formula) -> Option<f64> {
+fn worst_px(camera: &Camera, place: &Placement, formula: Formula) -> Option<f64> {
     let rect = Outline::of(camera, place).rect(camera)?;
-    let rays = camera.view_rays(place, rect, if matches!(by, Formula::Squares) { AnchorForm::Camera } else { AnchorForm::Auto });
+    let rays =
+        camera.view_rays(place, rect, if matches!(formula, Formula::DifferenceOfSquares) { AnchorForm::Camera } else { AnchorForm::Auto });
     let step = 1.0 / camera.half_size();
     let points = silhouette_points(camera, place);
     let stride = (points.len() / 400).max(1);
@@ -89,7 +90,7 @@ fn worst_px(camera: &Camera, place: &Placement, by: Formula) -> Option<f64> {
         .map(|&p| {
             let slope = |axis: DVec2| (exact_discriminant(camera, place, p + axis) - exact_discriminant(camera, place, p - axis)) / 2.0;
             let gradient = DVec2::new(slope(DVec2::new(step.x, 0.0)), slope(DVec2::new(0.0, step.y))).length();
-            f64::from(f32_discriminant(&rays, p, by)).abs() / gradient
+            f64::from(f32_discriminant(&rays, p, formula)).abs() / gradient
         })
         .reduce(f64::max)
 }
@@ -128,12 +129,12 @@ fn the_silhouette_is_accurate_to_a_quarter_pixel_from_a_metre_to_a_hundred_au() 
     let mut measured = 0;
     for (name, radii, distance, off, fov) in cases() {
         let (camera, place) = set_up(radii, distance, off, fov, 1024, 1024);
-        let Some(auto) = worst_px(&camera, &place, Formula::Factors) else { continue };
+        let Some(error_px) = worst_px(&camera, &place, Formula::Factored) else { continue };
         measured += 1;
-        println!("{name:44} {auto:.5} px");
-        assert!(auto <= 0.25, "{name}: {auto} px");
-        if auto > worst.0 {
-            worst = (auto, name);
+        println!("{name:44} {error_px:.5} px");
+        assert!(error_px <= 0.25, "{name}: {error_px} px");
+        if error_px > worst.0 {
+            worst = (error_px, name);
         }
     }
     println!("worst: {} px, {}", worst.0, worst.1);
@@ -144,8 +145,8 @@ fn the_silhouette_is_accurate_to_a_quarter_pixel_from_a_metre_to_a_hundred_au() 
 fn the_check_detects_the_cancellation_of_a_difference_of_squares() {
     // From far away, the difference of two large squares loses its digits to cancellation; `worst_px` must detect this.
     let (camera, place) = set_up(EARTH, EARTH.x * 1e5, 0.0, 1.5e-3, 1024, 1024);
-    assert!(worst_px(&camera, &place, Formula::Squares).expect("in the frame") > 1.0);
-    assert!(worst_px(&camera, &place, Formula::Factors).expect("in the frame") < 0.01);
+    assert!(worst_px(&camera, &place, Formula::DifferenceOfSquares).expect("in the frame") > 1.0);
+    assert!(worst_px(&camera, &place, Formula::Factored).expect("in the frame") < 0.01);
 }
 
 #[test]
@@ -153,21 +154,21 @@ fn the_bounding_rectangle_touches_the_outline() {
     for (name, radii, distance, off, fov) in cases() {
         let (camera, place) = set_up(radii, distance, off * 0.5, fov, 800, 600);
         let Outline::Ellipse { bounds, area_px } = Outline::of(&camera, &place) else { continue };
-        // A camera with a much wider frame sees the entire outline; the ratio of the tangents converts its points back.
+        // A much wider frame contains the entire outline; its points are scaled back by the ratio of the tangents.
         let mut wide = camera.clone();
         wide.tan_half_fov *= 1e3;
         let points: Vec<DVec2> = silhouette_points(&wide, &place).into_iter().map(|p| p * 1e3).collect();
-        let fold = |f: fn(f64, f64) -> f64, of: fn(&DVec2) -> f64| points.iter().map(of).reduce(f).expect("an outline");
+        let extreme = |f: fn(f64, f64) -> f64, of: fn(&DVec2) -> f64| points.iter().map(of).reduce(f).expect("an outline");
         let pixel: f64 = 2.0 / 600.0;
         let size = (bounds.right - bounds.left).abs().max((bounds.top - bounds.bottom).abs());
         let tolerance = (0.02 * pixel).max(2e-6 * size);
-        for (side, exact, given) in [
-            ("left", fold(f64::min, |p| p.x), bounds.left),
-            ("right", fold(f64::max, |p| p.x), bounds.right),
-            ("bottom", fold(f64::min, |p| p.y), bounds.bottom),
-            ("top", fold(f64::max, |p| p.y), bounds.top),
+        for (side, exact, bound) in [
+            ("left", extreme(f64::min, |p| p.x), bounds.left),
+            ("right", extreme(f64::max, |p| p.x), bounds.right),
+            ("bottom", extreme(f64::min, |p| p.y), bounds.bottom),
+            ("top", extreme(f64::max, |p| p.y), bounds.top),
         ] {
-            assert!((exact - given).abs() < tolerance, "{name}, {side}: outline {exact}, box {given}");
+            assert!((exact - bound).abs() < tolerance, "{name}, {side}: outline {exact}, box {bound}");
         }
         // Shoelace area of the outline in pixels.
         let px: Vec<DVec2> = points.iter().map(|&p| camera.pixel_from_clip(p)).collect();
@@ -202,17 +203,17 @@ fn a_body_is_classified_as_outside_only_if_it_covers_no_pixel() {
             for k in 0..60 {
                 let off_axis = std::f64::consts::PI * (f64::from(k) + 0.5) / 60.0;
                 let (camera, place) = set_up(EARTH, distance_km, off_axis, fov_deg, 90, 60);
-                let shown = |margin: i32| {
+                let is_visible = |margin: i32| {
                     let step = |n: i32, size: i32| (-margin..=size + margin).map(move |i| f64::from(i) * f64::from(n) / f64::from(size));
                     step(90, 90).any(|x| step(60, 60).any(|y| camera.surface_under_pixel(&place, DVec2::new(x, y)).is_some()))
                 };
                 match Outline::of(&camera, &place) {
                     Outline::Beside => {
-                        assert!(!shown(0), "{distance_km} km, {fov_deg} degrees, {off_axis} off: a pixel shows the body");
+                        assert!(!is_visible(0), "{distance_km} km, {fov_deg} degrees, {off_axis} off: a pixel shows the body");
                         beside += 1;
                     }
                     Outline::Open => {
-                        assert!(shown(3), "{distance_km} km, {fov_deg} degrees, {off_axis} off: no part of the body is in the frame");
+                        assert!(is_visible(3), "{distance_km} km, {fov_deg} degrees, {off_axis} off: no part of the body is in the frame");
                         open += 1;
                     }
                     _ => {}
@@ -227,7 +228,7 @@ fn a_body_is_classified_as_outside_only_if_it_covers_no_pixel() {
 fn a_point_on_the_ground_maps_to_a_pixel_and_back() {
     for (distance, fov) in [(7000.0, 90.0), (20_000.0, 40.0), (384_400.0, 2.2), (AU_KM, 0.006), (100.0 * AU_KM, 6e-5)] {
         let (camera, place) = set_up(EARTH, distance, 0.0, fov, 1000, 700);
-        let mut seen = 0;
+        let mut checked = 0;
         for lat in (-80..=80).step_by(20) {
             for lon in (-180..180).step_by(20) {
                 let (lat, lon) = (f64::from(lat).to_radians(), f64::from(lon).to_radians());
@@ -237,9 +238,9 @@ fn a_point_on_the_ground_maps_to_a_pixel_and_back() {
                 // Near the limb, rounding of the pixel position corresponds to a long distance on the ground: compare foreshortened distances.
                 let slant = unit.dot(place.camera_in_unit_sphere().normalize()).max(1e-3);
                 assert!(((back - unit) * slant).length() < 1e-6, "{distance} km: {unit} came back as {back}");
-                seen += 1;
+                checked += 1;
             }
         }
-        assert!(seen >= 4, "{seen} places seen from {distance} km");
+        assert!(checked >= 4, "{checked} places checked from {distance} km");
     }
 }

@@ -35,8 +35,8 @@ struct Case {
 fn case(target: i32, time: &str, from: Option<i32>, radii: f64, effects: &str) -> Case {
     let position = Position::Over { towards: from.map(NaifId), distance_radii: Some(radii) };
     let effects = EffectOverrides::parse(effects).expect("effects");
-    let of = ViewRequest::of(NaifId(target), Instant::parse(time).expect("a time"));
-    let scene = SESSION.scene(&ViewRequest { position, effects, width: SIDE, height: SIDE, fov_deg: Some(45.0), ..of }).expect("a scene");
+    let base = ViewRequest::of(NaifId(target), Instant::parse(time).expect("a time"));
+    let scene = SESSION.scene(&ViewRequest { position, effects, width: SIDE, height: SIDE, fov_deg: Some(45.0), ..base }).expect("a scene");
     let plan = plan::plan(&scene, &*SESSION, SAMPLING).expect("a plan");
     let light = SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn").0.hdr;
     Case { scene, light }
@@ -53,23 +53,23 @@ impl Case {
         self.hlsl(body, Part::Globe).expect("the globe is drawn")
     }
     /// Green light of a pixel; coordinates from the middle, in half sizes of the picture.
-    fn at(&self, x: f64, y: f64) -> f32 {
-        let place = |v: f64| ((0.5 + 0.5 * v) * f64::from(SIDE)) as u32;
-        self.light[(place(y) * SIDE + place(x)) as usize][1]
+    fn light_at(&self, x: f64, y: f64) -> f32 {
+        let pixel = |v: f64| ((0.5 + 0.5 * v) * f64::from(SIDE)) as u32;
+        self.light[(pixel(y) * SIDE + pixel(x)) as usize][1]
     }
     fn sum(&self) -> f64 {
         self.light.iter().map(|p| f64::from(p[1])).sum()
     }
 }
 
-fn assert_contains(code: &str, some: &[&str]) {
-    for name in some {
+fn assert_contains(code: &str, names: &[&str]) {
+    for name in names {
         assert!(code.contains(name), "{name} is missing from the code");
     }
 }
 
-fn assert_lacks(code: &str, some: &[&str]) {
-    for name in some {
+fn assert_lacks(code: &str, names: &[&str]) {
+    for name in names {
         assert!(!code.contains(name), "{name} must not be in the code");
     }
 }
@@ -83,7 +83,9 @@ fn the_sun_emits_light() {
     assert_lacks(&code, &EXTRA_FUNCTIONS);
     // Limb darkening: the quadratic law leaves about half of the central light at nine tenths of the radius.
     let radius = 1.0 / (4.0_f64.powi(2) - 1.0).sqrt() / 22.5_f64.to_radians().tan();
-    assert!(sun.at(0.93 * radius, 0.0) < 0.8 * sun.at(0.0, 0.0) && sun.at(0.93 * radius, 0.0) > 0.2 * sun.at(0.0, 0.0));
+    assert!(
+        sun.light_at(0.93 * radius, 0.0) < 0.8 * sun.light_at(0.0, 0.0) && sun.light_at(0.93 * radius, 0.0) > 0.2 * sun.light_at(0.0, 0.0)
+    );
 }
 
 #[test]
@@ -96,9 +98,9 @@ fn mercury_has_only_its_map_and_sunlight() {
     assert_lacks(&code, &EXTRA_FUNCTIONS);
     assert_eq!(mercury.scene.draws.iter().filter(|d| d.body == NaifId(199)).count(), 1, "one draw");
     // The night side is black.
-    let lit = |c: &Case| c.light.iter().filter(|p| p[1] > 0.0).count();
-    let (part, whole) = (lit(&mercury), lit(&case(199, time, Some(10), 4.0, "-glow")));
-    assert!(part > whole / 3 && part < whole * 2 / 3, "{part} of {whole} pixels are lit");
+    let lit_pixels = |c: &Case| c.light.iter().filter(|p| p[1] > 0.0).count();
+    let (half_phase, full_phase) = (lit_pixels(&mercury), lit_pixels(&case(199, time, Some(10), 4.0, "-glow")));
+    assert!(half_phase > full_phase / 3 && half_phase < full_phase * 2 / 3, "{half_phase} of {full_phase} pixels are lit");
 }
 
 #[test]
@@ -111,8 +113,8 @@ fn the_earth_without_clouds_has_air() {
     assert_lacks(&without.globe(399), &["air_before("]);
     assert!(with.hlsl(399, Part::Clouds).is_none() && with.hlsl(399, Part::Sky).is_some() && without.hlsl(399, Part::Sky).is_none());
     // From so close, the rim of air is wider than half a pixel, and the air's light is blue.
-    let blue = |c: &Case| c.light.iter().map(|p| f64::from(p[2]) - f64::from(p[0])).sum::<f64>();
-    assert!(blue(&with) > blue(&without) + 10.0, "{} and {}", blue(&with), blue(&without));
+    let blue_excess = |c: &Case| c.light.iter().map(|p| f64::from(p[2]) - f64::from(p[0])).sum::<f64>();
+    assert!(blue_excess(&with) > blue_excess(&without) + 10.0, "{} and {}", blue_excess(&with), blue_excess(&without));
 }
 
 #[test]
@@ -126,8 +128,8 @@ fn clouds_brighten_the_earth_and_cast_shadows() {
 
 #[test]
 fn the_moon_is_darkened_by_the_earth() {
-    let half = "2022-11-08T09:45:00Z";
-    let [with, without] = ["", "-eclipse"].map(|e| case(301, half, Some(399), 4.0, e));
+    let partial_phase = "2022-11-08T09:45:00Z";
+    let [with, without] = ["", "-eclipse"].map(|e| case(301, partial_phase, Some(399), 4.0, e));
     assert_contains(&with.globe(301), &["eclipse_light("]);
     assert_lacks(&without.globe(301), &["eclipse_light("]);
     // Half of the Moon is in the umbra, the other half deep in the penumbra.

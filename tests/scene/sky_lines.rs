@@ -19,9 +19,9 @@ use orrery::time::Instant;
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 1 };
 const FIELDS_DEG: [f64; 7] = [1.0 / 60.0, 0.2, 2.0, 20.0, 60.0, 120.0, 170.0];
 
-fn only(text: &str) -> Layers {
+fn only(layer: &str) -> Layers {
     let mut layers = Layers::NONE;
-    *layers.by_name(text).expect("a layer") = true;
+    *layers.by_name(layer).expect("a layer") = true;
     layers
 }
 
@@ -48,16 +48,16 @@ fn pixel(camera: &Camera, end: Vec3) -> DVec2 {
 }
 
 /// Distance in pixels from a position to the nearest line segment.
-fn distance_px(camera: &Camera, pieces: &[LineSegment], at: DVec2) -> f64 {
+fn distance_px(camera: &Camera, segments: &[LineSegment], at: DVec2) -> f64 {
     let distance_to = |p: &LineSegment| {
         let [a, b] = p.ends.map(|e| pixel(camera, e));
         let t = ((at - a).dot(b - a) / (b - a).length_squared().max(1e-30)).clamp(0.0, 1.0);
         at.distance(a.lerp(b, t))
     };
-    pieces.iter().map(distance_to).fold(f64::INFINITY, f64::min)
+    segments.iter().map(distance_to).fold(f64::INFINITY, f64::min)
 }
 
-/// The corners of Orion's figure are its stars, including proper motion and the aberration by the Earth's velocity, at fields of view from the entire
+/// The vertices of Orion's figure are its stars, including proper motion and the aberration by the Earth's velocity, at fields of view from the entire
 /// constellation to one minute of arc.
 #[test]
 fn figures_join_their_stars() {
@@ -66,10 +66,11 @@ fn figures_join_their_stars() {
         let request = towards(star.direction, fov_deg, only("constellations"));
         let built = scene(&request);
         let viewer = viewer(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a viewer");
-        let seen = StarPlacer::of(SESSION.catalog(), &viewer, &request).place(&star).direction;
-        let at = built.camera.pixel_from_clip(built.camera.clip(seen).expect("in front"));
-        let ends = built.sky_lines.iter().flat_map(|p| p.ends).map(|e| pixel(&built.camera, e).distance(at)).fold(f64::INFINITY, f64::min);
-        assert!(ends < 0.05, "HIP {hip}, {fov_deg} degrees: {ends}");
+        let apparent = StarPlacer::of(SESSION.catalog(), &viewer, &request).place(&star).direction;
+        let at = built.camera.pixel_from_clip(built.camera.clip(apparent).expect("in front"));
+        let nearest_px =
+            built.sky_lines.iter().flat_map(|p| p.ends).map(|e| pixel(&built.camera, e).distance(at)).fold(f64::INFINITY, f64::min);
+        assert!(nearest_px < 0.05, "HIP {hip}, {fov_deg} degrees: {nearest_px}");
         // Without aberration the position would be off by up to 20 arc seconds.
         let without_aberration = built.camera.pixel_from_clip(built.camera.clip(star.direction).expect("in front"));
         assert!(
@@ -96,7 +97,7 @@ fn grids_run_through_their_coordinates() {
                 let built = scene(&request);
                 let velocity = viewer(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a viewer").body_velocity_km_s;
                 assert!(!built.sky_lines.is_empty() && built.sky_lines.len() < 40_000, "{layer} {fov_deg}: {}", built.sky_lines.len());
-                let seen = |lon: f64, lat: f64| {
+                let apparent_px = |lon: f64, lat: f64| {
                     let clip = built.camera.clip(aberrated(frame.icrf_from_frame() * direction(lon, lat), velocity));
                     clip.filter(|c| c.abs().max_element() < 0.999).map(|c| built.camera.pixel_from_clip(c))
                 };
@@ -105,18 +106,19 @@ fn grids_run_through_their_coordinates() {
                 for k in -50..=50 {
                     let offset_deg = extent_deg * f64::from(k) / 50.0;
                     let lat = (latitude + offset_deg).clamp(-90.0, 90.0);
-                    let quarter = (longitude / 90.0_f64).round() * 90.0;
-                    for at in
-                        [seen(quarter, lat), (latitude == 0.0).then(|| seen(longitude + offset_deg, 0.0)).flatten()].into_iter().flatten()
+                    let meridian = (longitude / 90.0_f64).round() * 90.0;
+                    for at in [apparent_px(meridian, lat), (latitude == 0.0).then(|| apparent_px(longitude + offset_deg, 0.0)).flatten()]
+                        .into_iter()
+                        .flatten()
                     {
                         let off = distance_px(&built.camera, &built.sky_lines, at);
                         assert!(off < 0.25, "{layer} about {longitude} {latitude}, {fov_deg} degrees, {offset_deg}: {off}");
                     }
                 }
-                for piece in &built.sky_lines {
-                    let is_valid =
-                        piece.ends.iter().all(|e| e.is_finite() && e.z == 0.0) && piece.strength.iter().all(|s| (0.0..=1.0).contains(s));
-                    assert!(is_valid && piece.across.iter().all(|a| (a.length() - 1.0).abs() < 1e-4), "{layer} {fov_deg}: {piece:?}");
+                for segment in &built.sky_lines {
+                    let is_valid = segment.ends.iter().all(|e| e.is_finite() && e.z == 0.0)
+                        && segment.strength.iter().all(|s| (0.0..=1.0).contains(s));
+                    assert!(is_valid && segment.across.iter().all(|a| (a.length() - 1.0).abs() < 1e-4), "{layer} {fov_deg}: {segment:?}");
                 }
             }
         }
@@ -134,15 +136,15 @@ fn nothing_jumps_when_panning() {
     let sideways = middle.any_orthonormal_vector();
     let first = scene(&towards(middle, 30.0, only("grid-equatorial")));
     let step = first.camera.pixel_tangent();
-    for pixels in [0.5, 1.0, 2.0] {
-        let next = scene(&towards(middle + sideways * (pixels * step), 30.0, only("grid-equatorial")));
-        let inside = |built: &Scene| -> Vec<DVec2> {
+    for pan_px in [0.5, 1.0, 2.0] {
+        let next = scene(&towards(middle + sideways * (pan_px * step), 30.0, only("grid-equatorial")));
+        let line_ends_inside = |built: &Scene| -> Vec<DVec2> {
             let all = built.sky_lines.iter().filter(|p| p.strength[0] > 0.05).map(|p| pixel(&built.camera, p.ends[0]));
             all.filter(|at| at.cmpgt(DVec2::splat(15.0)).all() && at.cmplt(DVec2::new(485.0, 385.0)).all()).collect()
         };
-        for at in inside(&next) {
+        for at in line_ends_inside(&next) {
             let off = distance_px(&first.camera, &first.sky_lines, at);
-            assert!(off < 2.0 * pixels + 0.3, "{pixels}: {at} is {off} away from all lines before");
+            assert!(off < 2.0 * pan_px + 0.3, "{pan_px}: {at} is {off} away from all lines before");
         }
     }
 }
@@ -175,32 +177,35 @@ fn the_horizon_is_that_of_the_viewers_location() {
     let names = |built: &Scene| built.texts.as_ref().map_or(Vec::new(), |t| t.texts.iter().map(|t| t.text.clone()).collect::<Vec<_>>());
     let north = scene(&from_ground((DVec3::Z - zenith * zenith.z).normalize(), 30.0));
     assert!(names(&north).contains(&"N".to_owned()), "{:?}", names(&north));
-    let nowhere = scene(&towards(DVec3::X, 30.0, only("grid-horizon")));
-    assert!(nowhere.sky_lines.is_empty() && nowhere.sky.iter().any(|d| !d.on && d.reason.contains("no ground")), "{:?}", nowhere.sky);
+    let in_space = scene(&towards(DVec3::X, 30.0, only("grid-horizon")));
+    assert!(in_space.sky_lines.is_empty() && in_space.sky.iter().any(|d| !d.on && d.reason.contains("no ground")), "{:?}", in_space.sky);
 }
 
 /// Every body that is large enough has its own lines, in the order in which bodies are drawn: the Earth beyond the Moon's limb as well as the Moon.
 #[test]
 fn each_body_in_sight_has_its_own_lines() {
-    let moon = ViewRequest {
+    let from_earth_side = ViewRequest {
         position: Position::Over { towards: Some(NaifId::EARTH), distance_radii: Some(6.0) },
         width: 400,
         height: 400,
         layers: only("grid-body"),
         ..ViewRequest::of(NaifId::MOON, Instant::parse("2024-04-15T20:00:00Z").expect("a time"))
     };
-    let facing = scene(&moon);
+    let facing = scene(&from_earth_side);
     assert_eq!(facing.ground_lines.iter().map(|(id, _)| *id).collect::<Vec<_>>(), [NaifId::MOON], "the Earth is behind the camera");
     let [earth, centre] = [NaifId::EARTH, NaifId::MOON].map(|id| facing.body(id).expect("in the catalog").placement.centre_km);
     let towards = (earth - centre).normalize();
     let offset_km = 1737.4 * (1.6 * towards.any_orthonormal_vector() - 6.0 * towards);
-    let beyond =
-        ViewRequest { position: Position::Offset { body: NaifId::MOON, offset_km, axes: Axes::Icrf }, fov_deg: Some(34.0), ..moon };
+    let beyond = ViewRequest {
+        position: Position::Offset { body: NaifId::MOON, offset_km, axes: Axes::Icrf },
+        fov_deg: Some(34.0),
+        ..from_earth_side
+    };
     let built = scene(&beyond);
     assert_eq!(built.ground_lines.iter().map(|(id, _)| *id).collect::<Vec<_>>(), [NaifId::MOON, NaifId::EARTH]);
-    for (id, pieces) in &built.ground_lines {
+    for (id, segments) in &built.ground_lines {
         let placement = built.body(*id).expect("in the catalog").placement;
-        let at: Vec<DVec2> = pieces.iter().map(|p| pixel(&built.camera, p.ends[0].lerp(p.ends[1], 0.5))).collect();
+        let at: Vec<DVec2> = segments.iter().map(|p| pixel(&built.camera, p.ends[0].lerp(p.ends[1], 0.5))).collect();
         let on_body = at.iter().filter(|at| built.camera.surface_under_pixel(&placement, **at).is_some()).count();
         assert!(on_body > 10 && on_body * 10 > at.len() * 8, "{id:?}: {on_body} of {}", at.len());
     }
@@ -225,22 +230,22 @@ fn ground_lines_lie_at_their_coordinates() {
         let sun = built.body(NaifId::SUN).expect("in the catalog").placement.centre_km;
         let placement = body_of(&built);
         let to_sun = (placement.body_from_icrf * (sun - placement.centre_km)).normalize();
-        let pieces = built.ground_lines.first().map_or(&[][..], |(_, pieces)| pieces);
-        let mut seen = 0;
-        let along = |p: &LineSegment| [0.0, 0.25, 0.5, 0.75].map(|t| pixel(&built.camera, p.ends[0].lerp(p.ends[1], t)));
-        for at in pieces.iter().flat_map(along) {
+        let segments = built.ground_lines.first().map_or(&[][..], |(_, segments)| segments);
+        let mut on_terminator = 0;
+        let points_on = |p: &LineSegment| [0.0, 0.25, 0.5, 0.75].map(|t| pixel(&built.camera, p.ends[0].lerp(p.ends[1], t)));
+        for at in segments.iter().flat_map(points_on) {
             let Some(unit) = built.camera.surface_under_pixel(&placement, at) else { continue };
             let normal = (unit / placement.radii_km).normalize();
-            seen += 1;
+            on_terminator += 1;
             // Near the limb a tenth of a pixel corresponds to a degree; light time moves the Sun by less.
             let facing = normal.dot((placement.body_from_icrf * -placement.centre_km).normalize());
             assert!(normal.dot(to_sun).abs() < 0.02 / facing.max(0.05), "{target}: {}", normal.dot(to_sun));
         }
-        assert!(seen > 10 || target == 599 || target == 699, "{target}: {seen}");
+        assert!(on_terminator > 10 || target == 599 || target == 699, "{target}: {on_terminator}");
         let built = scene(&ViewRequest { layers: only("grid-body"), ..base.clone() });
         let placement = body_of(&built);
-        let pieces = built.ground_lines.first().map_or(&[][..], |(_, pieces)| pieces);
-        assert!(pieces.len() > 20, "{target}");
+        let segments = built.ground_lines.first().map_or(&[][..], |(_, segments)| segments);
+        assert!(segments.len() > 20, "{target}");
         // The half of the equator that faces the camera is drawn, the other half is not.
         let mut on_equator = 0;
         for longitude in 0..360 {
@@ -248,7 +253,11 @@ fn ground_lines_lie_at_their_coordinates() {
             let Some(at) = built.camera.pixel_of_surface(&placement, unit) else { continue };
             if (0.0..400.0).contains(&at.x) && (0.0..400.0).contains(&at.y) {
                 on_equator += 1;
-                assert!(distance_px(&built.camera, pieces, at) < 0.3, "{target}, {longitude}: {}", distance_px(&built.camera, pieces, at));
+                assert!(
+                    distance_px(&built.camera, segments, at) < 0.3,
+                    "{target}, {longitude}: {}",
+                    distance_px(&built.camera, segments, at)
+                );
             }
         }
         assert!(on_equator > 10, "{target}: {on_equator}");
@@ -266,14 +275,14 @@ fn bodies_hide_the_lines_behind_them() {
         ..ViewRequest::of(NaifId(599), Instant::parse("2024-12-07T20:00:00Z").expect("a time"))
     };
     let drawn = |layers: Layers| SESSION.draw(&ViewRequest { layers, ..base.clone() }, SAMPLING, true).expect("drawn");
-    let (plain, lined) = (drawn(Layers::NONE), drawn(only("grid-ecliptic")));
-    assert!(plain.scene.sky_lines.is_empty() && plain.scene.texts.is_none() && !lined.scene.sky_lines.is_empty());
+    let (plain, with_grid) = (drawn(Layers::NONE), drawn(only("grid-ecliptic")));
+    assert!(plain.scene.sky_lines.is_empty() && plain.scene.texts.is_none() && !with_grid.scene.sky_lines.is_empty());
     let placement = plain.scene.body(NaifId(599)).expect("in the catalog").placement;
     let (mut on_disc, mut beside) = (0, 0);
-    for (k, (a, b)) in plain.frame.hdr.iter().zip(&lined.frame.hdr).enumerate() {
+    for (k, (a, b)) in plain.frame.hdr.iter().zip(&with_grid.frame.hdr).enumerate() {
         let at = DVec2::new((k % 200) as f64 + 0.5, (k / 200) as f64 + 0.5);
-        let around = [DVec2::ZERO, DVec2::X, DVec2::Y, -DVec2::X, -DVec2::Y];
-        let inside = around.iter().all(|d| plain.scene.camera.surface_under_pixel(&placement, at + 2.0 * *d).is_some());
+        let neighbours = [DVec2::ZERO, DVec2::X, DVec2::Y, -DVec2::X, -DVec2::Y];
+        let inside = neighbours.iter().all(|d| plain.scene.camera.surface_under_pixel(&placement, at + 2.0 * *d).is_some());
         match (a == b, inside) {
             (false, true) => on_disc += 1,
             (false, false) => beside += 1,
@@ -287,12 +296,12 @@ fn bodies_hide_the_lines_behind_them() {
 /// layer off there are none.
 #[test]
 fn visible_stars_have_names() {
-    let at = |stops: f64, layers: Layers| ViewRequest {
+    let at_stops = |stops: f64, layers: Layers| ViewRequest {
         exposure: orrery::scene::request::ExposureRequest::Stops(stops),
         ..towards(direction(83.0, 0.0), 40.0, layers)
     };
     let named = Layers { stars: true, star_names: true, ..Layers::NONE };
-    let built = scene(&at(19.0, named));
+    let built = scene(&at_stops(19.0, named));
     let texts = built.texts.as_ref().expect("names");
     for (name, hip) in [("Rigel", 24_436), ("Betelgeuse", 27_989), ("Bellatrix", 25_336)] {
         let text = texts.texts.iter().find(|t| t.text == name).unwrap_or_else(|| panic!("{name} has no label"));
@@ -304,6 +313,6 @@ fn visible_stars_have_names() {
         assert_eq!(orrery::scene::marks::hit_star(&built, at + DVec2::splat(2.0)), Some(star), "{name}");
         assert_ne!(orrery::scene::marks::hit_star(&built, at + DVec2::splat(40.0)), Some(star), "{name}");
     }
-    assert!(scene(&at(0.0, named)).texts.is_none(), "no star is visible at a daylight exposure");
-    assert!(scene(&at(19.0, Layers { star_names: false, ..named })).texts.is_none());
+    assert!(scene(&at_stops(0.0, named)).texts.is_none(), "no star is visible at a daylight exposure");
+    assert!(scene(&at_stops(19.0, Layers { star_names: false, ..named })).texts.is_none());
 }

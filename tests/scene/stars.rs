@@ -26,7 +26,7 @@ const TOLERANCE_PX: f64 = 0.1;
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 1 };
 
 #[derive(Deserialize)]
-struct Case {
+struct ReferenceStar {
     view: String,
     direction: [f64; 3],
     fov_deg: f64,
@@ -37,7 +37,7 @@ struct Case {
     y: f64,
 }
 
-impl Case {
+impl ReferenceStar {
     fn request(&self) -> ViewRequest {
         let time = Instant::parse(&self.time).expect("a time");
         let position = Position::Offset { body: NaifId::EARTH, offset_km: DVec3::X * 20_000.0, axes: Axes::Icrf };
@@ -54,10 +54,10 @@ impl Case {
     }
 }
 
-fn cases() -> Vec<Case> {
+fn cases() -> Vec<ReferenceStar> {
     #[derive(Deserialize)]
     struct File {
-        cases: Vec<Case>,
+        cases: Vec<ReferenceStar>,
     }
     serde_json::from_str::<File>(include_str!("../data/stars_public.json")).expect("the table").cases
 }
@@ -135,7 +135,7 @@ fn draw(session: &Session, request: &ViewRequest) -> DrawnFrame {
 fn light_around(drawn: &DrawnFrame, middle: DVec2, reach_px: f64) -> (DVec3, DVec2) {
     let (width, height) = (drawn.frame.width as i64, drawn.frame.height as i64);
     let (mut sum, mut moment) = (DVec3::ZERO, DVec2::ZERO);
-    let range = |m: f64, most: i64| ((m - reach_px).floor() as i64).max(0)..((m + reach_px).ceil() as i64).min(most);
+    let range = |m: f64, size: i64| ((m - reach_px).floor() as i64).max(0)..((m + reach_px).ceil() as i64).min(size);
     for y in range(middle.y, height) {
         for x in range(middle.x, width) {
             let p = drawn.frame.hdr[(y * width + x) as usize];
@@ -162,21 +162,21 @@ fn linear(request: ViewRequest) -> ViewRequest {
 fn centroids_in_pictures_agree_with_the_reference() {
     let cases = cases();
     let (mut worst, mut seen): (f64, usize) = (0.0, 0);
-    for of_view in cases.chunk_by(|a, b| a.view == b.view) {
-        let drawn = draw(&SESSION, &linear(of_view[0].request()));
+    for view_cases in cases.chunk_by(|a, b| a.view == b.view) {
+        let drawn = draw(&SESSION, &linear(view_cases[0].request()));
         let half = drawn.scene.camera.half_size();
         let sprites_px: Vec<DVec2> =
             drawn.scene.stars.iter().map(|s| (DVec2::ONE + s.centre.truncate().as_dvec2() * DVec2::new(1.0, -1.0)) * half).collect();
-        for case in of_view {
-            let place = case.pixel_of();
+        for case in view_cases {
+            let expected_px = case.pixel_of();
             let star = SESSION.catalog().stars().hip(case.hip()).copied().expect("in the catalogue");
             if star.direction.dot(drawn.scene.camera.forward) < 0.0 {
                 continue;
             }
-            if sprites_px.iter().filter(|at| at.distance(place) < 12.0).count() != 1 {
+            if sprites_px.iter().filter(|at| at.distance(expected_px) < 12.0).count() != 1 {
                 continue;
             }
-            let error_px = light_around(&drawn, place, 5.0).1.distance(place);
+            let error_px = light_around(&drawn, expected_px, 5.0).1.distance(expected_px);
             worst = worst.max(error_px);
             seen += 1;
             assert!(error_px < TOLERANCE_PX, "{} in {}: {error_px:.3} pixels", case.star, case.view);
@@ -219,9 +219,9 @@ fn a_star_keeps_its_place_and_light_at_every_field_of_view() {
 #[test]
 fn flux_is_kept_over_twenty_magnitudes_and_all_subpixel_phases() {
     let mut table = "ra_deg,dec_deg,v_mag\n".to_owned();
-    let place = |k: u32| (100.0 + (f64::from(k % 5) - 2.0) * 1.7003, (f64::from(k / 5) - 2.0) * 1.7007);
+    let ra_dec = |k: u32| (100.0 + (f64::from(k % 5) - 2.0) * 1.7003, (f64::from(k / 5) - 2.0) * 1.7007);
     for k in 0..21 {
-        let (ra, dec) = place(k);
+        let (ra, dec) = ra_dec(k);
         writeln!(table, "{ra},{dec},{}", f64::from(k) - 2.0).expect("a string");
     }
     let (session, _folder) = session_of(&table);
@@ -277,7 +277,7 @@ fn jupiter_is_as_bright_as_a_star_of_its_magnitude() {
 fn cells_omit_no_visible_star() {
     let (catalog, ephemeris) = sky();
     let light_year_km = 9.460_730_472_580_8e12;
-    let mut shown = 0;
+    let mut visible_stars = 0;
     for (time, offset_ly, fov_deg, stops) in [
         ("2024-04-08T00:00:00Z", 0.0, 60.0, 19.0),
         ("2024-04-08T00:00:00Z", 0.0, 0.3, 8.0),
@@ -300,18 +300,18 @@ fn cells_omit_no_visible_star() {
             let placer = StarPlacer::of(&catalog, &viewer, &request);
             // One level of 255 on black is 1/3295 of white; the brightest pixel has 0.377 of the flux.
             let is_visible = |star: &&Star| {
-                let place = placer.place(star);
-                let inside = viewer.camera.clip(place.direction).is_some_and(|c| c.abs().max_element() < 1.0);
-                let pixel_sr = viewer.camera.pixel_tangent().powi(2) * place.direction.dot(viewer.camera.forward).powi(3);
-                let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightening * PI / pixel_sr;
+                let placed = placer.place(star);
+                let inside = viewer.camera.clip(placed.direction).is_some_and(|c| c.abs().max_element() < 1.0);
+                let pixel_sr = viewer.camera.pixel_tangent().powi(2) * placed.direction.dot(viewer.camera.forward).powi(3);
+                let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * placed.brightening * PI / pixel_sr;
                 inside && flux * 0.377 * stops.exp2() > 1.0 / 3295.0
             };
             let expected = catalog.stars().stars().iter().filter(is_visible).count();
             assert!(scene.stars.len() >= expected, "{direction}, {fov_deg} deg: {} of {expected}", scene.stars.len());
-            shown += expected;
+            visible_stars += expected;
         }
     }
-    assert!(shown > 5000, "{shown}");
+    assert!(visible_stars > 5000, "{visible_stars}");
 }
 
 /// By day no star is drawn; a switch removes stars; explain states the reason.
@@ -394,7 +394,7 @@ fn a_body_hides_the_stars_behind_it() {
 #[test]
 fn centroids_agree_with_the_reference_at_every_field_of_view() {
     let mut worst = (0.0_f64, String::new());
-    let (mut seen, mut beside) = (0, 0);
+    let (mut pictures, mut at_shifted_position) = (0, 0);
     for (k, case) in cases().iter().enumerate() {
         let star = SESSION.catalog().stars().hip(case.hip()).copied().expect("in the catalogue");
         let look = DVec3::from_array(case.direction).normalize();
@@ -407,18 +407,17 @@ fn centroids_agree_with_the_reference_at_every_field_of_view() {
         let [w, h] = case.size.map(f64::from);
         let plane = DVec2::new((2.0 * case.x / w - 1.0) * tan * w / h, (1.0 - 2.0 * case.y / h) * tan);
         let expected = (look + right * plane.x + up * plane.y).normalize();
-        let field = 180.0 / PI;
         let mut table = "ra_deg(J1991.25),dec_deg,v_mag,plx_mas,pm_ra_mas_yr,pm_dec_mas_yr\n".to_owned();
-        let mas = field * 3.6e6;
+        let mas_per_rad = 180.0 / PI * 3.6e6;
         let east = DVec3::Z.cross(star.direction).normalize();
-        let motion = DVec2::new(star.motion_per_year.dot(east), star.motion_per_year.dot(star.direction.cross(east))) * mas;
+        let motion = DVec2::new(star.motion_per_year.dot(east), star.motion_per_year.dot(star.direction.cross(east))) * mas_per_rad;
         let (ra, dec) = (star.direction.y.atan2(star.direction.x).to_degrees().rem_euclid(360.0), star.direction.z.asin().to_degrees());
-        writeln!(table, "{ra},{dec},1,{},{},{}", star.parallax_rad * mas, motion.x, motion.y).expect("a string");
+        writeln!(table, "{ra},{dec},1,{},{},{}", star.parallax_rad * mas_per_rad, motion.x, motion.y).expect("a string");
         let (session, _folder) = session_of(&table);
         for (n, fov_deg) in [1.0 / 60.0_f64, 0.05, 0.3, 1.0, 6.0, 25.0, 70.0, 120.0, 170.0].into_iter().enumerate() {
             // The picture's centre is off the star by part of the half field, in a different direction each time.
-            let aside = DMat3::from_axis_angle(expected, 0.7 * (n + k) as f64) * expected.any_orthonormal_vector();
-            let middle = (expected + aside * (0.6 * (fov_deg.to_radians() / 2.0).tan())).normalize();
+            let offset_direction = DMat3::from_axis_angle(expected, 0.7 * (n + k) as f64) * expected.any_orthonormal_vector();
+            let middle = (expected + offset_direction * (0.6 * (fov_deg.to_radians() / 2.0).tan())).normalize();
             let request = linear(ViewRequest {
                 look: Look::Along { direction: middle, axes: Axes::Icrf },
                 fov_deg: Some(fov_deg),
@@ -431,21 +430,22 @@ fn centroids_agree_with_the_reference_at_every_field_of_view() {
             let drawn = draw(&session, &request);
             let (right, tan) = (middle.cross(DVec3::Z).normalize(), (fov_deg.to_radians() / 2.0).tan());
             let on_plane = DVec2::new(expected.dot(right), expected.dot(right.cross(middle))) / expected.dot(middle) / tan;
-            let place = DVec2::new(150.0 * (1.0 + on_plane.x), 150.0 * (1.0 - on_plane.y));
-            let error_px = light_around(&drawn, place, 5.0).1.distance(place);
-            seen += 1;
-            beside += usize::from(light_around(&drawn, place, 5.0).1.distance(place + DVec2::new(0.3, 0.0)) < TOLERANCE_PX);
+            let expected_px = DVec2::new(150.0 * (1.0 + on_plane.x), 150.0 * (1.0 - on_plane.y));
+            let error_px = light_around(&drawn, expected_px, 5.0).1.distance(expected_px);
+            pictures += 1;
+            at_shifted_position +=
+                usize::from(light_around(&drawn, expected_px, 5.0).1.distance(expected_px + DVec2::new(0.3, 0.0)) < TOLERANCE_PX);
             if error_px.is_nan() || error_px > worst.0 {
                 worst = (error_px, format!("{} at {fov_deg} degrees, {}", case.star, case.time));
             }
             assert!(error_px < TOLERANCE_PX, "{} at {fov_deg} degrees, {}: {error_px} pixels", case.star, case.time);
         }
     }
-    println!("{seen} pictures, worst {:.4} pixels: {}; {beside} next to the star", worst.0, worst.1);
-    assert!(seen > 80 && beside == 0, "{seen} {beside}");
+    println!("{pictures} pictures, worst {:.4} pixels: {}; {at_shifted_position} at a shifted position", worst.0, worst.1);
+    assert!(pictures > 80 && at_shifted_position == 0, "{pictures} {at_shifted_position}");
 }
 
-/// No popping: in small steps of exposure or field of view no pixel jumps, whether a star becomes visible, grows a glare, or its cell enters the frame.
+/// In small steps of exposure or field of view no pixel jumps, whether a star becomes visible, grows a glare, or its cell enters the frame.
 #[test]
 fn brightness_is_continuous_in_exposure_and_field_of_view() {
     let mut table = "ra_deg,dec_deg,v_mag\n".to_owned();
@@ -463,24 +463,24 @@ fn brightness_is_continuous_in_exposure_and_field_of_view() {
         let drawn = session.draw(&request, SAMPLING, false).expect("drawn");
         drawn.frame.display.iter().flat_map(|p| [p[0], p[1], p[2]]).collect()
     };
-    let greatest = |a: &[u8], b: &[u8]| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0);
+    let greatest_difference = |a: &[u8], b: &[u8]| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0);
     // A sprite's light falls to zero at its rim, and all samples of a lit pixel are inside the sprite.
     // sRGB rises by at most 255 x 0.62 levels per octave of light, near white and with the tone map's slope of 1: a fiftieth of a stop is 3 levels.
     let step = 0.02;
-    let (mut worst, mut least_shown, mut most_shown) = (0, usize::MAX, 0);
+    let (mut worst, mut least_lit, mut most_lit) = (0, usize::MAX, 0);
     let mut before = levels(5.0, 6.0);
     for k in 1..=700 {
         let now = levels(5.0, 6.0 + step * f64::from(k));
-        worst = worst.max(greatest(&before, &now));
-        let shown = now.chunks(3).filter(|p| p[1] > 0).count();
-        (least_shown, most_shown) = (least_shown.min(shown), most_shown.max(shown));
+        worst = worst.max(greatest_difference(&before, &now));
+        let lit = now.chunks(3).filter(|p| p[1] > 0).count();
+        (least_lit, most_lit) = (least_lit.min(lit), most_lit.max(lit));
         before = now;
     }
-    println!("exposure: worst step {worst} levels; {least_shown} to {most_shown} pixels lit");
+    println!("exposure: worst step {worst} levels; {least_lit} to {most_lit} pixels lit");
     assert!(worst <= 3, "{worst} levels in a fiftieth of a stop");
-    assert!(most_shown > 10 * least_shown.max(1), "stars must appear and disappear: {least_shown} to {most_shown}");
+    assert!(most_lit > 10 * least_lit.max(1), "stars must appear and disappear: {least_lit} to {most_lit}");
     // The comparison must be able to fail.
-    assert!(greatest(&levels(5.0, 12.0), &levels(5.0, 12.6)) > 20);
+    assert!(greatest_difference(&levels(5.0, 12.0), &levels(5.0, 12.6)) > 20);
     // The middle star stays on its pixel while the others leave the frame: its light scales with the square of the field.
     let middle = |fov_deg: f64| {
         let all = levels(fov_deg, 15.0);

@@ -29,8 +29,8 @@ fn keys(texts: &[&str]) -> Vec<ShaderKey> {
     texts.iter().map(|t| t.parse().unwrap_or_else(|e| panic!("{t}: {e}"))).collect()
 }
 
-fn report(first: &Revision, second: &Revision, usual: &[ModuleId]) -> Report {
-    Report::of([first, second], usual, &lowering(), |_| (), || ()).expect("a renderer")
+fn report(first: &Revision, second: &Revision, default_modules: &[ModuleId]) -> Report {
+    Report::of([first, second], default_modules, &lowering(), |_| (), || ()).expect("a renderer")
 }
 
 /// The shipped fragments with one of them edited.
@@ -43,15 +43,15 @@ fn edited(edit: impl Fn(&str) -> String) -> Revision {
 
 #[test]
 fn a_report_names_the_fragment_that_changed_and_what_it_did() {
-    let usual = ids(&["lambert.sun1.sphere", "lambert.albedo.sun2.ellipsoid", "lommel-seeliger.sun1.sphere", "tone_map"]);
+    let modules = ids(&["lambert.sun1.sphere", "lambert.albedo.sun2.ellipsoid", "lommel-seeliger.sun1.sphere", "tone_map"]);
     let built_in = Revision::built_in();
-    assert!(report(&built_in, &Revision::built_in(), &usual).is_equal());
+    assert!(report(&built_in, &Revision::built_in(), &modules).is_equal());
 
-    let comment = report(&built_in, &edited(|t| format!("// A comment.\n{t}")), &usual);
+    let comment = report(&built_in, &edited(|t| format!("// A comment.\n{t}")), &modules);
     assert!(comment.changed.iter().all(|c| c.picture.is_some_and(|p| p.max_levels == 0.0)), "a comment draws nothing");
 
     let darker = edited(|t| t.replacen("return ", "return 0.9 * ", 1));
-    let report = report(&built_in, &darker, &usual);
+    let report = report(&built_in, &darker, &modules);
     let changed: Vec<&str> = report.changed.iter().map(|c| c.module.as_str()).collect();
     assert_eq!(
         changed,
@@ -85,16 +85,16 @@ fn libraries_are_compared_by_their_entries() {
 
     // With the folder of another generator next to it, the path is ambiguous.
     let root = old.path().join("orrery/shaders");
-    let own = std::fs::read_dir(&root).expect("a root").next().expect("a folder").expect("an entry").path();
+    let generator_folder = std::fs::read_dir(&root).expect("a root").next().expect("a folder").expect("an entry").path();
     std::fs::create_dir(root.join("other")).expect("made");
-    let entry = std::fs::read_dir(&own).expect("entries").next().expect("one").expect("an entry").path();
+    let entry = std::fs::read_dir(&generator_folder).expect("entries").next().expect("one").expect("an entry").path();
     std::fs::copy(&entry, root.join("other").join(entry.file_name().expect("a name"))).expect("copied");
     assert!(matches!(open(old.path()), Err(RevisionError::Several { names, .. }) if names.len() == 2));
-    assert_eq!(open(&own).expect("the folder of one").ids().map(|ids| ids.len()), Some(3));
+    assert_eq!(open(&generator_folder).expect("the folder of one").ids().map(|ids| ids.len()), Some(3));
     // A damaged entry is an error that names its file; it does not count as an equal module.
     let bytes = std::fs::read(&entry).expect("read");
     std::fs::write(&entry, &bytes[..bytes.len() / 2]).expect("written");
-    let damaged = self::report(&open(&own).expect("a folder"), &open(&own).expect("a folder"), &[]);
+    let damaged = self::report(&open(&generator_folder).expect("a folder"), &open(&generator_folder).expect("a folder"), &[]);
     assert_eq!((damaged.equal, damaged.failures.len()), (2, 1));
     assert!(damaged.failures[0].1.contains("checksum"), "{:?}", damaged.failures);
 
@@ -105,12 +105,12 @@ fn libraries_are_compared_by_their_entries() {
 
 fn files_below(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(next) = open.pop() {
+    let mut pending = vec![folder.to_owned()];
+    while let Some(next) = pending.pop() {
         for entry in std::fs::read_dir(next).expect("a folder") {
             let path = entry.expect("an entry").path();
             if path.is_dir() {
-                open.push(path);
+                pending.push(path);
             } else {
                 let name = path.strip_prefix(folder).expect("inside").display().to_string();
                 files.insert(name, std::fs::read(&path).expect("read"));
@@ -150,7 +150,7 @@ fn an_atlas_has_a_page_for_each_module_and_no_dead_link() {
 struct Case {
     module: Arc<ShaderModule>,
     plan: Plan,
-    answer: Vec<[f32; 4]>,
+    expected: Vec<[f32; 4]>,
     tolerance: f64,
 }
 
@@ -188,12 +188,12 @@ fn read(folder: &Path, case: &str, edit: impl Fn(String) -> String) -> Case {
             Some("rgba32float") => (TexelFormat::Rgba32Float, 16),
             other => panic!("{other:?}"),
         };
-        let mut at = 0;
+        let mut offset = 0;
         let level = |size: &Value| {
             let (width, height) = (number(&size[0]), number(&size[1]));
-            let end = at + (width * height) as usize * texel;
-            let bytes = bytes[at..end].to_vec();
-            at = end;
+            let end = offset + (width * height) as usize * texel;
+            let bytes = bytes[offset..end].to_vec();
+            offset = end;
             Level { width, height, bytes }
         };
         let levels = list(&t["levels"]).iter().map(level).collect();
@@ -232,17 +232,17 @@ fn read(folder: &Path, case: &str, edit: impl Fn(String) -> String) -> Case {
         name: "case",
         width: side,
         height: side,
-        format: ColourFormat::Rgba32Float,
+        format: ColourFormat::Hdr,
         samples: 1,
         clear: [0.0; 4],
         depth: true,
         draws: vec![draw],
     };
-    let answer = floats(&data(&json["expected"])).chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect();
+    let expected = floats(&data(&json["expected"])).chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect();
     Case {
         module: Arc::new(module),
         plan: Plan { passes: vec![pass] },
-        answer,
+        expected,
         tolerance: json["tolerance"].as_f64().expect("a tolerance"),
     }
 }
@@ -250,9 +250,9 @@ fn read(folder: &Path, case: &str, edit: impl Fn(String) -> String) -> Case {
 impl Case {
     /// Number of pixels with a channel that is off by more than the tolerance.
     fn pixels_off(&self, light: &[[f32; 4]]) -> usize {
-        assert_eq!(light.len(), self.answer.len());
+        assert_eq!(light.len(), self.expected.len());
         let is_off = |(a, b): (&[f32; 4], &[f32; 4])| a.iter().zip(b).any(|(x, y)| f64::from((x - y).abs()) > self.tolerance);
-        light.iter().zip(&self.answer).filter(|(a, b)| is_off((a, b))).count()
+        light.iter().zip(&self.expected).filter(|(a, b)| is_off((a, b))).count()
     }
 }
 
@@ -260,37 +260,40 @@ impl Case {
 #[test]
 fn a_corpus_is_sufficient_for_an_executor() {
     let folder = tempfile::tempdir().expect("temp");
-    let some = [
+    let key_texts = [
         "lambert.albedo-normal.sun1.ellipsoid",
         "lambert.albedo.sun1.ringshadow-penumbra.ellipsoid",
         "lambert.sun1.eclipse2-limb-darkened.sphere",
         "ring.sun1.bodyshadow-ellipsoid-penumbra.sphere",
         "lambert.sun1.mesh",
     ];
-    assert_eq!(corpus::write(folder.path(), &Revision::built_in(), &keys(&some), &lowering(), || ()).expect("a corpus"), some.len());
+    assert_eq!(
+        corpus::write(folder.path(), &Revision::built_in(), &keys(&key_texts), &lowering(), || ()).expect("a corpus"),
+        key_texts.len()
+    );
     let manifest: Value = serde_json::from_slice(&std::fs::read(folder.path().join(corpus::MANIFEST)).expect("a manifest")).expect("JSON");
     let software = SoftwareRenderer::new(Options { threads: 1, ..Options::default() }).expect("a renderer");
     #[cfg(feature = "gpu")]
     let gpu = gpu();
-    assert_eq!(list(&manifest["cases"]).len(), some.len());
+    assert_eq!(list(&manifest["cases"]).len(), key_texts.len());
     for case in list(&manifest["cases"]).iter().filter_map(Value::as_str) {
-        let sound = read(folder.path(), case, |wgsl| wgsl);
-        let drawn = software.render(&sound.plan, &sound, true).expect("drawn").0.hdr;
+        let unedited = read(folder.path(), case, |wgsl| wgsl);
+        let drawn = software.render(&unedited.plan, &unedited, true).expect("drawn").0.hdr;
         software.forget_modules();
-        assert_eq!(sound.pixels_off(&drawn), 0, "{case} in software");
+        assert_eq!(unedited.pixels_off(&drawn), 0, "{case} in software");
         #[cfg(feature = "gpu")]
         if let Some(gpu) = &gpu {
-            let drawn = gpu.render(&sound.plan, &sound, true).expect("drawn").0.hdr;
+            let drawn = gpu.render(&unedited.plan, &unedited, true).expect("drawn").0.hdr;
             gpu.forget_modules();
-            let off = sound.pixels_off(&drawn);
+            let off = unedited.pixels_off(&drawn);
             assert!(off <= drawn.len() / 500, "{case} on the GPU: {off} of {} pixels", drawn.len());
         }
-        let wrong = read(folder.path(), case, |wgsl| {
-            let at = wgsl.find("draw.albedo").unwrap_or_else(|| panic!("{case} has no albedo"));
-            format!("{}0.9 * {}", &wgsl[..at], &wgsl[at..])
+        let darker = read(folder.path(), case, |wgsl| {
+            let position = wgsl.find("draw.albedo").unwrap_or_else(|| panic!("{case} has no albedo"));
+            format!("{}0.9 * {}", &wgsl[..position], &wgsl[position..])
         });
-        let drawn = software.render(&wrong.plan, &wrong, true).expect("drawn").0.hdr;
+        let drawn = software.render(&darker.plan, &darker, true).expect("drawn").0.hdr;
         software.forget_modules();
-        assert!(wrong.pixels_off(&drawn) > 100, "{case}: a tenth less albedo keeps the tolerance");
+        assert!(darker.pixels_off(&drawn) > 100, "{case}: a tenth less albedo is within the tolerance");
     }
 }

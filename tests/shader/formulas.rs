@@ -19,8 +19,8 @@ use orrery::units::linear_to_srgb;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// The inputs of a query, padded with zeros.
-fn question<const N: usize>(numbers: [f64; N]) -> EvalInput {
+/// An input padded with zeros.
+fn eval_input<const N: usize>(numbers: [f64; N]) -> EvalInput {
     std::array::from_fn(|k| numbers.get(k).copied().unwrap_or(0.0))
 }
 
@@ -33,14 +33,14 @@ fn one_light() -> Vec<Light> {
     vec![Light { direction_in_body: glam::Vec3::X, irradiance: glam::Vec3::ONE }]
 }
 
-fn plain() -> DrawUniforms {
+fn one_light_uniforms() -> DrawUniforms {
     DrawUniforms { lights: one_light(), ..DrawUniforms::default() }
 }
 
 /// Greatest difference of the first channel, relative to the larger of 1 and the value.
-fn worst(answers: &[[f64; 4]], expected: impl Iterator<Item = f64>) -> f64 {
-    assert!(answers.iter().all(|a| a[0].is_finite()));
-    answers.iter().zip(expected).map(|(a, e)| (a[0] - e).abs() / e.abs().max(1.0)).fold(0.0, f64::max)
+fn worst(results: &[[f64; 4]], expected: impl Iterator<Item = f64>) -> f64 {
+    assert!(results.iter().all(|a| a[0].is_finite()));
+    results.iter().zip(expected).map(|(a, e)| (a[0] - e).abs() / e.abs().max(1.0)).fold(0.0, f64::max)
 }
 
 const RING: &str = "ring.sun1.sphere";
@@ -63,27 +63,29 @@ fn phases() -> Vec<f64> {
 fn the_phase_functions_of_rings_agree_with_the_shader() {
     const TOLERANCE: f64 = 2e-5;
     let uniforms = saturns_ring();
-    let questions: Vec<EvalInput> = phases().into_iter().map(|c| question([c])).collect();
-    for (function, of) in [("ring_particle_phase", particle_phase as fn(f64) -> f64), ("ring_dust_phase", |c: f64| forward(c.acos()))] {
+    let inputs: Vec<EvalInput> = phases().into_iter().map(|c| eval_input([c])).collect();
+    for (function, reference) in
+        [("ring_particle_phase", particle_phase as fn(f64) -> f64), ("ring_dust_phase", |c: f64| forward(c.acos()))]
+    {
         let value = format!("vec4f({function}(p.x))");
-        let expected = || phases().into_iter().map(of);
-        let found = worst(&Emitted::new(RING, &value).ask(&uniforms, None, &questions), expected());
+        let expected = || phases().into_iter().map(reference);
+        let found = worst(&Emitted::new(RING, &value).evaluate(&uniforms, None, &inputs), expected());
         assert!(found < TOLERANCE, "{function}: {found}");
         for (right, wrong) in [
             ("2.0 * atan2(back, front)", "2.01 * atan2(back, front)"),
             ("g * (2.0 * max(1.0 + cos_phase", "g * (2.01 * max(1.0 + cos_phase"),
         ] {
             let edited = Emitted::edited(RING, &value, |text| replace_once(text, right, wrong));
-            let found = worst(&edited.ask(&uniforms, None, &questions), expected());
-            let concerned = right.contains("atan2") == (function == "ring_particle_phase");
-            assert_eq!(found > 10.0 * TOLERANCE, concerned, "{function}, {wrong}: {found}");
+            let found = worst(&edited.evaluate(&uniforms, None, &inputs), expected());
+            let is_affected = right.contains("atan2") == (function == "ring_particle_phase");
+            assert_eq!(found > 10.0 * TOLERANCE, is_affected, "{function}, {wrong}: {found}");
         }
     }
 }
 
 /// Uniforms for a ring table, and the texture from which the fragment reads it.
-fn with_table(of: &DrawUniforms, table: RingTable) -> (DrawUniforms, SharedTexture) {
-    let mut uniforms = of.clone();
+fn with_table(base: &DrawUniforms, table: RingTable) -> (DrawUniforms, SharedTexture) {
+    let mut uniforms = base.clone();
     uniforms.ring.reach = glam::Vec2::new(table.reach[0] as f32, table.reach[1] as f32);
     let texture = ring_profile(&table);
     uniforms.ring.table = Some(Arc::new(table));
@@ -98,11 +100,11 @@ fn light_scattered_by_a_ring_agrees_with_the_shader() {
     const TANGENT: f64 = 0.02;
     let from_saturn = saturns_ring();
     let cosines: Vec<f64> = (0..200).map(|k| 0.02_f64.powf(f64::from(k) / 199.0)).collect();
-    let questions: Vec<EvalInput> = cosines.iter().map(|c| question([*c])).collect();
+    let inputs: Vec<EvalInput> = cosines.iter().map(|c| eval_input([*c])).collect();
     // Between 1.6 and 1.7 radii; the test above covers the phase function.
     let value = "vec4f(4.0 * ring_mean(radial_interval(1.6, 0.1), 1.0 / p.x).bodies.rgb, 0.0)";
     let emitted = Emitted::new(RING, value);
-    let mut seen = 0;
+    let mut detected = 0;
     for tau in [0.01, 0.3, 1.0, 3.0] {
         for sine in [0.0, 0.004, 0.015, 0.03, 0.1, 0.2, 0.3001, 0.45] {
             let [sunward, beyond] = halves(sine, TANGENT);
@@ -111,21 +113,21 @@ fn light_scattered_by_a_ring_agrees_with_the_shader() {
                 let table = RingTable::of([ring].iter(), 1.0, &RingSeen::new(Some(sunlight), 1.0, 50.0)).expect("a table");
                 let (uniforms, texture) = with_table(&from_saturn, table);
                 let light = |half: usize, x: f64, same_side: bool| {
-                    let [part, sine] = sunlight[half];
-                    if part > 0.0 { part * scattered(tau, x, 1.0 / sine.max(MIN_COSINE), same_side) } else { 0.0 }
+                    let [fraction, sine] = sunlight[half];
+                    if fraction > 0.0 { fraction * scattered(tau, x, 1.0 / sine.max(MIN_COSINE), same_side) } else { 0.0 }
                 };
-                for (cosine, a) in cosines.iter().zip(emitted.ask(&uniforms, Some(texture), &questions)) {
+                for (cosine, a) in cosines.iter().zip(emitted.evaluate(&uniforms, Some(texture), &inputs)) {
                     let x = 1.0 / cosine;
                     let (expected, through) = (light(0, x, true) + light(1, x, false), light(1, x, false));
                     let tolerance = 4.0 * 5e-4 + 0.01 * through;
                     assert!((a[0] / 4.0 - expected).abs() < tolerance, "tau {tau}, sine {sine}, x {x}: {} for {expected}", a[0] / 4.0);
                     let swapped = light(0, x, false) + light(1, x, true);
-                    seen += usize::from((a[0] / 4.0 - swapped).abs() > 10.0 * tolerance);
+                    detected += usize::from((a[0] / 4.0 - swapped).abs() > 10.0 * tolerance);
                 }
             }
         }
     }
-    assert!(seen > 500, "exchanged sides are detected only {seen} times");
+    assert!(detected > 500, "exchanged sides are detected only {detected} times");
 }
 
 /// The light that Saturn's rings block along a path, averaged over 100 000 random intervals of radius, against the sum over the catalog's ringlets in f64: from 7 km, a
@@ -154,7 +156,7 @@ fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
     for (e, t) in edges.windows(2).zip(&blocked) {
         blocked_up_to_edge.push(blocked_up_to_edge[blocked_up_to_edge.len() - 1] + (e[1] - e[0]) * t);
     }
-    let up_to = |r: f64| {
+    let blocked_integral = |r: f64| {
         let r = r.clamp(edges[0], edges[edges.len() - 1]);
         let k = edges.partition_point(|e| *e <= r).clamp(1, blocked.len()) - 1;
         blocked_up_to_edge[k] + (r - edges[k]) * blocked[k]
@@ -166,31 +168,31 @@ fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
         random ^= random << 17;
         (random >> 11) as f64 / (1u64 << 53) as f64
     };
-    let questions: Vec<EvalInput> = (0..100_000)
+    let inputs: Vec<EvalInput> = (0..100_000)
         .map(|_| {
             let width = 3.0e-6 * 3.0e5_f64.powf(next());
             let from = f64::from((inner - 0.2 + next() * (if next() < 0.8 { 1.5 } else { outer - inner + 0.4 })) as f32);
-            question([from, f64::from(width as f32)])
+            eval_input([from, f64::from(width as f32)])
         })
         .collect();
     let (uniforms, texture) = with_table(&saturns_ring(), table);
     let worst = |value: &str| {
-        let answers = Emitted::new(RING, value).ask(&uniforms, Some(texture.clone()), &questions);
+        let results = Emitted::new(RING, value).evaluate(&uniforms, Some(texture.clone()), &inputs);
         // Errors are relative to the precision of the radii in f32: 2^-23 of an end, divided by the width.
-        questions
+        inputs
             .iter()
-            .zip(answers)
+            .zip(results)
             .map(|(q, a)| {
                 let (from, width) = (q[0], q[1]);
-                let mean = (up_to(from + width) - up_to(from)) / width;
+                let mean = (blocked_integral(from + width) - blocked_integral(from)) / width;
                 (a[0] - mean).abs() / (1.2e-7 * (from + width).max(1.0) / width + 1e-6)
             })
             .fold(0.0, f64::max)
     };
     let found = worst("vec4f(ring_mean(radial_interval(p.x, p.y), 2.0).bodies.w)");
     assert!(found < 1.0, "{found} of the precision of f32");
-    let moved = worst("vec4f(ring_mean(radial_interval(p.x, p.y + 1.0e-4), 2.0).bodies.w)");
-    assert!(moved > 10.0, "a shift of 6 km would pass: {moved}");
+    let shifted = worst("vec4f(ring_mean(radial_interval(p.x, p.y + 1.0e-4), 2.0).bodies.w)");
+    assert!(shifted > 10.0, "a shift of 6 km would pass: {shifted}");
 }
 
 const LAWS: [(&str, Photometry, f64); 4] = [
@@ -207,25 +209,25 @@ fn call(module: &str) -> String {
 }
 
 /// Light that a sphere with the shader's law sends to a viewer at a phase angle, relative to a disc of radiance 1.
-fn disc(law: &Emitted, alpha: f64, parameter: f64) -> f64 {
+fn disc_brightness(law: &Emitted, alpha: f64, parameter: f64) -> f64 {
     const LONGITUDES: u32 = 240;
     const LATITUDES: u32 = 120;
     let to_sun = DVec3::new(alpha.cos(), alpha.sin(), 0.0);
-    // The visible and lit part: luminance longitude from alpha - 90 to 90 degrees.
+    // The visible and lit part: longitude from alpha - 90 to 90 degrees.
     let (from, width) = (alpha - PI / 2.0, PI - alpha);
-    let mut questions = Vec::new();
+    let mut inputs = Vec::new();
     let mut weights = Vec::new();
     for i in 0..LONGITUDES {
         let longitude = from + width * (f64::from(i) + 0.5) / f64::from(LONGITUDES);
         for j in 0..LATITUDES {
             let latitude = PI * ((f64::from(j) + 0.5) / f64::from(LATITUDES) - 0.5);
             let normal = DVec3::new(longitude.cos() * latitude.cos(), longitude.sin() * latitude.cos(), latitude.sin());
-            questions.push(question([normal.dot(to_sun), normal.x, to_sun.x, parameter]));
+            inputs.push(eval_input([normal.dot(to_sun), normal.x, to_sun.x, parameter]));
             weights.push(normal.x * latitude.cos());
         }
     }
-    let answers = law.ask(&plain(), None, &questions);
-    let sum: f64 = answers.iter().zip(weights).map(|(a, w)| a[0] * w).sum();
+    let results = law.evaluate(&one_light_uniforms(), None, &inputs);
+    let sum: f64 = results.iter().zip(weights).map(|(a, w)| a[0] * w).sum();
     sum * width / f64::from(LONGITUDES) / f64::from(LATITUDES)
 }
 
@@ -236,8 +238,8 @@ fn spheres_of_each_law_are_as_bright_as_their_points() {
     const TOLERANCE: f64 = 1e-3;
     let relative_error = |law: &Emitted, model: &Photometry, parameter: f64| -> f64 {
         let full = model_geometric_albedo(model)[0];
-        let at = |deg: f64| (disc(law, deg.to_radians(), parameter) / full - model_phase(model, deg.to_radians())).abs();
-        [0.0, 10.0, 45.0, 90.0, 135.0, 170.0].map(at).into_iter().fold(0.0, f64::max)
+        let error_at = |deg: f64| (disc_brightness(law, deg.to_radians(), parameter) / full - model_phase(model, deg.to_radians())).abs();
+        [0.0, 10.0, 45.0, 90.0, 135.0, 170.0].map(error_at).into_iter().fold(0.0, f64::max)
     };
     for (module, model, parameter) in &LAWS {
         let found = relative_error(&Emitted::new(module, &call(module)), model, *parameter);
@@ -269,11 +271,11 @@ fn reflectance_agrees_with_the_shader_at_every_angle() {
         }
     }
     for (module, model, parameter) in &LAWS {
-        let questions: Vec<EvalInput> = angles.iter().map(|[i, e, p]| question([*i, *e, *p, *parameter])).collect();
-        let answers = Emitted::new(module, &call(module)).ask(&plain(), None, &questions);
-        let found = worst(&answers, angles.iter().map(|[i, e, p]| reflectance(model, *i, *e, *p)));
+        let inputs: Vec<EvalInput> = angles.iter().map(|[i, e, p]| eval_input([*i, *e, *p, *parameter])).collect();
+        let results = Emitted::new(module, &call(module)).evaluate(&one_light_uniforms(), None, &inputs);
+        let found = worst(&results, angles.iter().map(|[i, e, p]| reflectance(model, *i, *e, *p)));
         assert!(found < 1e-6, "{module}: {found}");
-        let other = worst(&answers, angles.iter().map(|[i, e, p]| reflectance(model, *e, *i, *p)));
+        let other = worst(&results, angles.iter().map(|[i, e, p]| reflectance(model, *e, *i, *p)));
         assert!(other > 1e-2, "{module}: exchanged incidence and emission are not detected, {other}");
     }
 }
@@ -305,9 +307,9 @@ fn the_catalogs_parameters_reach_the_photometric_laws() {
 #[test]
 fn the_display_curve_agrees_with_the_shader() {
     let levels: Vec<f64> = (0..=4000).map(|k| f64::from(k) / 4000.0).collect();
-    let questions: Vec<EvalInput> = levels.iter().map(|v| question([*v])).collect();
+    let inputs: Vec<EvalInput> = levels.iter().map(|v| eval_input([*v])).collect();
     let value = "vec4f(srgb_encoded(p.xxx), 1.0)";
-    let error = |module: &Emitted| worst(&module.ask(&plain(), None, &questions), levels.iter().map(|v| linear_to_srgb(*v)));
+    let error = |module: &Emitted| worst(&module.evaluate(&one_light_uniforms(), None, &inputs), levels.iter().map(|v| linear_to_srgb(*v)));
     let found = error(&Emitted::new("tone_map", value));
     assert!(found < 1e-6, "{found}");
     let found = error(&Emitted::edited("tone_map", value, |text| replace_once(text, "(1.0 / 2.4)", "(1.0 / 2.2)")));

@@ -7,7 +7,7 @@ use orrery::{Fragments, Instant, NaifId, SamplingQuality, ViewRequest};
 use std::time::{Duration, Instant as Clock};
 
 /// Longest time that a refusal may take here; the time budget of one batch is about a second.
-const PATIENCE: Duration = Duration::from_secs(30);
+const TIMEOUT: Duration = Duration::from_secs(30);
 
 const TONE_MAP: &str = "entry/tone_map.wesl";
 
@@ -29,21 +29,22 @@ fn drawn(session: &Session, fragments: Fragments) -> Result<Vec<[u8; 4]>, String
     session.set_fragments(fragments);
     let time = Instant::parse("2024-01-01T00:00:00Z").expect("a time");
     let request = ViewRequest { width: 48, height: 48, quality: Quality::Draft, ..ViewRequest::of(NaifId::MOON, time) };
-    let begun = Clock::now();
+    let start = Clock::now();
     let picture = session.draw(&request, SamplingQuality::of(Quality::Draft), false).map(|d| d.frame.display).map_err(|e| e.to_string());
-    assert!(begun.elapsed() < PATIENCE, "{:?}: {picture:?}", begun.elapsed());
+    assert!(start.elapsed() < TIMEOUT, "{:?}: {picture:?}", start.elapsed());
     picture
 }
 
 /// Functions g0 to gN, each defined in terms of the previous one.
-fn functions(count: usize, made: impl Fn(usize) -> String) -> String {
-    let one = |k: usize| format!("fn g{}(x: f32) -> f32 {{ return {}; }}\n", k + 1, made(k));
-    format!("fn g0(x: f32) -> f32 {{ return x * 1.5; }}\n{}", (0..count).map(one).collect::<String>())
+fn functions(count: usize, expression: impl Fn(usize) -> String) -> String {
+    let function = |k: usize| format!("fn g{}(x: f32) -> f32 {{ return {}; }}\n", k + 1, expression(k));
+    format!("fn g0(x: f32) -> f32 {{ return x * 1.5; }}\n{}", (0..count).map(function).collect::<String>())
 }
 
-/// Hostile cases: declarations, statements, and a word of the expected message.
+/// Hostile cases: declarations, statements, and a part of the expected message.
 fn hostile_cases() -> Vec<(String, String, &'static str)> {
-    let many_turns = "for (var i = 0u; i < 4000000000u; i++) { for (var j = 0u; j < 4000000000u; j++) { k += i ^ j ^ u32(position.x); } }";
+    let endless_loops =
+        "for (var i = 0u; i < 4000000000u; i++) { for (var j = 0u; j < 4000000000u; j++) { k += i ^ j ^ u32(position.x); } }";
     let deep_loops = format!("{}k += 1u;{}", "for (var i = k; i < 4000000000u; i++) { ".repeat(40), " }".repeat(40));
     let all: [(&str, &str, &'static str); 15] = [
         ("", "loop { }", "end"),
@@ -51,7 +52,7 @@ fn hostile_cases() -> Vec<(String, String, &'static str)> {
         // It cannot be decided in advance whether these loops end.
         ("", "var x = radiance.x; while x > -1.0 { x += 1e-9; }", "end"),
         ("", "var k = 0u; loop { k += u32(position.x) * 0u; if k > 0u { break; } }", "end"),
-        ("", &format!("var k = 0u; {many_turns} if k == 7u {{ discard; }}"), "end"),
+        ("", &format!("var k = 0u; {endless_loops} if k == 7u {{ discard; }}"), "end"),
         ("", &format!("var k = 0u; {deep_loops} if k == 7u {{ discard; }}"), ""),
         ("fn again(x: f32) -> f32 { return again(x + 1.0); }", "let y = again(radiance.x);", ""),
         ("fn ping(x: f32) -> f32 { return pong(x); }\nfn pong(x: f32) -> f32 { return ping(x); }", "let y = ping(1.0);", ""),
@@ -70,11 +71,11 @@ fn hostile_cases() -> Vec<(String, String, &'static str)> {
 #[test]
 fn hostile_fragments_are_refused_and_valid_ones_draw_again() {
     let session = session(RendererPreference::Software);
-    let sound = drawn(&session, Fragments::default()).expect("a picture");
-    for (declarations, statements, word) in hostile_cases() {
-        let why = drawn(&session, tone_map(&declarations, &statements)).expect_err(&statements);
-        assert!(why.contains(word) && !why.trim().contains('\n') && why.len() < 600, "{statements}: {why}");
-        assert_eq!(drawn(&session, Fragments::default()).as_ref(), Ok(&sound), "after {statements}");
+    let valid_picture = drawn(&session, Fragments::default()).expect("a picture");
+    for (declarations, statements, message_part) in hostile_cases() {
+        let error = drawn(&session, tone_map(&declarations, &statements)).expect_err(&statements);
+        assert!(error.contains(message_part) && !error.trim().contains('\n') && error.len() < 600, "{statements}: {error}");
+        assert_eq!(drawn(&session, Fragments::default()).as_ref(), Ok(&valid_picture), "after {statements}");
     }
 }
 
@@ -82,14 +83,14 @@ fn hostile_fragments_are_refused_and_valid_ones_draw_again() {
 #[test]
 fn indices_out_of_range_stay_inside_and_long_loops_that_end_are_drawn() {
     let session = session(RendererPreference::Software);
-    let sound = drawn(&session, Fragments::default()).expect("a picture");
+    let valid_picture = drawn(&session, Fragments::default()).expect("a picture");
     for statements in [
         "var a = array<f32, 3>(1.0, 2.0, 3.0); let far = a[u32(position.x * 1e6)]; if far < 0.0 || far > 3.0 { discard; }",
         "let far = textureLoad(hdr, vec2i(2147483647, -2147483647), 9999); if far.x != far.x { discard; }",
         "var a: array<f32, 4>; a[i32(position.x) - 1000000] = 5.0; a[0xffffffffu - u32(position.y)] = 7.0;",
         "var s = 0u; for (var i = 0u; i < 20000u; i++) { s += i ^ u32(position.x); } if s == 1u { discard; }",
     ] {
-        assert_eq!(drawn(&session, tone_map("", statements)).as_ref(), Ok(&sound), "{statements}");
+        assert_eq!(drawn(&session, tone_map("", statements)).as_ref(), Ok(&valid_picture), "{statements}");
     }
 }
 
@@ -101,10 +102,10 @@ fn an_endless_loop_never_reaches_the_gpu() {
         return;
     }
     let session = session(RendererPreference::Gpu);
-    let sound = drawn(&session, Fragments::default()).expect("a picture");
-    for (declarations, statements, word) in hostile_cases() {
-        let why = drawn(&session, tone_map(&declarations, &statements)).expect_err(&statements);
-        assert!(why.contains(word) && !why.trim().contains('\n'), "{statements}: {why}");
+    let valid_picture = drawn(&session, Fragments::default()).expect("a picture");
+    for (declarations, statements, message_part) in hostile_cases() {
+        let error = drawn(&session, tone_map(&declarations, &statements)).expect_err(&statements);
+        assert!(error.contains(message_part) && !error.trim().contains('\n'), "{statements}: {error}");
     }
-    assert_eq!(drawn(&session, Fragments::default()), Ok(sound));
+    assert_eq!(drawn(&session, Fragments::default()), Ok(valid_picture));
 }

@@ -35,9 +35,9 @@ impl Messages {
 }
 
 fn open(cache: &Path) -> (ShaderLibrary, Messages) {
-    let said = Arc::new(Mutex::new(Vec::new()));
-    let into = Arc::clone(&said);
-    (ShaderLibrary::open(cache, lowering(), move |line| into.lock().expect("no panic").push(line.to_owned())), Messages(said))
+    let messages = Arc::new(Mutex::new(Vec::new()));
+    let sink = Arc::clone(&messages);
+    (ShaderLibrary::open(cache, lowering(), move |line| sink.lock().expect("no panic").push(line.to_owned())), Messages(messages))
 }
 
 /// Equality in everything that a renderer or a reader uses. Spans are not stored on disk and are not compared.
@@ -73,7 +73,7 @@ fn a_second_library_reads_what_the_first_wrote() {
 }
 
 /// Replaces an entry by `damaged` and expects the right module, one message, and an intact entry afterwards.
-fn assert_repaired(dir: &Path, id: &ModuleId, path: &Path, whole: &[u8], damaged: &[u8], what: &str) {
+fn assert_repaired(dir: &Path, id: &ModuleId, path: &Path, intact: &[u8], damaged: &[u8], what: &str) {
     std::fs::write(path, damaged).expect("write");
     let (library, messages) = open(dir);
     assert_eq!(library.verify().damaged.len(), 1, "{what}");
@@ -82,7 +82,7 @@ fn assert_repaired(dir: &Path, id: &ModuleId, path: &Path, whole: &[u8], damaged
     let lines = messages.lines();
     assert!(lines.len() == 1 && lines[0].contains("is replaced"), "{what}: {lines:?}");
     assert_eq!(library.statistics().healed, 1, "{what}");
-    assert_eq!(std::fs::read(path).expect("read"), whole, "{what}: the entry is intact again");
+    assert_eq!(std::fs::read(path).expect("read"), intact, "{what}: the entry is intact again");
 }
 
 #[test]
@@ -92,21 +92,21 @@ fn damaged_entries_are_detected_and_repaired() {
     let (library, _) = open(dir.path());
     library.get(&id).expect("module");
     let path = library.entry_path(&id).expect("on disk");
-    let whole = std::fs::read(&path).expect("written");
-    for keep in [0, 1, 7, 8, 39, 40, 41, whole.len() / 2, whole.len() - 1] {
-        assert_repaired(dir.path(), &id, &path, &whole, &whole[..keep], &format!("cut to {keep} bytes"));
+    let intact = std::fs::read(&path).expect("written");
+    for keep in [0, 1, 7, 8, 39, 40, 41, intact.len() / 2, intact.len() - 1] {
+        assert_repaired(dir.path(), &id, &path, &intact, &intact[..keep], &format!("cut to {keep} bytes"));
     }
     // Magic, checksum, header, and 24 positions spread over the content.
-    let places = (0..48).chain((0..24).map(|i| 48 + (whole.len() - 49) * i / 23));
-    for at in places {
-        let mut damaged = whole.clone();
+    let positions = (0..48).chain((0..24).map(|i| 48 + (intact.len() - 49) * i / 23));
+    for at in positions {
+        let mut damaged = intact.clone();
         damaged[at] ^= 1 << (at % 8);
-        assert_repaired(dir.path(), &id, &path, &whole, &damaged, &format!("bit flipped in byte {at}"));
+        assert_repaired(dir.path(), &id, &path, &intact, &damaged, &format!("bit flipped in byte {at}"));
     }
-    assert_repaired(dir.path(), &id, &path, &whole, b"a text file", "foreign");
-    let mut longer = whole.clone();
+    assert_repaired(dir.path(), &id, &path, &intact, b"a text file", "foreign");
+    let mut longer = intact.clone();
     longer.push(0);
-    assert_repaired(dir.path(), &id, &path, &whole, &longer, "a byte too many");
+    assert_repaired(dir.path(), &id, &path, &intact, &longer, "a byte too many");
 }
 
 #[test]
@@ -119,13 +119,13 @@ fn an_intact_entry_of_another_module_or_generator_is_rejected() {
     let (first, second) = (std::fs::read(path(&ids[0])).expect("read"), std::fs::read(path(&ids[1])).expect("read"));
     assert_repaired(dir.path(), &ids[0], &path(&ids[0]), &first, &second, "another module's entry");
 
-    let other = Lowering { digest: "test 2".into(), ..lowering() };
-    let stranger = ShaderLibrary::open(dir.path(), other, |_| {});
-    stranger.get(&ids[0]).expect("module");
-    assert_ne!(stranger.generator(), library.generator());
-    assert_eq!((stranger.statistics().from_disk, stranger.status().entries), (0, 1), "each generator has its own folder");
-    assert_eq!(stranger.status().other_entries, ids.len() as u64);
-    let foreign = std::fs::read(stranger.entry_path(&ids[0]).expect("on disk")).expect("read");
+    let other_lowering = Lowering { digest: "test 2".into(), ..lowering() };
+    let other_library = ShaderLibrary::open(dir.path(), other_lowering, |_| {});
+    other_library.get(&ids[0]).expect("module");
+    assert_ne!(other_library.generator(), library.generator());
+    assert_eq!((other_library.statistics().from_disk, other_library.status().entries), (0, 1), "each generator has its own folder");
+    assert_eq!(other_library.status().other_entries, ids.len() as u64);
+    let foreign = std::fs::read(other_library.entry_path(&ids[0]).expect("on disk")).expect("read");
     assert_repaired(dir.path(), &ids[0], &path(&ids[0]), &first, &foreign, "another generator's entry");
 
     assert_eq!(library.clear().expect("clears"), ids.len() as u64 + 1);
@@ -166,11 +166,11 @@ fn missing_folders_are_created_at_the_first_write() {
 fn a_read_only_folder_only_warns() {
     use std::os::unix::fs::PermissionsExt;
     let dir = tempfile::tempdir().expect("temp");
-    let allow = |mode| std::fs::set_permissions(dir.path(), std::fs::Permissions::from_mode(mode)).expect("permissions");
-    allow(0o555);
-    let refuses = |p: &&Path| p.is_dir() && std::fs::write(p.join("probe"), "x").is_err();
+    let set_mode = |mode| std::fs::set_permissions(dir.path(), std::fs::Permissions::from_mode(mode)).expect("permissions");
+    set_mode(0o555);
+    let refuses_writes = |p: &&Path| p.is_dir() && std::fs::write(p.join("probe"), "x").is_err();
     let folders = [dir.path(), Path::new("/proc/self"), Path::new("/sys/kernel")];
-    let Some(folder) = folders.iter().find(|p| refuses(p)) else { panic!("this user writes into every folder") };
+    let Some(folder) = folders.iter().find(|p| refuses_writes(p)) else { panic!("this user writes into every folder") };
     let (library, messages) = open(folder);
     for id in ids() {
         assert_same(&library.get(&id).expect("module"), &newly_built(&id));
@@ -178,7 +178,7 @@ fn a_read_only_folder_only_warns() {
     let lines = messages.lines();
     assert!(lines.len() == 1 && lines[0].contains("cannot be written"), "{lines:?}");
     assert_eq!((library.statistics().written, library.status().entries), (0, 0));
-    allow(0o755);
+    set_mode(0o755);
 }
 
 #[test]
@@ -213,7 +213,7 @@ fn child_fills_a_library() {
             assert_same(&library.get(&id).expect("module"), &newly_built(&id));
         }
     }
-    println!("emitted {} written {} said {:?}", library.statistics().emitted, library.statistics().written, messages.lines());
+    println!("emitted {} written {} messages {:?}", library.statistics().emitted, library.statistics().written, messages.lines());
 }
 
 fn child(cache: &Path) -> Command {
@@ -238,7 +238,7 @@ fn eight_processes_and_as_many_threads_fill_one_library_at_once() {
     for child in children {
         let output = child.wait_with_output().expect("ends");
         let text = String::from_utf8_lossy(&output.stdout);
-        assert!(output.status.success() && text.contains("said []"), "{text}{}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.status.success() && text.contains("messages []"), "{text}{}", String::from_utf8_lossy(&output.stderr));
     }
     assert!(messages.lines().is_empty(), "{:?}", messages.lines());
     let n = ids().len() as u64;
@@ -253,9 +253,9 @@ fn eight_processes_and_as_many_threads_fill_one_library_at_once() {
 #[test]
 fn a_full_disk_only_warns() {
     let dir = tempfile::tempdir().expect("temp");
-    let inner = child(dir.path());
+    let child_command = child(dir.path());
     let mut command = Command::new("sh");
-    command.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$0\" \"$@\""]).arg(inner.get_program()).args(inner.get_args());
+    command.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$0\" \"$@\""]).arg(child_command.get_program()).args(child_command.get_args());
     let output = command.env(CHILD, dir.path()).output().expect("sh runs");
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
@@ -267,9 +267,9 @@ fn a_full_disk_only_warns() {
 }
 
 /// An entry with edited content and a correct checksum: what an attacker with write access to the folder could create.
-fn forged(whole: &[u8], edit: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
+fn forged(intact: &[u8], edit: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     use sha2::{Digest, Sha256};
-    let (magic, content) = (&whole[..8], &whole[40..]);
+    let (magic, content) = (&intact[..8], &intact[40..]);
     let mut content = content.to_vec();
     edit(&mut content);
     [magic, Sha256::digest(&content).as_slice(), &content].concat()
@@ -285,22 +285,22 @@ fn forged_entries_are_accepted_only_if_valid() {
     let library = ShaderLibrary::open(dir.path(), lowering.clone(), |_| {});
     library.get(&id).expect("module");
     let path = library.entry_path(&id).expect("on disk");
-    let whole = std::fs::read(&path).expect("written");
-    let length = whole.len() - 40;
-    let (mut read, mut healed) = (0, 0);
+    let intact = std::fs::read(&path).expect("written");
+    let length = intact.len() - 40;
+    let (mut accepted, mut replaced) = (0, 0);
     for k in 0..400 {
         let at = k * (length - 1) / 399;
-        let damaged = forged(&whole, |content| content[at] = content[at].wrapping_add([1, 0x80, 0xff, 7][k % 4]));
+        let damaged = forged(&intact, |content| content[at] = content[at].wrapping_add([1, 0x80, 0xff, 7][k % 4]));
         std::fs::write(&path, &damaged).expect("write");
         let library = ShaderLibrary::open(dir.path(), lowering.clone(), |_| {});
         assert_eq!(library.verify().damaged.len(), 1, "byte {at}");
         let module = library.get(&id).expect("a module");
         if library.statistics().healed == 1 {
-            healed += 1;
-            assert_eq!(std::fs::read(&path).expect("read"), whole, "byte {at}: the entry is intact again");
+            replaced += 1;
+            assert_eq!(std::fs::read(&path).expect("read"), intact, "byte {at}: the entry is intact again");
             continue;
         }
-        read += 1;
+        accepted += 1;
         orrery::shader::module::validate(&module.module).expect("valid");
         (lowering.check)(&module.module, &module.tape).expect("its own tape");
         // A renderer that cannot use the module has it rebuilt.
@@ -310,55 +310,55 @@ fn forged_entries_are_accepted_only_if_valid() {
             "byte {at}"
         );
         assert_eq!(library.get(&id).expect("a module").wgsl, ShaderModule::build(&id, &lowering).expect("builds").wgsl);
-        assert_eq!(std::fs::read(&path).expect("read"), whole, "byte {at}: the entry is intact again");
+        assert_eq!(std::fs::read(&path).expect("read"), intact, "byte {at}: the entry is intact again");
     }
-    println!("of 400 forged entries {healed} are replaced when read, {read} are valid modules");
-    assert!(healed > 100 && read > 0, "{healed} and {read}: the sweep needs both rejected and accepted entries");
+    println!("of 400 forged entries {replaced} are replaced when read, {accepted} are valid modules");
+    assert!(replaced > 100 && accepted > 0, "{replaced} and {accepted}: the sweep needs both rejected and accepted entries");
     // The unmodified entry itself is valid.
     let library = ShaderLibrary::open(dir.path(), lowering, |_| {});
     assert_eq!((library.verify().whole, library.get(&id).is_ok(), library.replace_forged(&[id])), (1, true, 0));
 }
 
-/// A forged entry that a plan or a renderer cannot use does not abort the frame: the entry is rebuilt and the picture is the right one.
+/// A forged entry that a plan or a renderer cannot use does not abort the frame: the entry is rebuilt and the picture is unchanged.
 #[test]
 fn a_forged_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
     use orrery::{NaifId, SamplingQuality, Session, Sources, ViewRequest};
     let dir = tempfile::tempdir().expect("temp");
-    let said = Arc::new(Mutex::new(Vec::<String>::new()));
+    let messages = Arc::new(Mutex::new(Vec::<String>::new()));
     let request = {
         let mut request = ViewRequest::of(NaifId(505), orrery::Instant::parse("2024-01-01").expect("a time"));
         (request.width, request.height) = (16, 16);
         request
     };
     let draw = || {
-        let messages = Arc::clone(&said);
+        let messages = Arc::clone(&messages);
         let sources = Sources { cache: Some(dir.path().to_owned()), ..Sources::default() };
         let session = Session::open(&sources, move |line| messages.lock().expect("no panic").push(line.to_owned())).expect("opens");
         session.draw(&request, SamplingQuality::of(request.quality), false).map(|drawn| drawn.frame.display).map_err(|e| e.to_string())
     };
-    let right = draw().expect("a picture");
+    let expected = draw().expect("a picture");
     let shaders =
         std::fs::read_dir(dir.path().join("orrery/shaders")).expect("a folder").next().expect("a generator").expect("an entry").path();
     let entries: Vec<PathBuf> = std::fs::read_dir(shaders).expect("a folder").map(|e| e.expect("an entry").path()).collect();
     assert!(entries.len() >= 2, "{entries:?}");
     let mut renamed = 0;
     for path in &entries {
-        let whole = std::fs::read(path).expect("read");
+        let intact = std::fs::read(path).expect("read");
         // Each field and binding of the module is renamed: the module stays valid, but no plan can fill it.
         let names = ["exposure", "body_from", "camera", "source", "picture", "scene"];
         for name in names {
             let places: Vec<usize> =
-                whole.windows(name.len()).enumerate().filter(|(_, w)| *w == name.as_bytes()).map(|(at, _)| at - 40.min(at)).collect();
+                intact.windows(name.len()).enumerate().filter(|(_, w)| *w == name.as_bytes()).map(|(at, _)| at - 40.min(at)).collect();
             if places.is_empty() {
                 continue;
             }
             renamed += 1;
-            let damaged = forged(&whole, |content| places.iter().for_each(|at| content[*at] = b'Z'));
+            let damaged = forged(&intact, |content| places.iter().for_each(|at| content[*at] = b'Z'));
             std::fs::write(path, damaged).expect("write");
-            assert_eq!(draw().as_ref(), Ok(&right), "{name} in {}", path.display());
-            let lines: Vec<String> = said.lock().expect("no panic").drain(..).collect();
+            assert_eq!(draw().as_ref(), Ok(&expected), "{name} in {}", path.display());
+            let lines: Vec<String> = messages.lock().expect("no panic").drain(..).collect();
             assert!(lines.len() <= 1 && lines.iter().all(|l| l.contains("is replaced")), "{lines:?}");
-            std::fs::write(path, &whole).expect("write");
+            std::fs::write(path, &intact).expect("write");
         }
     }
     assert!(renamed > 2, "{renamed} names were found in the entries");

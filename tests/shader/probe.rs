@@ -36,7 +36,7 @@ fn each_lane_answers_its_own_query() {
 fn an_invalid_query_field_is_named_in_one_line() {
     let renderer = renderer(Precision::F32);
     let prober = Prober { session: &SESSION, renderer: &renderer };
-    for (question, about) in [
+    for (question, message_part) in [
         ("", "JSON"),
         ("[]", "JSON object"),
         ("{}", "\"q\" is missing"),
@@ -50,7 +50,7 @@ fn an_invalid_query_field_is_named_in_one_line() {
         (r#"{"q":"disc-overlap","k":1,"d":1,"model":"linear","e":1}"#, "`e`"),
     ] {
         let error = prober.answer(question).expect_err(question).to_string();
-        assert!(error.contains(about) && !error.contains('\n'), "{question}: {error}");
+        assert!(error.contains(message_part) && !error.contains('\n'), "{question}: {error}");
     }
 }
 
@@ -60,15 +60,15 @@ fn the_list_of_queries_matches_their_fields() {
     let renderer = renderer(Precision::F32);
     let prober = Prober { session: &SESSION, renderer: &renderer };
     for kind in QUERIES {
-        let whole: serde_json::Map<String, serde_json::Value> = serde_json::from_str(kind.example).expect("an object");
+        let example: serde_json::Map<String, serde_json::Value> = serde_json::from_str(kind.example).expect("an object");
         let ask = |fields: &serde_json::Map<String, serde_json::Value>| prober.answer(&serde_json::json!(fields).to_string());
-        assert_eq!(whole["q"], kind.name);
-        ask(&whole).unwrap_or_else(|e| panic!("{}: {e}", kind.example));
-        // The parser's own fields, bypassing the list: it names them when it meets an unknown one.
-        let mut strange = whole.clone();
-        strange.remove("q");
-        strange.insert("zzz".into(), 1.into());
-        let error = (kind.ask)(&prober, strange.into()).expect_err(kind.name).to_string();
+        assert_eq!(example["q"], kind.name);
+        ask(&example).unwrap_or_else(|e| panic!("{}: {e}", kind.example));
+        // The parser names its own fields in the error about an unknown one.
+        let mut with_unknown_field = example.clone();
+        with_unknown_field.remove("q");
+        with_unknown_field.insert("zzz".into(), 1.into());
+        let error = (kind.ask)(&prober, with_unknown_field.into()).expect_err(kind.name).to_string();
         let mut accepted: Vec<&str> = error.split('`').skip(3).step_by(2).collect();
         let mut listed: Vec<&str> = kind.fields.iter().map(|f| f.name).collect();
         accepted.sort_unstable();
@@ -76,7 +76,7 @@ fn the_list_of_queries_matches_their_fields() {
         assert_eq!(accepted, listed, "{}: {error}", kind.name);
         for field in kind.fields {
             assert!(!field.says.is_empty());
-            let mut without = whole.clone();
+            let mut without = example.clone();
             without.remove(field.name);
             match field.need {
                 Requirement::Must => {
@@ -97,9 +97,9 @@ fn the_default_model_is_limb_darkened() {
     let prober = Prober { session: &SESSION, renderer: &renderer };
     let blocked =
         |more: &str| prober.answer(&format!(r#"{{"q":"disc-overlap","k":0.5,"d":0.1{more}}}"#)).expect("answers")["blocked"].clone();
-    let plain = blocked("");
-    assert_eq!(plain, blocked(r#","model":"limb-darkened","u1":0.40,"u2":0.26"#));
-    assert!(plain.as_f64() > blocked(r#","model":"uniform-disc""#).as_f64(), "the middle of the disc is brighter than its mean");
+    let by_default = blocked("");
+    assert_eq!(by_default, blocked(r#","model":"limb-darkened","u1":0.40,"u2":0.26"#));
+    assert!(by_default.as_f64() > blocked(r#","model":"uniform-disc""#).as_f64(), "the middle of the disc is brighter than its mean");
     assert_eq!(blocked(r#","u1":0.6"#), blocked(r#","u1":0.6,"u2":0"#), "a law with one term has no second");
     let sunlight = |more: &str| {
         let question = format!(r#"{{"q":"sunlight","body":"earth","time":"2024-04-08T18:17:16Z","lat":30,"lon":-100{more}}}"#);
@@ -154,8 +154,8 @@ fn a_pixel_reports_the_values_of_its_draws() {
     // The centre is the sub-observer point, whose latitude the scene gives as planetocentric and the pixel as planetographic: Mars' axes
     // are 3396.19 and 3376.20 km.
     let middle = pixel(Precision::F64, 32, 32);
-    let graphic = (mars.sub_viewer.latitude_deg.to_radians().tan() * (3396.19f64 / 3376.20).powi(2)).atan().to_degrees();
-    assert!((middle["lat"].as_f64().expect("lat") - graphic).abs() < 0.05, "{} {graphic}", middle["lat"]);
+    let planetographic_deg = (mars.sub_viewer.latitude_deg.to_radians().tan() * (3396.19f64 / 3376.20).powi(2)).atan().to_degrees();
+    assert!((middle["lat"].as_f64().expect("lat") - planetographic_deg).abs() < 0.05, "{} {planetographic_deg}", middle["lat"]);
     assert!((middle["lon"].as_f64().expect("lon") - mars.sub_viewer.longitude_deg).abs() < 0.05, "{}", middle["lon"]);
     // Outside the disc only stars are drawn.
     let beside = pixel(Precision::F32, 0, 0);
@@ -174,20 +174,20 @@ fn a_star_and_a_body_have_their_pixel() {
             format!(r#"{{"position":{{"body":"earth","km":[20000,0,0]}},"look":{{"direction":{look}}},"up":"celestial","fov_deg":35}}"#);
         prober.answer(&format!(r#"{{"q":"project","view":{view},"time":"2000-01-01T00:00:00Z","size":[900,900],{more}}}"#))
     };
-    let near = |v: &serde_json::Value, x: f64, y: f64| (v["x"].as_f64().expect("x") - x).hypot(v["y"].as_f64().expect("y") - y) < 0.1;
+    let is_near = |v: &serde_json::Value, x: f64, y: f64| (v["x"].as_f64().expect("x") - x).hypot(v["y"].as_f64().expect("y") - y) < 0.1;
     let aldebaran = ask(r#""star":"HIP 21421""#).expect("a star");
-    assert!(near(&aldebaran, 354.653, 486.187) && aldebaran["in_frame"] == true && aldebaran["hidden"] == false, "{aldebaran}");
+    assert!(is_near(&aldebaran, 354.653, 486.187) && aldebaran["in_frame"] == true && aldebaran["hidden"] == false, "{aldebaran}");
     // Antares is behind the camera.
     let antares = ask(r#""star":"80763""#).expect("a star");
-    assert!(near(&antares, 397.066, 237.970) && antares["in_frame"] == false, "{antares}");
+    assert!(is_near(&antares, 397.066, 237.970) && antares["in_frame"] == false, "{antares}");
     // The same position by right ascension and declination, J2000, without proper motion.
-    let place = ask(r#""ra_deg":68.98016,"dec_deg":16.50930"#).expect("a direction");
-    assert!(near(&place, 354.653, 486.187), "{place}");
+    let by_coordinates = ask(r#""ra_deg":68.98016,"dec_deg":16.50930"#).expect("a direction");
+    assert!(is_near(&by_coordinates, 354.653, 486.187), "{by_coordinates}");
     // The Earth hides objects behind it, towards -x, but not itself.
     let behind = ask(r#""ra_deg":180.0,"dec_deg":0.0"#).expect("a direction");
     assert!(behind["hidden"] == true && behind["in_frame"] == false, "{behind}");
     assert_eq!(ask(r#""body":"earth""#).expect("a body")["hidden"], false);
-    for (more, why) in [
+    for (more, message_part) in [
         (r#""star":"Nemesis""#, "no star `Nemesis`"),
         (r#""body":"vulcan""#, "field `body`"),
         (r#""ra_deg":1.0"#, "give one of"),
@@ -195,6 +195,6 @@ fn a_star_and_a_body_have_their_pixel() {
         (r#""star":"HIP 1","body":"mars""#, "give one of"),
     ] {
         let error = ask(more).expect_err("refused");
-        assert!(error.to_string().contains(why), "{error}");
+        assert!(error.to_string().contains(message_part), "{error}");
     }
 }

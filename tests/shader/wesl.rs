@@ -17,12 +17,12 @@ fn module_path(fragment: &str) -> ModulePath {
 }
 
 /// The module that the reference compiler creates for the features of a key.
-fn by_reference(entry: &str, on: &[&str]) -> String {
+fn by_reference(entry: &str, active: &[&str]) -> String {
     let mut resolver = VirtualResolver::new();
     for (path, text) in FRAGMENTS.iter() {
         resolver.add_module(module_path(path), (*text).into());
     }
-    let flags = names_that_hold(Features::of(on)).map(|(name, holds)| (name.to_owned(), Feature::from(holds))).collect();
+    let flags = names_that_hold(Features::of(active)).map(|(name, holds)| (name.to_owned(), Feature::from(holds))).collect();
     let options = CompileOptions {
         // Imported modules are included completely, as in the generator; they contain the vertex stages.
         strip: false,
@@ -32,15 +32,15 @@ fn by_reference(entry: &str, on: &[&str]) -> String {
         ..CompileOptions::default()
     };
     let compiled = wesl::compile(&module_path(entry), &resolver, &NoMangler, &options);
-    compiled.unwrap_or_else(|e| panic!("shaders/{entry} with {on:?}: {e}")).to_string()
+    compiled.unwrap_or_else(|e| panic!("shaders/{entry} with {active:?}: {e}")).to_string()
 }
 
-/// The declarations of a module in order, in the format of one printer. Blanks and parentheses are ignored, because the reference compiler
+/// The declarations of a module in order, all printed by the same printer. Blanks and parentheses are ignored, because the reference compiler
 /// adds parentheses.
 fn declarations(wgsl: &str) -> Vec<String> {
     let syntax = wgsl_parse::parse_str(wgsl).unwrap_or_else(|e| panic!("{e}\n{wgsl}"));
-    let plain = |text: String| text.chars().filter(|c| !c.is_whitespace() && !"()".contains(*c)).collect();
-    let mut all: Vec<String> = syntax.global_declarations.iter().map(|d| plain(d.node().to_string())).collect();
+    let normalised = |text: String| text.chars().filter(|c| !c.is_whitespace() && !"()".contains(*c)).collect();
+    let mut all: Vec<String> = syntax.global_declarations.iter().map(|d| normalised(d.node().to_string())).collect();
     all.sort();
     all
 }
@@ -71,16 +71,16 @@ fn every_covering_module_equals_the_reference_compilers() {
 }
 
 /// The shipped fragments with a user's text in place of a fragment that every globe uses.
-fn with(text: &str) -> Fragments {
+fn with_fragment(text: &str) -> Fragments {
     Fragments::with_files([("lib/photometry/lambert.wesl".to_owned(), text.to_owned())])
 }
 
 fn error_position(text: &str) -> (u32, u32, String) {
     let id: ModuleId = "lambert.sun1.sphere".parse().expect("a key");
-    match emit_module_with(&with(text), &id) {
+    match emit_module_with(&with_fragment(text), &id) {
         Err(ShaderError::Fragment { path, line, column, what }) => {
             assert_eq!(path, "lib/photometry/lambert.wesl");
-            let shown = diagnosis(&with(text), &id).expect("a diagnosis");
+            let shown = diagnosis(&with_fragment(text), &id).expect("a diagnosis");
             assert!(shown.contains(&format!("line {line}, column {column}")) && shown.contains(&what), "{shown}");
             (line, column, what)
         }
@@ -91,7 +91,7 @@ fn error_position(text: &str) -> (u32, u32, String) {
 #[test]
 fn an_error_in_a_fragment_has_line_and_column() {
     let law = "fn reflectance(cos_incidence: f32, cos_emission: f32, cos_phase: f32) -> f32 {\n    return cos_incidence;\n}\n";
-    for (text, line, column, says) in [
+    for (text, line, column, message_part) in [
         (format!("//: if lights.1\n{law}"), 1, 1, "no longer read"),
         (format!("// law\n@if(light_1) {law}"), 2, 5, "`lights_1`"),
         (format!("@if(lights_1 + 1) {law}"), 1, 5, "no condition"),
@@ -105,7 +105,7 @@ fn an_error_in_a_fragment_has_line_and_column() {
         (format!("import package::lib::screen::screen_corner as corner;\n{law}"), 1, 1, "rename"),
     ] {
         let (at_line, at_column, what) = error_position(&text);
-        assert!(what.contains(says), "{what}");
+        assert!(what.contains(message_part), "{what}");
         assert_eq!((at_line, at_column), (line, column), "{text}{what}");
     }
 }
@@ -116,8 +116,8 @@ fn conditions_on_any_item_leave_out_the_item_and_the_comments_above_it() {
                 @elif(lights_1) const A = 1.0; // one\n@else const A = 0.0;\n\nfn reflectance(\n    a: f32,\n    // Out.\n    @if(lights_2) q: f32,\n    b: f32,\n    \
                 third: f32,\n) -> f32 {\n    // Kept.\n    @if(lights_1) let x = A;\n    // Gone.\n    @if(lights_2)\n    if x > 0.0 {\n        return third;\n    } else {\n        \
                 return b;\n    }\n    @if(lights_1 && !lights_2) { return a * x; }\n    @else return b;\n}\n";
-    let emitted = emit_module_with(&with(text), &"lambert.sun1.sphere".parse().expect("a key")).expect("emits");
-    let mine: Vec<(u32, &str)> = (1..)
+    let emitted = emit_module_with(&with_fragment(text), &"lambert.sun1.sphere".parse().expect("a key")).expect("emits");
+    let user_lines: Vec<(u32, &str)> = (1..)
         .zip(emitted.wgsl.lines())
         .filter_map(|(n, line)| {
             emitted.source_map.origin_of(n).filter(|(path, _)| path.ends_with("lambert.wesl")).map(|(_, at)| (at, line))
@@ -139,7 +139,7 @@ fn conditions_on_any_item_leave_out_the_item_and_the_comments_above_it() {
         (28, "    { return a * x; }"),
         (30, "}"),
     ];
-    assert_eq!(mine, expected);
+    assert_eq!(user_lines, expected);
     naga::front::wgsl::parse_str(&emitted.wgsl).expect("what is left is WGSL");
     let feature = |text: &str| {
         let line = emitted.wgsl.lines().position(|l| l.contains(text)).expect(text);
@@ -157,18 +157,18 @@ fn a_fragment_that_the_parser_cannot_finish_is_refused_with_its_position() {
     let build = |text: String| {
         emit_module_with(&Fragments::with_files(vec![((*name).to_owned(), text)]), &"tone_map".parse().expect("a name")).map(drop)
     };
-    let begun = std::time::Instant::now();
-    for open in [13, 40, 10_000] {
-        match build(format!("{text}\nalias A = {};\n", "vec2<".repeat(open))) {
+    let start = std::time::Instant::now();
+    for count in [13, 40, 10_000] {
+        match build(format!("{text}\nalias A = {};\n", "vec2<".repeat(count))) {
             Err(ShaderError::Fragment { line, what, .. }) => {
-                assert!(what.contains("more than 12 `<`") && line as usize == text.lines().count() + 2, "{open}: {line} {what}");
+                assert!(what.contains("more than 12 `<`") && line as usize == text.lines().count() + 2, "{count}: {line} {what}");
             }
-            other => panic!("{open}: {other:?}"),
+            other => panic!("{count}: {other:?}"),
         }
     }
-    assert!(begun.elapsed().as_secs() < 5);
+    assert!(start.elapsed().as_secs() < 5);
     // As many `<` as real code contains.
-    build(format!("{text}\nalias A = array<array<vec4<f32>, 4>, 2>; // < < < < < < < < < < < < < < < <\n")).expect("a sound fragment");
+    build(format!("{text}\nalias A = array<array<vec4<f32>, 4>, 2>; // < < < < < < < < < < < < < < < <\n")).expect("a valid fragment");
     // The shipped fragments are far below the limit.
     for (name, text) in FRAGMENTS.iter() {
         orrery::shader::source::Fragment::check(name, text).unwrap_or_else(|e| panic!("{name}: {e}"));

@@ -82,20 +82,20 @@ fn counted_loops() {
 fn uniform_bound_loops_and_indexed_uniforms() {
     let block = "struct U { n: i32, scale: vec3f, m: mat3x3f, values: array<vec4f, 5>, k: f32 } @group(0) @binding(0) var<uniform> u: U;";
     let mut bytes = vec![0u8; 176];
-    let mut put = |at: usize, v: [u8; 4]| bytes[at..at + 4].copy_from_slice(&v);
-    put(0, 3i32.to_le_bytes());
+    let mut write_at = |at: usize, v: [u8; 4]| bytes[at..at + 4].copy_from_slice(&v);
+    write_at(0, 3i32.to_le_bytes());
     for k in 0..3 {
-        put(16 + 4 * k, (k as f32 + 1.0).to_le_bytes());
+        write_at(16 + 4 * k, (k as f32 + 1.0).to_le_bytes());
         for r in 0..3 {
-            put(32 + 16 * k + 4 * r, ((3 * k + r) as f32).to_le_bytes());
+            write_at(32 + 16 * k + 4 * r, ((3 * k + r) as f32).to_le_bytes());
         }
     }
     for k in 0..5 {
         for r in 0..4 {
-            put(80 + 16 * k + 4 * r, ((10 * k + r) as f32).to_le_bytes());
+            write_at(80 + 16 * k + 4 * r, ((10 * k + r) as f32).to_le_bytes());
         }
     }
-    put(160, 0.5f32.to_le_bytes());
+    write_at(160, 0.5f32.to_le_bytes());
     check_uniform(
         block,
         "var s = 0.0; for (var i = 0; i < u.n; i++) { s += u.values[i].y * p.x; }
@@ -159,22 +159,22 @@ fn loop_invariants_are_computed_once() {
     let program = compile(&format!("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{ {body} }}"));
     let ops = |instr: &Instr| match instr {
         Instr::Lane { op, .. } => vec![*op],
-        Instr::FusedKernel { links, .. } => links.iter().map(|l| l.op).collect(),
+        Instr::FusedKernel { ops, .. } => ops.iter().map(|l| l.op).collect(),
         _ => Vec::new(),
     };
-    let turns = program.lane_tape.iter().enumerate().filter_map(|(at, instr)| match instr {
+    let loop_bodies = program.lane_tape.iter().enumerate().filter_map(|(at, instr)| match instr {
         Instr::Jump { target } if (*target as usize) < at => Some(*target as usize..at),
         _ => None,
     });
-    let inside: Vec<Op> = turns.flat_map(|turn| &program.lane_tape[turn]).flat_map(ops).collect();
-    let has = |op: Op| inside.contains(&op);
-    assert!(!has(Op::Sqrt) && !has(Op::Div), "{inside:?}");
+    let inside: Vec<Op> = loop_bodies.flat_map(|range| &program.lane_tape[range]).flat_map(ops).collect();
+    let runs_in_loop = |op: Op| inside.contains(&op);
+    assert!(!runs_in_loop(Op::Sqrt) && !runs_in_loop(Op::Div), "{inside:?}");
     // Hoisting these out of the branch would cost more than running them only for the lanes that
     // need them.
-    assert!(has(Op::Exp) && has(Op::Log) && has(Op::Sin), "{inside:?}");
+    assert!(runs_in_loop(Op::Exp) && runs_in_loop(Op::Log) && runs_in_loop(Op::Sin), "{inside:?}");
     // A counted loop exits with a single jump.
-    let double_exit = |w: &[Instr]| matches!(w, [Instr::JumpIf { .. }, Instr::Jump { .. }]);
-    assert!(!program.lane_tape.windows(2).any(double_exit), "{:?}", program.lane_tape);
+    let is_double_exit = |w: &[Instr]| matches!(w, [Instr::JumpIf { .. }, Instr::Jump { .. }]);
+    assert!(!program.lane_tape.windows(2).any(is_double_exit), "{:?}", program.lane_tape);
 }
 
 #[test]
@@ -184,14 +184,14 @@ fn switches() {
             "var a = 0.0; for (var i = 0; i < 3; i++) {{ switch {selector} {{ case 0 {{ a += 1.0; }} case 1, 2 {{ if (p.y < 5.0) {{ break; }} a += 10.0; }} case 3 {{ continue; }} default {{ a += 100.0; }} }} a += 1000.0; }} return vec4f(a);"
         )
     };
-    let one = |k: i32, y: f64| match k {
+    let per_iteration = |k: i32, y: f64| match k {
         0 => 1001.0,
         1 | 2 => 1000.0 + if y < 5.0 { 0.0 } else { 10.0 },
         3 => 0.0,
         _ => 1100.0,
     };
-    check("", &body("i32(p.x)"), 0.0, |x, y| [3.0 * one(x as i32, y); 4]);
-    check("", &body("i + 1"), 0.0, |_, y| [one(1, y) + one(2, y) + one(3, y); 4]);
+    check("", &body("i32(p.x)"), 0.0, |x, y| [3.0 * per_iteration(x as i32, y); 4]);
+    check("", &body("i + 1"), 0.0, |_, y| [per_iteration(1, y) + per_iteration(2, y) + per_iteration(3, y); 4]);
 }
 
 #[test]
@@ -205,9 +205,9 @@ fn discard_removes_lanes_and_nothing_else() {
         let (lanes, alive) = run_with::<f32>(&program, class, &[], active, &NoTextures);
         for (i, lane) in lanes.iter().enumerate() {
             let (x, y) = (lane_x(i), lane_y(i));
-            let kept = !(x > 4.0 && y < 1.0) && active >> i & 1 == 1;
-            assert_eq!(alive >> i & 1 == 1, kept, "lane {i}");
-            if kept {
+            let is_alive = !(x > 4.0 && y < 1.0) && active >> i & 1 == 1;
+            assert_eq!(alive >> i & 1 == 1, is_alive, "lane {i}");
+            if is_alive {
                 assert_eq!(lane[0], f64::from(if x > 4.0 { 2.0 } else { x }));
             }
         }

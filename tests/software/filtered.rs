@@ -36,7 +36,7 @@ fn program(wgsl: &str) -> Program {
 }
 
 fn reads(program: &Program) -> Vec<TextureOp> {
-    program.lane_tape.iter().filter_map(|i| if let Instr::Texture { what, .. } = i { Some(*what) } else { None }).collect()
+    program.lane_tape.iter().filter_map(|i| if let Instr::Texture { op, .. } = i { Some(*op) } else { None }).collect()
 }
 
 /// Random texels on every level, so that a wrong level is detected.
@@ -56,17 +56,19 @@ fn noise() -> Texture {
 }
 
 /// One batch of random positions and footprints, from magnified to 300 texels long, of any direction and elongation.
-fn batch<R: Real>(program: &Program, textures: &Textures<'_>, class: KernelClass, most: f32, number: usize) -> Vec<[f64; 4]> {
+fn batch<R: Real>(program: &Program, textures: &Textures<'_>, class: KernelClass, max_taps: f32, batch_index: usize) -> Vec<[f64; 4]> {
     let mut executor = Executor::<R>::with_class(program, class).expect("binds");
-    let unit = |lane: usize, k: usize| ((lane + LANES * number) as f64 * [0.618_034, 0.754_878, 0.819_173, 0.856_675, 0.880_2][k]).fract();
+    let unit =
+        |lane: usize, k: usize| ((lane + LANES * batch_index) as f64 * [0.618_034, 0.754_878, 0.819_173, 0.856_675, 0.880_2][k]).fract();
     for (k, input) in program.inputs.iter().enumerate() {
         for (lane, v) in executor.input_mut(k).iter_mut().enumerate() {
-            let (long, ratio) = ((unit(lane, 2) * 11.0 - 3.0).exp2(), (-unit(lane, 3) * 5.0).exp2());
-            let (turn, skew) = (unit(lane, 4) * 6.3, unit(lane, 0) * 6.3);
+            let (length, ratio) = ((unit(lane, 2) * 11.0 - 3.0).exp2(), (-unit(lane, 3) * 5.0).exp2());
+            let (rotation, phase) = (unit(lane, 4) * 6.3, unit(lane, 0) * 6.3);
             // The gradients of a rotated ellipse, in texels; then in map coordinates.
-            let ([a, b], [c, d]) = ([long * turn.cos(), long * turn.sin()], [-long * ratio * turn.sin(), long * ratio * turn.cos()]);
-            let x = [a * skew.cos() + c * skew.sin(), b * skew.cos() + d * skew.sin()];
-            let y = [c * skew.cos() - a * skew.sin(), d * skew.cos() - b * skew.sin()];
+            let ([a, b], [c, d]) =
+                ([length * rotation.cos(), length * rotation.sin()], [-length * ratio * rotation.sin(), length * ratio * rotation.cos()]);
+            let x = [a * phase.cos() + c * phase.sin(), b * phase.cos() + d * phase.sin()];
+            let y = [c * phase.cos() - a * phase.sin(), d * phase.cos() - b * phase.sin()];
             *v = R::from_f64(match input {
                 LaneInput::Location { index: 0, component, .. } => 3.0 * unit(lane, *component as usize) - 1.0,
                 LaneInput::Location { component, .. } => [x[0] / 256.0, x[1] / 128.0, y[0] / 256.0, y[1] / 128.0][*component as usize],
@@ -74,12 +76,12 @@ fn batch<R: Real>(program: &Program, textures: &Textures<'_>, class: KernelClass
             });
         }
     }
-    executor.run(&program.prepare_for::<R>(&most.to_le_bytes(), class), LaneMask::MAX, textures);
+    executor.run(&program.prepare_for::<R>(&max_taps.to_le_bytes(), class), LaneMask::MAX, textures);
     (0..LANES).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].f64())).collect()
 }
 
 /// Differences of all lanes (the largest of the four channels), in ascending order.
-fn differences<R: Real>(native: &Program, taps: &Program, class: KernelClass, most: f32) -> Vec<f64> {
+fn differences<R: Real>(native: &Program, taps: &Program, class: KernelClass, max_taps: f32) -> Vec<f64> {
     let texture = noise();
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let bound = |program: &Program| {
@@ -87,9 +89,11 @@ fn differences<R: Real>(native: &Program, taps: &Program, class: KernelClass, mo
         let uses = program.textures.iter().map(|t| BoundTexture { texels: Arc::clone(&texels), sampler: t.sampler_binding.map(|_| state) });
         Textures::new(uses.collect(), class)
     };
-    let (of_native, of_taps) = (bound(native), bound(taps));
+    let (native_textures, tap_textures) = (bound(native), bound(taps));
     let mut all: Vec<f64> = (0..16)
-        .flat_map(|k| batch::<R>(native, &of_native, class, most, k).into_iter().zip(batch::<R>(taps, &of_taps, class, most, k)))
+        .flat_map(|k| {
+            batch::<R>(native, &native_textures, class, max_taps, k).into_iter().zip(batch::<R>(taps, &tap_textures, class, max_taps, k))
+        })
         .map(|(a, b)| a.iter().zip(b).fold(0.0, |d: f64, (a, b)| d.max((a - b).abs())))
         .collect();
     all.sort_by(f64::total_cmp);
@@ -104,13 +108,13 @@ fn the_operation_equals_the_fragment_tap_by_tap() {
     assert_eq!(reads(&native), [TextureOp::Filtered]);
     // Four texels of each of two mip levels.
     assert_eq!(reads(&taps), [TextureOp::Level; 8]);
-    for most in [1.0, 2.0, 8.0, 16.0] {
+    for max_taps in [1.0, 2.0, 8.0, 16.0] {
         for class in KernelClass::available() {
-            let d = differences::<f64>(&native, &taps, class, most);
-            assert!(d[d.len() - 1] < 1e-9, "{} at {most} taps, f64: {}", class.name(), d[d.len() - 1]);
+            let d = differences::<f64>(&native, &taps, class, max_taps);
+            assert!(d[d.len() - 1] < 1e-9, "{} at {max_taps} taps, f64: {}", class.name(), d[d.len() - 1]);
             // In f32 rounding may change the number of taps of a footprint, and coordinates are accurate to 2^-16 of a texel.
-            let d = differences::<f32>(&native, &taps, class, most);
-            assert!(d[d.len() * 99 / 100] < 1e-3, "{} at {most} taps, f32: {}", class.name(), d[d.len() * 99 / 100]);
+            let d = differences::<f32>(&native, &taps, class, max_taps);
+            assert!(d[d.len() * 99 / 100] < 1e-3, "{} at {max_taps} taps, f32: {}", class.name(), d[d.len() * 99 / 100]);
         }
     }
     // The comparison must be able to fail: the level raised by 0.3, or the taps shifted by half a tap.
@@ -138,11 +142,11 @@ fn an_edited_function_is_not_replaced() {
         ("return sum / reach.taps", "return 0.5 * sum / reach.taps"),
     ] {
         let fragment = edited(right, wrong);
-        let own = program(&format!("{fragment}{ENTRY}"));
+        let edited_program = program(&format!("{fragment}{ENTRY}"));
         let taps = program(&format!("{fragment}{ENTRY}").replace("filtered_map", "tap_by_tap"));
-        assert_eq!(reads(&own), [TextureOp::Level], "{wrong}");
-        assert_eq!(differences::<f64>(&own, &taps, class, 8.0).last(), Some(&0.0), "{wrong}");
-        let d = differences::<f64>(&own, &native, class, 8.0);
+        assert_eq!(reads(&edited_program), [TextureOp::Level], "{wrong}");
+        assert_eq!(differences::<f64>(&edited_program, &taps, class, 8.0).last(), Some(&0.0), "{wrong}");
+        let d = differences::<f64>(&edited_program, &native, class, 8.0);
         assert!(d[d.len() - 1] > 1e-3, "{wrong} is not detected");
     }
     // Statements without a result, such as discard, count as edits too.
@@ -154,12 +158,12 @@ fn an_edited_function_is_not_replaced() {
 
 #[test]
 fn names_comments_and_the_module_around_it_change_no_operation() {
-    let same = [
+    let equivalent = [
         edited("reach", "extent"),
-        edited("let first", "// Where the first tap stands.\n    let start_of_taps"),
+        edited("let first", "// Position of the first tap.\n    let start_of_taps"),
         format!("var<private> unrelated: f32 = 7.5;\n{FRAGMENT}\nfn also(x: f32) -> f32 {{ return x * 2.5 + unrelated; }}"),
     ];
-    for fragment in same.map(|f| f.replace("first +", if f.contains("start_of_taps") { "start_of_taps +" } else { "first +" })) {
+    for fragment in equivalent.map(|f| f.replace("first +", if f.contains("start_of_taps") { "start_of_taps +" } else { "first +" })) {
         assert_eq!(reads(&program(&format!("{fragment}{ENTRY}"))), [TextureOp::Filtered], "{fragment}");
     }
 }
@@ -176,6 +180,6 @@ fn a_planets_module_has_the_operation_until_the_fragment_is_edited() {
     let shipped = reads_of(&Fragments::default());
     assert!(shipped.contains(&TextureOp::Filtered), "{shipped:?}");
     let file = ("lib/filtered_map.wesl".to_owned(), edited("0.5 * log2(kept_sq)", "0.5 * log2(kept_sq) + 0.3"));
-    let mine = reads_of(&Fragments::with_files([file]));
-    assert!(!mine.contains(&TextureOp::Filtered) && mine.contains(&TextureOp::Level), "{mine:?}");
+    let edited_reads = reads_of(&Fragments::with_files([file]));
+    assert!(!edited_reads.contains(&TextureOp::Filtered) && edited_reads.contains(&TextureOp::Level), "{edited_reads:?}");
 }

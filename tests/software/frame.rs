@@ -93,11 +93,11 @@ pub(super) fn tone_map(pass: usize) -> PlanDraw {
 }
 
 pub(super) fn pass(name: &'static str, size: [u32; 2], format: ColourFormat, samples: u8, clear: [f32; 4], draws: Vec<PlanDraw>) -> Pass {
-    Pass { name, width: size[0], height: size[1], format, samples, clear, depth: format == ColourFormat::Rgba32Float, draws }
+    Pass { name, width: size[0], height: size[1], format, samples, clear, depth: format == ColourFormat::Hdr, draws }
 }
 
 pub(super) fn scene(size: [u32; 2], draws: Vec<PlanDraw>) -> Plan {
-    let bodies = pass("bodies", size, ColourFormat::Rgba32Float, 4, [0.0, 0.0, 0.0, 1.0], draws);
+    let bodies = pass("bodies", size, ColourFormat::Hdr, 4, [0.0, 0.0, 0.0, 1.0], draws);
     Plan { passes: vec![bodies, pass("tone map", size, ColourFormat::Rgba8Unorm, 1, [0.0; 4], vec![tone_map(0)])] }
 }
 
@@ -110,7 +110,7 @@ pub(super) fn with_threads(threads: usize) -> Options {
     Options { threads, ..Options::default() }
 }
 
-fn worst_difference(a: &Frame, b: &Frame) -> f32 {
+fn greatest_difference(a: &Frame, b: &Frame) -> f32 {
     a.hdr.iter().zip(&b.hdr).flat_map(|(p, q)| p.iter().zip(q)).fold(0.0, |m: f32, (x, y)| m.max((x - y).abs()))
 }
 
@@ -177,7 +177,7 @@ fn points_keep_their_flux() {
             attribute(3, vec![1.0, 0.5, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 2.0]),
         ],
     };
-    let plan = Plan { passes: vec![pass("points", [200, 100], ColourFormat::Rgba32Float, 4, [0.0; 4], vec![d])] };
+    let plan = Plan { passes: vec![pass("points", [200, 100], ColourFormat::Hdr, 4, [0.0; 4], vec![d])] };
     let frame = render(&plan, Options::default());
     for (k, flux) in [1.0, 0.75, 2.0].into_iter().enumerate() {
         let sum: f64 = frame.hdr.iter().map(|p| f64::from(p[k])).sum();
@@ -203,23 +203,23 @@ fn threads_and_kernels_change_no_bit() {
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     body.samplers = vec![SamplerBinding { binding: 8, state }];
     let plan = scene([150, 130], vec![body]);
-    let one = render(&plan, with_threads(1));
-    assert!(one.hdr.iter().filter(|p| p[0] > 0.01).count() > 2000);
+    let single_threaded = render(&plan, with_threads(1));
+    assert!(single_threaded.hdr.iter().filter(|p| p[0] > 0.01).count() > 2000);
     for threads in [1, 2, 5] {
-        assert!(render(&plan, with_threads(threads)) == one, "{threads} threads");
+        assert!(render(&plan, with_threads(threads)) == single_threaded, "{threads} threads");
     }
-    let mut of_class: [Option<Frame>; 2] = [None, None];
+    let mut by_rounding: [Option<Frame>; 2] = [None, None];
     for kernels in KernelClass::available() {
         let frame = render(&plan, Options { kernels, ..Options::default() });
-        assert!(worst_difference(&frame, &one) < 2e-3, "{}", kernels.name());
-        let first = &mut of_class[usize::from(kernels.fused())];
+        assert!(greatest_difference(&frame, &single_threaded) < 2e-3, "{}", kernels.name());
+        let first = &mut by_rounding[usize::from(kernels.has_fma())];
         match first {
             Some(other) => assert!(*other == frame, "{}", kernels.name()),
             None => *first = Some(frame),
         }
     }
     let double = render(&plan, Options { precision: Precision::F64, ..Options::default() });
-    assert!(worst_difference(&double, &one) < 2e-3);
+    assert!(greatest_difference(&double, &single_threaded) < 2e-3);
 }
 
 fn noise(texels: u32) -> Vec<u8> {
@@ -230,11 +230,11 @@ fn noise(texels: u32) -> Vec<u8> {
 fn errors_name_what_does_not_fit() {
     let renderer = SoftwareRenderer::new(with_threads(1)).expect("a renderer");
     let error = |plan: &Plan| renderer.render(plan, &*LIBRARY, true).expect_err("must be refused");
-    let unbound = scene([8, 8], vec![sphere(Vec3::Z, MapSet { albedo: true, ..MapSet::default() })]);
-    assert!(matches!(error(&unbound), RenderError::Binding { binding: 1, .. }));
-    let mut forward = scene([8, 8], Vec::new());
-    forward.passes[1].draws = vec![tone_map(1)];
-    assert!(matches!(error(&forward), RenderError::PassOrder { pass: 1, .. }));
+    let without_texture = scene([8, 8], vec![sphere(Vec3::Z, MapSet { albedo: true, ..MapSet::default() })]);
+    assert!(matches!(error(&without_texture), RenderError::Binding { binding: 1, .. }));
+    let mut reads_later_pass = scene([8, 8], Vec::new());
+    reads_later_pass.passes[1].draws = vec![tone_map(1)];
+    assert!(matches!(error(&reads_later_pass), RenderError::PassOrder { pass: 1, .. }));
     let mut large = scene([8, 8], Vec::new());
     large.passes[0].width = 16385;
     assert!(matches!(error(&large), RenderError::Size { width: 16385, .. }));
@@ -254,7 +254,7 @@ fn errors_name_what_does_not_fit() {
 fn times_of_the_passes() {
     let maps = MapSet { albedo: true, ..MapSet::default() };
     let map = Arc::new(Texture::from_rgba8(2048, 1024, noise(2048 * 1024), TexelFormat::Rgba8Srgb).expect("whole"));
-    for (what, maps, threads) in [("plain", MapSet::default(), 1), ("albedo map", maps, 1), ("albedo map", maps, 2)] {
+    for (label, maps, threads) in [("no map", MapSet::default(), 1), ("albedo map", maps, 1), ("albedo map", maps, 2)] {
         let mut body = sphere(Vec3::new(0.6, 0.2, 0.7), maps);
         if maps.albedo {
             let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
@@ -266,14 +266,14 @@ fn times_of_the_passes() {
         let mut best = [f64::INFINITY; 3];
         for _ in 0..20 {
             let timings = renderer.render(&plan, &*LIBRARY, false).expect("a frame").1;
-            let of = [timings.passes[0].wall_ms, timings.passes[1].wall_ms, timings.wall_ms];
-            best = [0, 1, 2].map(|k| f64::min(best[k], of[k]));
+            let wall_ms = [timings.passes[0].wall_ms, timings.passes[1].wall_ms, timings.wall_ms];
+            best = [0, 1, 2].map(|k| f64::min(best[k], wall_ms[k]));
         }
-        println!("{what}, {threads} threads: bodies {:.1} ms, tone map {:.1} ms, frame {:.1} ms", best[0], best[1], best[2]);
+        println!("{label}, {threads} threads: bodies {:.1} ms, tone map {:.1} ms, frame {:.1} ms", best[0], best[1], best[2]);
     }
 }
 
-#[allow(dead_code, reason = "what only the benches ask")]
+#[allow(dead_code, reason = "used by the benches alone")]
 #[path = "../../benches/heavy/mod.rs"]
 mod heavy;
 

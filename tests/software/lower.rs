@@ -1,5 +1,5 @@
 //! The tape against the semantics of WGSL: each test writes a small fragment shader, runs it on every kernel class and compares each lane
-//! with the value that Rust computes for it. `near` is relative to the larger of 1 and the value.
+//! with the value that Rust computes for it. `tolerance` is relative to the larger of 1 and the value.
 
 use orrery::render::software::exec::{Executor, Gradients, LANES, LaneMask, NoTextures, TextureUnit};
 use orrery::render::software::kernels::KernelClass;
@@ -27,7 +27,7 @@ pub(super) fn compile(wgsl: &str) -> Program {
     program
 }
 
-/// Lane values: x is 0, 0.25, ... by lane, y alternates between the pixels of a quad.
+/// Lane values: x rises by 0.25 per lane from 0, y falls by 0.5 per lane from 10.
 pub(super) fn lane_x(i: usize) -> f32 {
     i as f32 * 0.25
 }
@@ -53,7 +53,7 @@ pub(super) fn run_with<R: Real>(
                 LaneInput::Location { .. } => R::from_f64(f64::from(lane_y(i))),
                 LaneInput::FragCoord { component } => R::from_f64((i * 4 + *component as usize) as f64),
                 LaneInput::FrontFacing => R::from_mask(i % 3 == 0),
-                _ => R::from_int(i as u32),
+                _ => R::from_lane_bits(i as u32),
             };
         }
     }
@@ -63,20 +63,20 @@ pub(super) fn run_with<R: Real>(
 }
 
 /// Runs `body` (it sees `p: vec2f` and returns a vec4f) on all classes and in both precisions, and checks every lane.
-pub(super) fn check(declarations: &str, body: &str, near: f64, expected: impl Fn(f64, f64) -> [f64; 4]) {
-    check_uniform(declarations, body, &[], near, expected);
+pub(super) fn check(declarations: &str, body: &str, tolerance: f64, expected: impl Fn(f64, f64) -> [f64; 4]) {
+    check_uniform(declarations, body, &[], tolerance, expected);
 }
 
-pub(super) fn check_uniform(declarations: &str, body: &str, uniform_bytes: &[u8], near: f64, expected: impl Fn(f64, f64) -> [f64; 4]) {
+pub(super) fn check_uniform(declarations: &str, body: &str, uniform_bytes: &[u8], tolerance: f64, expected: impl Fn(f64, f64) -> [f64; 4]) {
     let wgsl = format!("{declarations}\n@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{\n{body}\n}}");
     let program = compile(&wgsl);
-    let compare = |lanes: &[Vec<f64>], near: f64, what: &str| {
-        for (i, got) in lanes.iter().enumerate() {
-            let want = expected(f64::from(lane_x(i)), f64::from(lane_y(i)));
+    let compare = |lanes: &[Vec<f64>], tolerance: f64, what: &str| {
+        for (i, found) in lanes.iter().enumerate() {
+            let value = expected(f64::from(lane_x(i)), f64::from(lane_y(i)));
             for k in 0..4 {
-                let same = got[k] == want[k] || (got[k].is_nan() && want[k].is_nan());
-                let close = (got[k] - want[k]).abs() <= near * want[k].abs().max(1.0);
-                assert!(same || close, "{what}, lane {i}, component {k}: {} instead of {}\n{wgsl}", got[k], want[k]);
+                let same = found[k] == value[k] || (found[k].is_nan() && value[k].is_nan());
+                let close = (found[k] - value[k]).abs() <= tolerance * value[k].abs().max(1.0);
+                assert!(same || close, "{what}, lane {i}, component {k}: {} instead of {}\n{wgsl}", found[k], value[k]);
             }
         }
     };
@@ -84,11 +84,11 @@ pub(super) fn check_uniform(declarations: &str, body: &str, uniform_bytes: &[u8]
     for class in KernelClass::available() {
         let (lanes, alive) = run_with::<f32>(&program, class, uniform_bytes, ALL, &NoTextures);
         assert_eq!(alive, ALL);
-        compare(&lanes, near, class.name());
-        let before = by_fusion[usize::from(class.fused())].get_or_insert_with(|| lanes.clone());
-        assert!(same_bits(before, &lanes), "{}: not the bits of its fusion class", class.name());
+        compare(&lanes, tolerance, class.name());
+        let first = by_fusion[usize::from(class.has_fma())].get_or_insert_with(|| lanes.clone());
+        assert!(same_bits(first, &lanes), "{}: not the bits of its fusion class", class.name());
         let (double, _) = run_with::<f64>(&program, class, uniform_bytes, ALL, &NoTextures);
-        compare(&double, near, "f64");
+        compare(&double, tolerance, "f64");
     }
 }
 
@@ -245,26 +245,26 @@ fn derivatives_are_quad_differences() {
 }
 
 /// A texture source that returns its own arguments.
-struct Echo;
+struct EchoTextures;
 
 /// Writes the requested channels.
-fn answer<R: Real>(out: [&mut [R]; 4], of_lane: impl Fn(usize) -> [R; 4]) {
+fn write_channels<R: Real>(out: [&mut [R]; 4], of_lane: impl Fn(usize) -> [R; 4]) {
     for (k, to) in out.into_iter().enumerate() {
         to.iter_mut().enumerate().for_each(|(i, to)| *to = of_lane(i)[k]);
     }
 }
 
-impl<R: Real> TextureUnit<R> for Echo {
+impl<R: Real> TextureUnit<R> for EchoTextures {
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], g: Gradients<'_, R>, _: LaneMask, out: [&mut [R]; 4]) {
         let number = R::from_f64(100.0 * texture as f64);
-        answer(out, |i| [u[i] + v[i] + number, g.du_dx[i], g.dv_dy[i], g.du_dy[i] + g.dv_dx[i]]);
+        write_channels(out, |i| [u[i] + v[i] + number, g.du_dx[i], g.dv_dy[i], g.du_dy[i] + g.dv_dx[i]]);
     }
     fn sample_level(&self, _: usize, u: &[R], v: &[R], level: &[R], _: LaneMask, out: [&mut [R]; 4]) {
-        answer(out, |i| [u[i], v[i], level[i], R::ONE]);
+        write_channels(out, |i| [u[i], v[i], level[i], R::ONE]);
     }
     fn load(&self, _: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {
-        let of_lane = |values: &[R], lane: usize| values[if values.len() == 1 { 0 } else { lane }].int();
-        answer(out, |i| [of_lane(x, i), of_lane(y, i), of_lane(level, i), (active >> i & 1) as u32].map(R::from_u32));
+        let of_lane = |values: &[R], lane: usize| values[if values.len() == 1 { 0 } else { lane }].lane_bits();
+        write_channels(out, |i| [of_lane(x, i), of_lane(y, i), of_lane(level, i), (active >> i & 1) as u32].map(R::from_u32));
     }
     fn dimensions(&self, _: usize, level: u32) -> [u32; 2] {
         [64 >> level, 32 >> level]
@@ -285,7 +285,7 @@ fn inactive_lanes_are_skipped_unless_derivatives_need_them() {
     let reads = |program: &Program| {
         let mut executor = Executor::<f32>::with_class(program, KernelClass::detect()).expect("binds");
         (0..program.inputs.len()).for_each(|k| executor.set_input_constant(k, 1.0));
-        let alive = executor.run(&program.prepare_for::<f32>(&[], KernelClass::detect()), ALL, &Echo);
+        let alive = executor.run(&program.prepare_for::<f32>(&[], KernelClass::detect()), ALL, &EchoTextures);
         assert_eq!(alive, 0);
         executor.counts().texture_reads
     };
@@ -306,7 +306,7 @@ fn textures_get_their_arguments() {
         @fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {";
     let run = |body: &str| {
         let program = compile(&format!("{head} {body} }}"));
-        (run_with::<f32>(&program, KernelClass::detect(), &[], ALL, &Echo).0, program)
+        (run_with::<f32>(&program, KernelClass::detect(), &[], ALL, &EchoTextures).0, program)
     };
     let (lanes, program) = run("return textureSample(t, s, p);");
     assert!(program.uses_derivatives && program.textures[0].sampler_binding == Some(8));
@@ -383,21 +383,21 @@ fn a_program_with_an_index_out_of_range_is_refused() {
 #[test]
 fn fused_operations_change_no_bit() {
     let (module, info) = parse(include_str!("../../benches/heavy/heavy.wgsl"));
-    let joined = lower(&module, &info, "fragment_main").expect("lowers");
-    let apart = lower_with(&module, &info, "fragment_main", false).expect("lowers");
+    let fused = lower(&module, &info, "fragment_main").expect("lowers");
+    let unfused = lower_with(&module, &info, "fragment_main", false).expect("lowers");
     let chains = |p: &Program| p.lane_tape.iter().filter(|i| matches!(i, Instr::FusedKernel { .. })).count();
-    assert!(chains(&joined) > 20 && chains(&apart) == 0, "{} chains", chains(&joined));
-    assert!(3 * joined.lane_tape.len() < 2 * apart.lane_tape.len(), "{} of {} steps", joined.lane_tape.len(), apart.lane_tape.len());
+    assert!(chains(&fused) > 20 && chains(&unfused) == 0, "{} chains", chains(&fused));
+    assert!(3 * fused.lane_tape.len() < 2 * unfused.lane_tape.len(), "{} of {} steps", fused.lane_tape.len(), unfused.lane_tape.len());
     // A negation is merged into the sum of products that follows it; no other operation is added or lost.
     let count = |p: &Program, op: Op| p.op_statistics().iter().find(|(o, _)| *o == op).map_or(0, |(_, n)| *n);
     for op in [Op::Mul, Op::Exp, Op::Sqrt, Op::Div, Op::Max, Op::Select] {
-        assert_eq!(count(&joined, op), count(&apart, op), "{op:?}");
+        assert_eq!(count(&fused, op), count(&unfused, op), "{op:?}");
     }
     let uniform_bytes: Vec<u8> =
         [0.6f32, 0.3, 0.741_62, 0.0, 9.0, 4.6, 11.3, 0.9, 0.01, 6.0, 13.0, 30.0].iter().flat_map(|v| v.to_le_bytes()).collect();
-    fn compare<R: Real>(joined: &Program, apart: &Program, uniform_bytes: &[u8]) {
+    fn compare<R: Real>(fused: &Program, unfused: &Program, uniform_bytes: &[u8]) {
         for class in KernelClass::available() {
-            let [a, b] = [joined, apart].map(|program| {
+            let [a, b] = [fused, unfused].map(|program| {
                 let mut executor = Executor::<R>::with_class(program, class).expect("binds");
                 let prepared = program.prepare_for::<R>(uniform_bytes, class);
                 let mut values = Vec::new();
@@ -421,28 +421,28 @@ fn fused_operations_change_no_bit() {
             assert!(a.iter().any(|v| *v != a[0]), "a uniform picture proves nothing");
         }
     }
-    compare::<f32>(&joined, &apart, &uniform_bytes);
-    compare::<f64>(&joined, &apart, &uniform_bytes);
+    compare::<f32>(&fused, &unfused, &uniform_bytes);
+    compare::<f64>(&fused, &unfused, &uniform_bytes);
 }
 
 #[test]
 fn a_chain_without_a_kernel_is_refused() {
-    let whole = compile("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { return vec4f(exp(p.x * p.y)); }");
-    let changed = |change: &dyn Fn(&mut Vec<FusedOp>, &mut Vec<Operand>)| {
-        let mut program = whole.clone();
+    let unchanged = compile("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { return vec4f(exp(p.x * p.y)); }");
+    let is_accepted_after = |change: &dyn Fn(&mut Vec<FusedOp>, &mut Vec<Operand>)| {
+        let mut program = unchanged.clone();
         let chain = program.lane_tape.iter_mut().find_map(|i| match i {
-            Instr::FusedKernel { links, args, .. } => Some((links, args)),
+            Instr::FusedKernel { ops, args, .. } => Some((ops, args)),
             _ => None,
         });
-        let (links, args) = chain.expect("product and exp are joined");
-        assert_eq!(links[..], [FusedOp { op: Op::Mul, at: 0 }, FusedOp { op: Op::Exp, at: 0 }]);
-        change(links, args);
+        let (ops, args) = chain.expect("product and exp are fused");
+        assert_eq!(ops[..], [FusedOp { op: Op::Mul, chained_operand: 0 }, FusedOp { op: Op::Exp, chained_operand: 0 }]);
+        change(ops, args);
         Executor::<f32>::new(&program).is_ok()
     };
-    assert!(changed(&|_, _| ()));
-    assert!(!changed(&|links, _| links[1].op = Op::Ldexp));
-    assert!(!changed(&|links, _| links.clear()));
+    assert!(is_accepted_after(&|_, _| ()));
+    assert!(!is_accepted_after(&|ops, _| ops[1].op = Op::Ldexp));
+    assert!(!is_accepted_after(&|ops, _| ops.clear()));
     // One operand too few or too many matches no kernel.
-    assert!(!changed(&|_, args| args.truncate(1)));
-    assert!(!changed(&|_, args| args.push(Operand::Reg(0))));
+    assert!(!is_accepted_after(&|_, args| args.truncate(1)));
+    assert!(!is_accepted_after(&|_, args| args.push(Operand::Reg(0))));
 }

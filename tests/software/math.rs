@@ -8,30 +8,30 @@ use orrery::render::software::program::{Constant, LaneInput, LaneOutput, Program
 use orrery::render::software::tape::{FusedOp, Instr, Op, Operand};
 
 /// Distance in units in the last place of f32 at `exact`; for subnormal results, in units of the smallest subnormal.
-fn ulp32(got: f32, exact: f64) -> f64 {
-    if f64::from(got) == exact || (got.is_nan() && exact.is_nan()) || (got.is_infinite() && exact as f32 == got) {
+fn ulp32(found: f32, exact: f64) -> f64 {
+    if f64::from(found) == exact || (found.is_nan() && exact.is_nan()) || (found.is_infinite() && exact as f32 == found) {
         return 0.0;
     }
     let exponent = (exact.abs().log2().floor() as i32).max(-126);
-    (f64::from(got) - exact).abs() / 2f64.powi(exponent - 23)
+    (f64::from(found) - exact).abs() / 2f64.powi(exponent - 23)
 }
 
-fn ulp64(got: f64, exact: f64) -> f64 {
-    if got == exact || (got.is_nan() && exact.is_nan()) {
+fn ulp64(found: f64, exact: f64) -> f64 {
+    if found == exact || (found.is_nan() && exact.is_nan()) {
         return 0.0;
     }
     let exponent = (exact.abs().log2().floor() as i32).max(-1022);
-    (got - exact).abs() / 2f64.powi(exponent.max(-970) - 52)
+    (found - exact).abs() / 2f64.powi(exponent.max(-970) - 52)
 }
 
 /// Even steps through a range, slightly irregular so that round values are not favoured.
-fn span(from: f64, to: f64, n: usize) -> impl Iterator<Item = f64> {
+fn even_steps(from: f64, to: f64, n: usize) -> impl Iterator<Item = f64> {
     (0..n).map(move |i| from + (to - from) * (i as f64 + 0.5 + 0.4 * (i as f64 * 0.618).fract()) / n as f64)
 }
 
 /// Even steps through the exponents.
-fn scales(from: f64, to: f64, n: usize) -> impl Iterator<Item = f64> {
-    span(from.log2(), to.log2(), n).map(f64::exp2)
+fn exponent_steps(from: f64, to: f64, n: usize) -> impl Iterator<Item = f64> {
+    even_steps(from.log2(), to.log2(), n).map(f64::exp2)
 }
 
 struct Case {
@@ -40,41 +40,41 @@ struct Case {
     exact: fn(f64) -> f64,
     samples: Vec<f64>,
     /// Bounds on the error in ulp: f32, f64.
-    most: [f64; 2],
+    max_ulp: [f64; 2],
 }
 
 fn cases() -> Vec<Case> {
     const N: usize = 60_000;
-    let case = |name, op, exact, samples: Vec<f64>, most| Case { name, op, exact, samples, most };
+    let case = |name, op, exact, samples: Vec<f64>, max_ulp| Case { name, op, exact, samples, max_ulp };
     let both = |v: Vec<f64>| v.iter().flat_map(|x| [*x, -x]).collect::<Vec<_>>();
     vec![
-        case("exp", Op::Exp, f64::exp, span(-86.98, 88.7, N).collect(), [1.1, 1.5]),
+        case("exp", Op::Exp, f64::exp, even_steps(-86.98, 88.7, N).collect(), [1.1, 1.5]),
         // Near the end of f32's range, half of the result has one bit less.
-        case("exp2", Op::Exp2, f64::exp2, span(-125.49, 127.9, N).collect(), [1.4, 2.5]),
-        case("log", Op::Log, f64::ln, scales(1e-38, 1e38, N).chain(span(0.5, 2.0, N)).collect(), [1.1, 1.5]),
-        case("log2", Op::Log2, f64::log2, scales(1e-38, 1e38, N).chain(span(0.5, 2.0, N)).collect(), [1.6, 1.5]),
-        case("sin", Op::Sin, f64::sin, both(scales(1e-20, 1e6, N).chain(span(0.0, 100.0, N)).collect()), [1.6, 2.5]),
-        case("cos", Op::Cos, f64::cos, both(scales(1e-20, 1e6, N).chain(span(0.0, 100.0, N)).collect()), [1.6, 2.5]),
-        case("tan", Op::Tan, f64::tan, both(scales(1e-20, 1e5, N).chain(span(0.0, 100.0, N)).collect()), [0.51, 4.0]),
-        case("asin", Op::Asin, f64::asin, both(span(0.0, 1.0, N).chain(scales(1e-20, 1.0, N)).collect()), [2.6, 2.5]),
-        case("acos", Op::Acos, f64::acos, span(-1.0, 1.0, N).collect(), [1.6, 2.0]),
-        case("atan", Op::Atan, f64::atan, both(scales(1e-20, 1e20, N).collect()), [2.6, 2.5]),
-        case("sinh", Op::Sinh, f64::sinh, both(scales(1e-20, 88.0, N).collect()), [0.51, 4.0]),
-        case("cosh", Op::Cosh, f64::cosh, span(-88.0, 88.0, N).collect(), [0.51, 4.0]),
-        case("tanh", Op::Tanh, f64::tanh, both(scales(1e-20, 30.0, N).collect()), [0.51, 4.0]),
-        case("asinh", Op::Asinh, f64::asinh, both(scales(1e-20, 1e30, N).collect()), [0.51, 6.0]),
-        case("acosh", Op::Acosh, |x| 2.0 * ((x - 1.0) / 2.0).sqrt().asinh(), span(1.0, 40.0, N).collect(), [0.51, 6.0]),
-        case("atanh", Op::Atanh, |x| x.abs().atanh().copysign(x), both(scales(1e-20, 0.999, N).collect()), [0.51, 6.0]),
+        case("exp2", Op::Exp2, f64::exp2, even_steps(-125.49, 127.9, N).collect(), [1.4, 2.5]),
+        case("log", Op::Log, f64::ln, exponent_steps(1e-38, 1e38, N).chain(even_steps(0.5, 2.0, N)).collect(), [1.1, 1.5]),
+        case("log2", Op::Log2, f64::log2, exponent_steps(1e-38, 1e38, N).chain(even_steps(0.5, 2.0, N)).collect(), [1.6, 1.5]),
+        case("sin", Op::Sin, f64::sin, both(exponent_steps(1e-20, 1e6, N).chain(even_steps(0.0, 100.0, N)).collect()), [1.6, 2.5]),
+        case("cos", Op::Cos, f64::cos, both(exponent_steps(1e-20, 1e6, N).chain(even_steps(0.0, 100.0, N)).collect()), [1.6, 2.5]),
+        case("tan", Op::Tan, f64::tan, both(exponent_steps(1e-20, 1e5, N).chain(even_steps(0.0, 100.0, N)).collect()), [0.51, 4.0]),
+        case("asin", Op::Asin, f64::asin, both(even_steps(0.0, 1.0, N).chain(exponent_steps(1e-20, 1.0, N)).collect()), [2.6, 2.5]),
+        case("acos", Op::Acos, f64::acos, even_steps(-1.0, 1.0, N).collect(), [1.6, 2.0]),
+        case("atan", Op::Atan, f64::atan, both(exponent_steps(1e-20, 1e20, N).collect()), [2.6, 2.5]),
+        case("sinh", Op::Sinh, f64::sinh, both(exponent_steps(1e-20, 88.0, N).collect()), [0.51, 4.0]),
+        case("cosh", Op::Cosh, f64::cosh, even_steps(-88.0, 88.0, N).collect(), [0.51, 4.0]),
+        case("tanh", Op::Tanh, f64::tanh, both(exponent_steps(1e-20, 30.0, N).collect()), [0.51, 4.0]),
+        case("asinh", Op::Asinh, f64::asinh, both(exponent_steps(1e-20, 1e30, N).collect()), [0.51, 6.0]),
+        case("acosh", Op::Acosh, |x| 2.0 * ((x - 1.0) / 2.0).sqrt().asinh(), even_steps(1.0, 40.0, N).collect(), [0.51, 6.0]),
+        case("atanh", Op::Atanh, |x| x.abs().atanh().copysign(x), both(exponent_steps(1e-20, 0.999, N).collect()), [0.51, 6.0]),
     ]
 }
 
 #[test]
 fn errors_in_units_in_the_last_place() {
     let mut report = String::new();
-    let mut wrong = false;
+    let mut exceeded = false;
     for c in cases() {
         let mut worst = [[0.0f64; 2]; 2];
-        let mut at = [[0.0f64; 2]; 2];
+        let mut worst_x = [[0.0f64; 2]; 2];
         for fused in [false, true] {
             for x in &c.samples {
                 let x32 = *x as f32;
@@ -85,36 +85,36 @@ fn errors_in_units_in_the_last_place() {
                 for k in 0..2 {
                     if e[k] > worst[k][usize::from(fused)] || e[k].is_nan() {
                         worst[k][usize::from(fused)] = e[k];
-                        at[k][usize::from(fused)] = *x;
+                        worst_x[k][usize::from(fused)] = *x;
                     }
                 }
             }
         }
-        for (errors, most) in worst.iter().zip(c.most) {
-            wrong |= errors.iter().any(|e| e.is_nan() || *e > most);
+        for (errors, max_ulp) in worst.iter().zip(c.max_ulp) {
+            exceeded |= errors.iter().any(|e| e.is_nan() || *e > max_ulp);
         }
         report += &format!(
             "{:6} f32 {:.2} {:.2} (bound {}) f64 {:.2} {:.2} (bound {}) at {:?}\n",
-            c.name, worst[0][0], worst[0][1], c.most[0], worst[1][0], worst[1][1], c.most[1], at
+            c.name, worst[0][0], worst[0][1], c.max_ulp[0], worst[1][0], worst[1][1], c.max_ulp[1], worst_x
         );
     }
     println!("{report}");
-    assert!(!wrong, "plain, fused:\n{report}");
+    assert!(!exceeded, "unfused, fused:\n{report}");
 }
 
 #[test]
 fn atan2_and_pow() {
     let mut worst = [0.0f64; 4];
     for fused in [false, true] {
-        for (i, a) in span(0.0, std::f64::consts::TAU, 40_000).enumerate() {
+        for (i, a) in even_steps(0.0, std::f64::consts::TAU, 40_000).enumerate() {
             let r = f64::exp2((i % 200) as f64 - 100.0);
             let (y, x) = ((r * a.sin()) as f32, (r * a.cos()) as f32);
             worst[0] = worst[0].max(ulp32(kernels::eval::<f32>(Op::Atan2, fused, y, x, 0.0), f64::from(y).atan2(f64::from(x))));
             worst[1] =
                 worst[1].max(ulp64(kernels::eval::<f64>(Op::Atan2, fused, y.into(), x.into(), 0.0), f64::from(y).atan2(f64::from(x))));
         }
-        for x in scales(1e-10, 1e10, 300) {
-            for y in span(-30.0, 30.0, 300) {
+        for x in exponent_steps(1e-10, 1e10, 300) {
+            for y in even_steps(-30.0, 30.0, 300) {
                 let (x, y) = (x as f32, y as f32);
                 let exact = f64::from(x).powf(f64::from(y));
                 if exact > 1e-37 && exact < 3e38 {
@@ -129,19 +129,19 @@ fn atan2_and_pow() {
     assert!(ulp32(1.0 + 4.0 * f32::EPSILON, 1.0) > 3.9, "the measure must detect four ulp");
 }
 
-fn one<R: Real>(op: Op, x: f64) -> f64 {
+fn unary<R: Real>(op: Op, x: f64) -> f64 {
     kernels::eval::<R>(op, true, R::from_f64(x), R::ZERO, R::ZERO).f64()
 }
-fn two<R: Real>(op: Op, x: f64, y: f64) -> f64 {
+fn binary<R: Real>(op: Op, x: f64, y: f64) -> f64 {
     kernels::eval::<R>(op, true, R::from_f64(x), R::from_f64(y), R::ZERO).f64()
 }
 
-fn edges<R: Real>(smallest: f64) {
+fn assert_edge_cases<R: Real>(smallest: f64) {
     let inf = f64::INFINITY;
-    let same = |got: f64, want: f64, what: &str| {
+    let same = |found: f64, expected: f64, what: &str| {
         assert!(
-            got == want && got.is_sign_negative() == want.is_sign_negative() || got.is_nan() && want.is_nan(),
-            "{what}: {got} instead of {want}"
+            found == expected && found.is_sign_negative() == expected.is_sign_negative() || found.is_nan() && expected.is_nan(),
+            "{what}: {found} instead of {expected}"
         );
     };
     for op in [
@@ -165,7 +165,7 @@ fn edges<R: Real>(smallest: f64) {
         Op::Floor,
         Op::Fract,
     ] {
-        same(one::<R>(op, f64::NAN), f64::NAN, &format!("{op:?}(NaN)"));
+        same(unary::<R>(op, f64::NAN), f64::NAN, &format!("{op:?}(NaN)"));
     }
     for (op, x, y) in [
         (Op::Exp, -inf, 0.0),
@@ -210,7 +210,7 @@ fn edges<R: Real>(smallest: f64) {
         (Op::Trunc, -2.75, -2.0),
         (Op::Ceil, inf, inf),
     ] {
-        same(one::<R>(op, x), y, &format!("{op:?}({x})"));
+        same(unary::<R>(op, x), y, &format!("{op:?}({x})"));
     }
     for (y, x) in [
         (0.0, 1.0),
@@ -231,8 +231,11 @@ fn edges<R: Real>(smallest: f64) {
         (2.0, 2.0),
         (-3.0, -3.0),
     ] {
-        let (got, want) = (two::<R>(Op::Atan2, y, x), y.atan2(x));
-        assert!((got - want).abs() < 3e-7 && got.is_sign_negative() == want.is_sign_negative(), "atan2({y}, {x}): {got} instead of {want}");
+        let (found, expected) = (binary::<R>(Op::Atan2, y, x), y.atan2(x));
+        assert!(
+            (found - expected).abs() < 3e-7 && found.is_sign_negative() == expected.is_sign_negative(),
+            "atan2({y}, {x}): {found} instead of {expected}"
+        );
     }
     for (x, y) in [
         (0.0, 2.0),
@@ -251,26 +254,26 @@ fn edges<R: Real>(smallest: f64) {
         (1.5, f64::NAN),
         (f64::NAN, 2.0),
     ] {
-        same(two::<R>(Op::Pow, x, y), x.powf(y), &format!("pow({x}, {y})"));
+        same(binary::<R>(Op::Pow, x, y), x.powf(y), &format!("pow({x}, {y})"));
     }
-    same(two::<R>(Op::Pow, -2.0, 2.0), f64::NAN, "pow of a negative base");
+    same(binary::<R>(Op::Pow, -2.0, 2.0), f64::NAN, "pow of a negative base");
     for x in [1e7, 1e15, 1e30] {
-        assert!(one::<R>(Op::Sin, x).abs() <= 1.0, "sin({x}) stays in range");
+        assert!(unary::<R>(Op::Sin, x).abs() <= 1.0, "sin({x}) stays in range");
     }
 }
 
 #[test]
 fn edges_of_the_domain() {
-    edges::<f32>(2f64.powi(-149));
-    edges::<f64>(f64::from_bits(1));
+    assert_edge_cases::<f32>(2f64.powi(-149));
+    assert_edge_cases::<f64>(f64::from_bits(1));
     // f64 extends to the smallest subnormal. In f32, results that would be subnormal become zero.
-    assert!(one::<f64>(Op::Exp, f64::from_bits(1).ln() + 0.1) == f64::from_bits(1), "exp into the subnormals");
+    assert!(unary::<f64>(Op::Exp, f64::from_bits(1).ln() + 0.1) == f64::from_bits(1), "exp into the subnormals");
     for (op, last) in [(Op::Exp, -125.5 * std::f64::consts::LN_2), (Op::Exp2, -125.5)] {
-        for step in span(0.0, 30.0, 1000) {
-            let small = one::<f32>(op, last - 1e-4 - step);
+        for step in even_steps(0.0, 30.0, 1000) {
+            let small = unary::<f32>(op, last - 1e-4 - step);
             assert!(small == 0.0 && small.is_sign_positive(), "{op:?}({})", last - step);
         }
-        assert!(one::<f32>(op, last + 1e-4) > 0.0);
+        assert!(unary::<f32>(op, last + 1e-4) > 0.0);
     }
     // The last numbers before infinity, with and without fused multiply-add.
     for fused in [false, true] {
@@ -285,9 +288,9 @@ fn edges_of_the_domain() {
 #[test]
 fn both_roundings_to_integers_give_the_same_bits() {
     fn compare<R: Real>(largest: f64) {
-        let values = span(-9.0, 9.0, 5000).chain((-40..40).map(|k| f64::from(k) * 0.25)).chain(scales(1e-30, largest, 5000));
-        let odd = [0.0, -0.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN, largest - 0.5, 0.5 - largest, largest * 3.0];
-        for x in values.chain(odd).flat_map(|x| [x, -x]).map(R::from_f64) {
+        let values = even_steps(-9.0, 9.0, 5000).chain((-40..40).map(|k| f64::from(k) * 0.25)).chain(exponent_steps(1e-30, largest, 5000));
+        let extremes = [0.0, -0.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN, largest - 0.5, 0.5 - largest, largest * 3.0];
+        for x in values.chain(extremes).flat_map(|x| [x, -x]).map(R::from_f64) {
             for op in [Op::Floor, Op::Ceil, Op::Round, Op::Trunc, Op::Fract] {
                 let [a, b] = [false, true].map(|fused| kernels::eval(op, fused, x, R::ZERO, R::ZERO));
                 assert!(equal(a, b), "{op:?}({}): {} and {}", x.f64(), a.f64(), b.f64());
@@ -305,7 +308,7 @@ fn operands<R: Real>() -> Vec<R> {
     floats
         .iter()
         .map(|x| R::from_f64(*x))
-        .chain(ints.iter().map(|i| R::from_int(*i)))
+        .chain(ints.iter().map(|i| R::from_lane_bits(*i)))
         .chain([R::from_mask(true), R::from_mask(false)])
         .collect()
 }
@@ -315,7 +318,7 @@ fn equal<R: Real>(a: R, b: R) -> bool {
     !a.bit_xor(b).mask() || (a.is_nan() && b.is_nan())
 }
 
-fn kernels_match<R: Real>() {
+fn assert_kernels_match<R: Real>() {
     const N: usize = kernels::LANES;
     let pool = operands::<R>();
     for class in KernelClass::available() {
@@ -330,10 +333,10 @@ fn kernels_match<R: Real>() {
             }
             for kinds in 0..8u8 {
                 let kinds = [kinds & 1 == 0, kinds & 2 == 0, kinds & 4 == 0];
-                let all = kinds == [true; 3];
+                let are_all_lanes = kinds == [true; 3];
                 let run = match R::specialised(class, op, kinds) {
                     Some(k) => k,
-                    None if all => R::generic(class, op),
+                    None if are_all_lanes => R::generic(class, op),
                     None => continue,
                 };
                 let mut out = [R::ZERO; N];
@@ -342,8 +345,14 @@ fn kernels_match<R: Real>() {
                 unsafe { run(&mut out, arena.as_ptr(), [0, N as u32, 2 * N as u32].as_ptr()) };
                 for i in 0..N {
                     let pick = |v: &[R; N], k: usize| if kinds[k] { v[i] } else { v[0] };
-                    let want = kernels::eval(op, class.fused(), pick(&a, 0), pick(&b, 1), pick(&c, 2));
-                    assert!(equal(out[i], want), "{} {op:?} {kinds:?} lane {i}: {} instead of {}", class.name(), out[i].f64(), want.f64());
+                    let expected = kernels::eval(op, class.has_fma(), pick(&a, 0), pick(&b, 1), pick(&c, 2));
+                    assert!(
+                        equal(out[i], expected),
+                        "{} {op:?} {kinds:?} lane {i}: {} instead of {}",
+                        class.name(),
+                        out[i].f64(),
+                        expected.f64()
+                    );
                 }
             }
         }
@@ -351,24 +360,24 @@ fn kernels_match<R: Real>() {
 }
 
 /// The value of a chain, computed one operation after the other.
-fn one_by_one<R: Real>(links: &[FusedOp], fused: bool, mut operands: impl Iterator<Item = R>) -> R {
+fn evaluate_one_by_one<R: Real>(ops: &[FusedOp], fused: bool, mut operands: impl Iterator<Item = R>) -> R {
     let mut last = None;
-    for link in links {
+    for fused_op in ops {
         let mut args = [R::ZERO; 3];
-        for (k, arg) in args.iter_mut().enumerate().take(link.op.arity()) {
+        for (k, arg) in args.iter_mut().enumerate().take(fused_op.op.arity()) {
             *arg = match last {
-                Some(v) if k == usize::from(link.at) => v,
+                Some(v) if k == usize::from(fused_op.chained_operand) => v,
                 _ => operands.next().expect("as many operands as the chain takes"),
             };
         }
-        last = Some(kernels::eval(link.op, fused, args[0], args[1], args[2]));
+        last = Some(kernels::eval(fused_op.op, fused, args[0], args[1], args[2]));
     }
-    assert!(operands.next().is_none(), "{links:?}: an operand too many");
+    assert!(operands.next().is_none(), "{ops:?}: an operand too many");
     last.expect("a chain is never empty")
 }
 
 /// A program of one chain; operands that are not lanes are constants.
-fn program_of(links: &[FusedOp], kinds: &str, constants: Vec<Constant>) -> Program {
+fn program_of(ops: &[FusedOp], kinds: &str, constants: Vec<Constant>) -> Program {
     let (mut lanes, mut registers) = (0, 0);
     let args = kinds.bytes().map(|kind| {
         let count = if kind == b'L' { &mut lanes } else { &mut registers };
@@ -391,43 +400,49 @@ fn program_of(links: &[FusedOp], kinds: &str, constants: Vec<Constant>) -> Progr
         uniform_size: 0,
         constants,
         draw_tape: Vec::new(),
-        lane_tape: vec![Instr::FusedKernel { links: links.to_vec(), dst, args }],
+        lane_tape: vec![Instr::FusedKernel { ops: ops.to_vec(), dst, args }],
         registers: u32::from(registers),
         slots: u32::from(dst) + 1,
     }
 }
 
 /// Checks chains computed by one kernel or, in a class without kernels for chains, by the kernels of the operations.
-fn chains_match<R: Real>() {
+fn assert_chains_match<R: Real>() {
     const N: usize = kernels::LANES;
     let pool = operands::<R>();
     for class in KernelClass::available() {
         let count = R::chain_kernels(class).len();
         assert!(count == 0 || count == chains::all().len(), "{}: {count}", class.name());
-        for (place, &(links, kinds)) in chains::all().iter().enumerate() {
-            assert_eq!(chains::find(links, chains::kind_bits(kinds)), Some(place), "{links:?} {kinds} is listed twice");
-            assert!(links.len() > 1 && links.len() <= chains::MAX_LINKS && kinds.len() <= chains::MAX_OPERANDS && kinds.contains('L'));
-            assert_eq!(chains::operand_count(links), kinds.len(), "{links:?} {kinds}");
+        for (place, &(ops, kinds)) in chains::all().iter().enumerate() {
+            assert_eq!(chains::find(ops, chains::kind_bits(kinds)), Some(place), "{ops:?} {kinds} is listed twice");
+            assert!(ops.len() > 1 && ops.len() <= chains::MAX_CHAIN_OPS && kinds.len() <= chains::MAX_OPERANDS && kinds.contains('L'));
+            assert_eq!(chains::operand_count(ops), kinds.len(), "{ops:?} {kinds}");
             // First special values of every kind, then ordinary ones, which pass through more operations before a NaN.
-            for tame in [false, true] {
+            for ordinary in [false, true] {
                 let operands: [[R; N]; chains::MAX_OPERANDS] = [1, 5, 3, 7, 11, 13, 17, 19].map(|step: usize| {
-                    std::array::from_fn(|i| match tame {
+                    std::array::from_fn(|i| match ordinary {
                         false => pool[(i * step + i / 7 + step) % pool.len()],
                         true => R::from_f64(((i * step) as f64 * 0.618 + 0.1).fract() * 3.0 - if i % 5 == 0 { 1.5 } else { 0.0 }),
                     })
                 });
-                let by_kind = |wanted: u8| kinds.bytes().zip(&operands).filter(move |(kind, _)| *kind == wanted).map(|(_, o)| o);
-                let program = program_of(links, kinds, by_kind(b'R').map(|o| Constant::Float(o[0].f64())).collect());
+                let by_kind = |selected: u8| kinds.bytes().zip(&operands).filter(move |(kind, _)| *kind == selected).map(|(_, o)| o);
+                let program = program_of(ops, kinds, by_kind(b'R').map(|o| Constant::Float(o[0].f64())).collect());
                 let mut executor = Executor::<R>::with_class(&program, class).expect("a program of one chain");
                 for (k, lanes) in by_kind(b'L').enumerate() {
                     *executor.input_mut(k) = *lanes;
                 }
                 let alive = executor.run(&program.prepare_for(&[], class), LaneMask::MAX, &NoTextures);
-                assert_eq!((alive, executor.counts().instructions), (LaneMask::MAX, 1), "{} {links:?} {kinds}", class.name());
-                for (i, got) in executor.output(0).iter().enumerate() {
+                assert_eq!((alive, executor.counts().instructions), (LaneMask::MAX, 1), "{} {ops:?} {kinds}", class.name());
+                for (i, found) in executor.output(0).iter().enumerate() {
                     let args = kinds.bytes().zip(&operands).map(|(kind, o)| if kind == b'L' { o[i] } else { R::from_f64(o[0].f64()) });
-                    let want = one_by_one(links, class.fused(), args);
-                    assert!(equal(*got, want), "{} {links:?} {kinds} lane {i}: {} instead of {}", class.name(), got.f64(), want.f64());
+                    let expected = evaluate_one_by_one(ops, class.has_fma(), args);
+                    assert!(
+                        equal(*found, expected),
+                        "{} {ops:?} {kinds} lane {i}: {} instead of {}",
+                        class.name(),
+                        found.f64(),
+                        expected.f64()
+                    );
                 }
             }
         }
@@ -436,18 +451,18 @@ fn chains_match<R: Real>() {
 
 #[test]
 fn every_chain_computes_what_its_operations_do() {
-    chains_match::<f32>();
-    chains_match::<f64>();
-    assert_eq!(chains::find(&[FusedOp { op: Op::Mul, at: 0 }, FusedOp { op: Op::Ldexp, at: 0 }], 3), None);
+    assert_chains_match::<f32>();
+    assert_chains_match::<f64>();
+    assert_eq!(chains::find(&[FusedOp { op: Op::Mul, chained_operand: 0 }, FusedOp { op: Op::Ldexp, chained_operand: 0 }], 3), None);
 }
 
 #[test]
 fn every_kernel_of_every_class_computes_its_scalar_form() {
-    kernels_match::<f32>();
-    kernels_match::<f64>();
+    assert_kernels_match::<f32>();
+    assert_kernels_match::<f64>();
 }
 
-fn converts_as_rust_does<R: Real>() {
+fn assert_converts_as_rust_does<R: Real>() {
     let limit = 2_147_483_648.0;
     let edges =
         [0.0, -0.0, 0.99, -0.99, 1.5, -1.5, 8_388_609.0, limit, -limit, limit - 128.0, limit + 256.0, -limit - 256.0, 1e30, f64::INFINITY];
@@ -463,6 +478,6 @@ fn converts_as_rust_does<R: Real>() {
 
 #[test]
 fn conversions_to_integers_saturate_and_round() {
-    converts_as_rust_does::<f32>();
-    converts_as_rust_does::<f64>();
+    assert_converts_as_rust_does::<f32>();
+    assert_converts_as_rust_does::<f64>();
 }

@@ -21,7 +21,7 @@ fn with_tone_map(from: &str, to: &str) -> ShaderLibrary {
 }
 
 /// The display bytes of a plan drawn in two passes and in one.
-fn both_ways(plan: &Plan, library: &ShaderLibrary, options: Options) -> [Vec<[u8; 4]>; 2] {
+fn separate_and_fused(plan: &Plan, library: &ShaderLibrary, options: Options) -> [Vec<[u8; 4]>; 2] {
     let renderer = SoftwareRenderer::new(options).expect("a renderer");
     [true, false].map(|keep_hdr| {
         let (frame, timings) = renderer.render(plan, library, keep_hdr).expect("a frame");
@@ -32,7 +32,7 @@ fn both_ways(plan: &Plan, library: &ShaderLibrary, options: Options) -> [Vec<[u8
 }
 
 /// A sphere whose limb crosses tiles, on a background that is not black.
-fn lit(size: [u32; 2]) -> Plan {
+fn lit_sphere(size: [u32; 2]) -> Plan {
     let mut plan = scene(size, vec![sphere(Vec3::new(1.0, 0.3, 0.2), MapSet::default())]);
     plan.passes[0].clear = [0.02, 0.5, 0.0, 1.0];
     plan
@@ -43,60 +43,61 @@ fn one_pass_gives_the_bytes_of_two() {
     let library = ShaderLibrary::in_memory(lowering());
     for size in [[150, 130], [64, 64], [1, 1], [333, 70], [17, 200]] {
         for samples in [1, 4] {
-            let mut plan = lit(size);
+            let mut plan = lit_sphere(size);
             plan.passes[0].samples = samples;
             for threads in [1, 2, 5] {
-                let [two, one] = both_ways(&plan, &library, with_threads(threads));
-                assert!(two == one, "{size:?}, {samples} samples, {threads} threads");
+                let [separate, fused] = separate_and_fused(&plan, &library, with_threads(threads));
+                assert!(separate == fused, "{size:?}, {samples} samples, {threads} threads");
             }
         }
     }
-    let [two, one] = both_ways(&lit([150, 130]), &library, Options { precision: Precision::F64, ..Options::default() });
-    assert!(two == one, "in f64");
-    let [_, empty] = both_ways(&scene([150, 130], Vec::new()), &library, with_threads(1));
+    let [separate, fused] =
+        separate_and_fused(&lit_sphere([150, 130]), &library, Options { precision: Precision::F64, ..Options::default() });
+    assert!(separate == fused, "in f64");
+    let [_, empty] = separate_and_fused(&scene([150, 130], Vec::new()), &library, with_threads(1));
     assert!(empty.iter().all(|p| *p == [0, 0, 0, 255]), "an empty sky must be black");
 }
 
 #[test]
 fn draws_over_the_picture_are_kept() {
     let library = ShaderLibrary::in_memory(lowering());
-    let mut plan = lit([150, 130]);
+    let mut plan = lit_sphere([150, 130]);
     let mut top = sphere(Vec3::X, MapSet::default());
     (top.scissor, top.blend) = ([70, 3, 140, 90], Blend::PremultipliedOver);
     top.depth = tone_map(0).depth;
     plan.passes[1].draws.push(top);
-    let [two, one] = both_ways(&plan, &library, with_threads(2));
-    assert!(two == one);
-    let [_, without] = both_ways(&lit([150, 130]), &library, with_threads(2));
-    assert!(one != without, "the draw on top must be visible");
+    let [separate, fused] = separate_and_fused(&plan, &library, with_threads(2));
+    assert!(separate == fused);
+    let [_, without] = separate_and_fused(&lit_sphere([150, 130]), &library, with_threads(2));
+    assert!(fused != without, "the draw on top must be visible");
 }
 
 #[test]
 fn a_tone_map_that_reads_other_pixels_is_a_separate_pass() {
-    let place = "vec2i(floor(position.xy))";
+    let own_pixel = "vec2i(floor(position.xy))";
     for (from, to) in [
-        (place, "vec2i(floor(position.xy)) + vec2i(1, 0)"),
-        (place, "vec2i(floor(position.yx))"),
-        (place, "vec2i(70, 9)"),
+        (own_pixel, "vec2i(floor(position.xy)) + vec2i(1, 0)"),
+        (own_pixel, "vec2i(floor(position.yx))"),
+        (own_pixel, "vec2i(70, 9)"),
         ("radiance * draw.exposure", "radiance * position.x * 0.01"),
         ("radiance * draw.exposure", "radiance * f32(textureDimensions(hdr).x) * 0.01"),
     ] {
         let library = with_tone_map(from, to);
-        let [two, one] = both_ways(&lit([150, 130]), &library, with_threads(2));
-        assert!(two == one, "{to}");
-        let [as_shipped, _] = both_ways(&lit([150, 130]), &ShaderLibrary::in_memory(lowering()), with_threads(2));
-        assert!(two != as_shipped, "{to} shows");
+        let [separate, fused] = separate_and_fused(&lit_sphere([150, 130]), &library, with_threads(2));
+        assert!(separate == fused, "{to}");
+        let [as_shipped, _] = separate_and_fused(&lit_sphere([150, 130]), &ShaderLibrary::in_memory(lowering()), with_threads(2));
+        assert!(separate != as_shipped, "{to} changes nothing");
     }
 }
 
 #[test]
 fn light_that_is_read_twice_is_stored() {
     let library = ShaderLibrary::in_memory(lowering());
-    let mut plan = lit([150, 130]);
+    let mut plan = lit_sphere([150, 130]);
     // The second tone map needs the light of the first HDR pass.
     plan.passes.push(pass("again", [150, 130], ColourFormat::Rgba8Unorm, 1, [0.0; 4], vec![tone_map(0)]));
-    let [two, one] = both_ways(&plan, &library, with_threads(2));
-    assert!(two == one && two.iter().any(|p| p[0] > 100));
+    let [separate, fused] = separate_and_fused(&plan, &library, with_threads(2));
+    assert!(separate == fused && separate.iter().any(|p| p[0] > 100));
 }
 
 #[test]
@@ -107,14 +108,14 @@ fn programs_that_depend_on_the_pixel_position_are_detected() {
             @fragment fn main(@builtin(position) p: vec4f) -> @location(0) vec4f {{ {body} }}"
         ))
     };
-    for same in [
+    for independent in [
         "return textureLoad(light, vec2i(floor(p.xy)), 0);",
         "return vec4f(1.0);",
         "let c = textureLoad(light, vec2i(p.xy) + vec2i(1, 2), 0); if c.x > 0.5 { return sqrt(c); } return c * c;",
     ] {
-        assert!(fragment(same).is_position_independent(), "{same}");
+        assert!(fragment(independent).is_position_independent(), "{independent}");
     }
-    for different in [
+    for dependent in [
         "return textureLoad(light, vec2i(floor(p.xy)), 0) + p.x;",
         "return p;",
         "if p.x > 5.0 { return vec4f(0.0); } return vec4f(1.0);",
@@ -123,6 +124,6 @@ fn programs_that_depend_on_the_pixel_position_are_detected() {
         "var sum = vec4f(0.0); for (var i = 0; i < i32(p.x); i++) { sum += textureLoad(light, vec2i(i, 0), 0); } return sum;",
         "let c = textureLoad(light, vec2i(p.xy), 0); return dpdx(c);",
     ] {
-        assert!(!fragment(different).is_position_independent(), "{different}");
+        assert!(!fragment(dependent).is_position_independent(), "{dependent}");
     }
 }

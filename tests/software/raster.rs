@@ -1,6 +1,6 @@
 //! Coverage, clipping, interpolation, depth, anti-aliasing and blending of the software rasteriser, with hand-written stages.
 
-use crate::support::hand_shader::{Body, HandShader, colour_outputs, draw, fragment, location, mesh, pass, pass_through, render};
+use crate::support::hand_shader::{HandShader, LaneFunction, colour_outputs, draw, fragment, location, mesh, pass, pass_through, render};
 use orrery::render::plan::{Blend, Cull, DepthState, Pass};
 use orrery::render::software::math::Real;
 use orrery::render::software::program::{LaneInput, LaneOutput};
@@ -14,7 +14,7 @@ fn random(seed: &mut u64) -> f32 {
 }
 
 /// Pixel coordinates (y down) to clip space with w = 1.
-fn at(x: f32, y: f32, size: f32) -> [f32; 4] {
+fn clip_at(x: f32, y: f32, size: f32) -> [f32; 4] {
     [2.0 * x / size - 1.0, 1.0 - 2.0 * y / size, 0.5, 1.0]
 }
 
@@ -36,15 +36,16 @@ fn a_fan_covers_every_sample_exactly_once() {
     for samples in [1, 4] {
         for round in 0..30 {
             let grid = [1.0, 0.5, 0.0][round % 3];
-            let mut place = |lo: f32, hi: f32| {
+            let mut coordinate = |lo: f32, hi: f32| {
                 let v = lo + (hi - lo) * random(&mut seed);
                 if grid == 0.0 { v } else { (v / grid).round() * grid }
             };
             let (w, h) = (101.0, 101.0);
-            let centre = at(place(1.0, w - 1.0), place(1.0, h - 1.0), w);
-            let (x, y) = (place(0.0, w), place(0.0, h));
+            let centre = clip_at(coordinate(1.0, w - 1.0), coordinate(1.0, h - 1.0), w);
+            let (x, y) = (coordinate(0.0, w), coordinate(0.0, h));
             // The square's border as a fan, in order.
-            let rim: Vec<_> = [(0.0, 0.0), (x, 0.0), (w, 0.0), (w, y), (w, h), (x / 2.0, h), (0.0, h)].map(|(x, y)| at(x, y, w)).to_vec();
+            let rim: Vec<_> =
+                [(0.0, 0.0), (x, 0.0), (w, 0.0), (w, y), (w, h), (x / 2.0, h), (0.0, h)].map(|(x, y)| clip_at(x, y, w)).to_vec();
             let fan: Vec<_> = (0..7).flat_map(|k| [centre, rim[k], rim[(k + 1) % 7]]).collect();
             let counts = count_covered(&fan, 101, 101, samples);
             let wrong = counts.iter().filter(|c| **c != 1.0).count();
@@ -56,7 +57,14 @@ fn a_fan_covers_every_sample_exactly_once() {
 #[test]
 fn a_gap_between_triangles_changes_the_count() {
     let counts = count_covered(
-        &[at(0.0, 0.0, 64.0), at(64.0, 0.0, 64.0), at(0.0, 64.0, 64.0), at(64.0, 0.0, 64.0), at(64.0, 64.0, 64.0), at(2.0, 64.0, 64.0)],
+        &[
+            clip_at(0.0, 0.0, 64.0),
+            clip_at(64.0, 0.0, 64.0),
+            clip_at(0.0, 64.0, 64.0),
+            clip_at(64.0, 0.0, 64.0),
+            clip_at(64.0, 64.0, 64.0),
+            clip_at(2.0, 64.0, 64.0),
+        ],
         64,
         64,
         1,
@@ -71,18 +79,20 @@ fn coverage_approaches_the_area_of_an_edge() {
     for k in 0..24 {
         let angle = (k as f32 + 0.3) * std::f32::consts::TAU / 24.0;
         let (c, s) = (angle.cos(), angle.sin());
-        let place = |u: f32, v: f32| at(32.0 + u * c - v * s, 32.0 + u * s + v * c, 64.0);
-        let counts = count_covered(&[place(0.2, -200.0), place(400.0, 0.0), place(0.2, 200.0)], 64, 64, 4);
+        let vertex = |u: f32, v: f32| clip_at(32.0 + u * c - v * s, 32.0 + u * s + v * c, 64.0);
+        let counts = count_covered(&[vertex(0.2, -200.0), vertex(400.0, 0.0), vertex(0.2, 200.0)], 64, 64, 4);
         let (mut sum, mut n) = (0.0, 0.0);
         for (i, covered) in counts.iter().enumerate() {
-            let beyond = |x: f32, y: f32| (x - 32.0) * c + (y - 32.0) * s - 0.2;
+            let edge_distance = |x: f32, y: f32| (x - 32.0) * c + (y - 32.0) * s - 0.2;
             let (left, top) = ((i % 64) as f32, (i / 64) as f32);
             // No point of a pixel is farther from its centre than 0.71.
-            let middle = beyond(left + 0.5, top + 0.5);
+            let middle = edge_distance(left + 0.5, top + 0.5);
             let inside = if middle.abs() > 0.75 {
                 if middle > 0.0 { 4096 } else { 0 }
             } else {
-                (0..4096).filter(|p| beyond(left + ((p % 64) as f32 + 0.5) / 64.0, top + ((p / 64) as f32 + 0.5) / 64.0) > 0.0).count()
+                (0..4096)
+                    .filter(|p| edge_distance(left + ((p % 64) as f32 + 0.5) / 64.0, top + ((p / 64) as f32 + 0.5) / 64.0) > 0.0)
+                    .count()
             };
             let area = inside as f64 / 4096.0;
             // Four samples of a rotated grid: no edge is off by more than two of them.
@@ -120,7 +130,7 @@ fn huge_and_invalid_triangles_are_safe() {
         assert!(counts.iter().all(|c| *c == 0.0));
     }
     // Zero area.
-    assert!(count_covered(&[at(1.0, 1.0, 64.0); 3], 64, 64, 4).iter().all(|c| *c == 0.0));
+    assert!(count_covered(&[clip_at(1.0, 1.0, 64.0); 3], 64, 64, 4).iter().all(|c| *c == 0.0));
 }
 
 /// Texture coordinates of a ground plane against the analytic ray-plane intersection.
@@ -159,8 +169,8 @@ fn varyings_are_perspective_correct() {
 #[test]
 fn with_w_one_the_plane_is_exact() {
     // u = x in pixels: exact at every centre.
-    let place = |x: f32, y: f32| (at(x, y, 256.0), vec![x]);
-    let (vertices, varyings): (Vec<_>, Vec<_>) = [place(0.0, 0.0), place(0.0, 512.0), place(512.0, 0.0)].into_iter().unzip();
+    let vertex_at = |x: f32, y: f32| (clip_at(x, y, 256.0), vec![x]);
+    let (vertices, varyings): (Vec<_>, Vec<_>) = [vertex_at(0.0, 0.0), vertex_at(0.0, 512.0), vertex_at(512.0, 0.0)].into_iter().unzip();
     let pass = pass(256, 256, 1, vec![draw(mesh(&vertices, &varyings), Blend::Replace)]);
     let show = |v: &[f32]| Some(vec![v[0], v[1], v[2], 1.0]);
     let inputs = vec![location(0, 0), LaneInput::FragCoord { component: 0 }, LaneInput::FragCoord { component: 3 }];
@@ -172,8 +182,14 @@ fn with_w_one_the_plane_is_exact() {
 
 #[test]
 fn flat_uses_the_first_vertex_and_facing_follows_the_winding() {
-    let vertices =
-        [at(0.0, 0.0, 64.0), at(0.0, 64.0, 64.0), at(64.0, 0.0, 64.0), at(64.0, 64.0, 64.0), at(0.0, 64.0, 64.0), at(64.0, 0.0, 64.0)];
+    let vertices = [
+        clip_at(0.0, 0.0, 64.0),
+        clip_at(0.0, 64.0, 64.0),
+        clip_at(64.0, 0.0, 64.0),
+        clip_at(64.0, 64.0, 64.0),
+        clip_at(0.0, 64.0, 64.0),
+        clip_at(64.0, 0.0, 64.0),
+    ];
     let varyings: Vec<_> = [5.0, 6.0, 7.0, 8.0, 9.0, 10.0].map(|v| vec![v]).to_vec();
     let show = |v: &[f32]| Some(vec![v[0], f32::from(u8::from(v[1].mask())), 0.0, 1.0]);
     let inputs = vec![LaneInput::Location { index: 0, component: 0, flat: true }, LaneInput::FrontFacing];
@@ -191,10 +207,12 @@ fn flat_uses_the_first_vertex_and_facing_follows_the_winding() {
 #[test]
 fn helper_lanes_extrapolate_the_plane_outside_the_triangle() {
     // A triangle of a few pixels without any complete quad: du/dx from lane differences is still that of the plane.
-    let place = |x: f32, y: f32| (at(x, y, 64.0), vec![3.0 * x - 2.0 * y]);
-    let (vertices, varyings): (Vec<_>, Vec<_>) = [place(9.2, 9.3), place(10.1, 20.7), place(13.9, 9.4)].into_iter().unzip();
-    let body = |q: &[Vec<f32>; 4]| std::array::from_fn(|c: usize| vec![q[c | 1][0] - q[c & !1][0], q[c | 2][0] - q[c & !2][0], 0.0, 1.0]);
-    let shader = HandShader { inputs: vec![location(0, 0)], outputs: colour_outputs(), discards: false, body: Body::Quad(&body) };
+    let vertex_at = |x: f32, y: f32| (clip_at(x, y, 64.0), vec![3.0 * x - 2.0 * y]);
+    let (vertices, varyings): (Vec<_>, Vec<_>) = [vertex_at(9.2, 9.3), vertex_at(10.1, 20.7), vertex_at(13.9, 9.4)].into_iter().unzip();
+    let differences =
+        |q: &[Vec<f32>; 4]| std::array::from_fn(|c: usize| vec![q[c | 1][0] - q[c & !1][0], q[c | 2][0] - q[c & !2][0], 0.0, 1.0]);
+    let shader =
+        HandShader { inputs: vec![location(0, 0)], outputs: colour_outputs(), discards: false, function: LaneFunction::Quad(&differences) };
     let image = render(&pass(64, 64, 1, vec![draw(mesh(&vertices, &varyings), Blend::Replace)]), &[(&pass_through::<f32>(1), &shader)]);
     let covered: Vec<_> = image.iter().filter(|p| p[3] == 1.0).collect();
     assert!(covered.len() > 15);
@@ -240,7 +258,8 @@ fn written_depth_and_discard_are_honoured() {
     let stepped = |v: &[f32]| (v[0] as u32 != 8).then(|| vec![1.0, 0.0, 0.0, 1.0, if v[0] < 16.0 { 0.75 } else { 0.25 }]);
     let mut outputs = colour_outputs();
     outputs.push(LaneOutput::FragDepth);
-    let near_far = HandShader { inputs: vec![LaneInput::FragCoord { component: 0 }], outputs, discards: true, body: Body::Lane(&stepped) };
+    let near_far =
+        HandShader { inputs: vec![LaneInput::FragCoord { component: 0 }], outputs, discards: true, function: LaneFunction::Lane(&stepped) };
     let green = one_colour([0.0, 1.0, 0.0, 1.0]);
     let flat = fragment(vec![], &green);
     for samples in [1, 4] {
@@ -263,7 +282,7 @@ fn blending_follows_its_equations_at_edges_too() {
     let (under, over) = (one_colour([0.5, 0.25, 1.0, 1.0]), one_colour([0.25, 0.5, 0.0, 0.5]));
     let stages = [(&vertex, &fragment(vec![], &under)), (&vertex, &fragment(vec![], &over))];
     // The second draw's edge at x = 2.5 pixels covers two of four samples there.
-    let half = [at(2.5, -60.0, 8.0), at(2.5, 60.0, 8.0), at(100.0, 0.0, 8.0)];
+    let half = [clip_at(2.5, -60.0, 8.0), clip_at(2.5, 60.0, 8.0), clip_at(100.0, 0.0, 8.0)];
     for (blend, full) in
         [(Blend::Replace, [0.25, 0.5, 0.0, 0.5]), (Blend::PremultipliedOver, [0.5, 0.625, 0.5, 1.0]), (Blend::Add, [0.75, 0.75, 1.0, 1.5])]
     {
@@ -293,14 +312,14 @@ fn draws_stay_inside_their_scissor() {
 }
 
 /// Many small and large overlapping triangles, for which draw order decides every pixel.
-fn crowd() -> (Pass, Vec<Vec<f32>>) {
+fn overlapping_triangles() -> (Pass, Vec<Vec<f32>>) {
     let mut seed = 3;
     let (mut vertices, mut varyings) = (Vec::new(), Vec::new());
     for k in 0..600 {
-        let reach = if k % 40 == 0 { 150.0 } else { 9.0 };
+        let extent = if k % 40 == 0 { 150.0 } else { 9.0 };
         let (x, y) = (random(&mut seed) * 200.0, random(&mut seed) * 200.0);
         for _ in 0..3 {
-            let p = at(x + reach * (random(&mut seed) - 0.5), y + reach * (random(&mut seed) - 0.5), 200.0);
+            let p = clip_at(x + extent * (random(&mut seed) - 0.5), y + extent * (random(&mut seed) - 0.5), 200.0);
             let w = 0.5 + random(&mut seed);
             vertices.push([p[0] * w, p[1] * w, random(&mut seed) * w, w]);
             varyings.push(vec![random(&mut seed), random(&mut seed), random(&mut seed)]);
@@ -325,19 +344,19 @@ fn crowd() -> (Pass, Vec<Vec<f32>>) {
 
 #[test]
 fn threads_and_repetition_change_no_bit() {
-    let (pass, _) = crowd();
+    let (pass, _) = overlapping_triangles();
     let vertex = pass_through::<f32>(3);
     let show = |v: &[f32]| Some(vec![v[0] * 0.5, v[1] * 0.5, v[2] * 0.5, 0.5]);
     let shader = fragment((0..3).map(|c| location(0, c)).collect(), &show);
     let stages = [(&vertex, &shader), (&vertex, &shader)];
-    let with = |threads: usize| {
+    let render_with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| render(&pass, &stages))
     };
-    let one = with(1);
-    assert!(one.iter().filter(|p| p[3] > 0.0).count() > 10_000);
+    let single_threaded = render_with(1);
+    assert!(single_threaded.iter().filter(|p| p[3] > 0.0).count() > 10_000);
     for threads in [1, 2, 3] {
-        let same = with(threads).iter().zip(&one).all(|(a, b)| a.map(f32::to_bits) == b.map(f32::to_bits));
+        let same = render_with(threads).iter().zip(&single_threaded).all(|(a, b)| a.map(f32::to_bits) == b.map(f32::to_bits));
         assert!(same, "{threads} threads");
     }
 }

@@ -51,19 +51,19 @@ fn bind_in(texture: &Texture, sampler: SamplerState, class: KernelClass) -> Text
 
 /// Samples with gradients (du, dv) along x and y, one lane each, without anisotropy.
 fn sample<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 2], dy: [f64; 2]) -> Vec<[f64; 4]> {
-    along::<R>(textures, uv, dx, dy, None)
+    sample_filtered::<R>(textures, uv, dx, dy, None)
 }
 
-/// Like [`sample`], with at most `most` taps along the footprint.
-fn along<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 2], dy: [f64; 2], most: Option<f64>) -> Vec<[f64; 4]> {
+/// Like [`sample`], with at most `max_taps` taps along the footprint.
+fn sample_filtered<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 2], dy: [f64; 2], max_taps: Option<f64>) -> Vec<[f64; 4]> {
     let lanes = |f: &dyn Fn(usize) -> f64| (0..uv.len()).map(|k| R::from_f64(f(k))).collect::<Vec<R>>();
     let (u, v) = (lanes(&|k| uv[k][0]), lanes(&|k| uv[k][1]));
     let (a, b, c, d) = (lanes(&|_| dx[0]), lanes(&|_| dx[1]), lanes(&|_| dy[0]), lanes(&|_| dy[1]));
     let mut out = [u.clone(), u.clone(), u.clone(), u.clone()];
     let [r, g, bl, al] = &mut out;
     let gradients = Gradients { du_dx: &a, dv_dx: &b, du_dy: &c, dv_dy: &d };
-    match most {
-        Some(most) => textures.sample_filtered(0, [&u, &v], gradients, &lanes(&|_| most), u128::MAX, [r, g, bl, al]),
+    match max_taps {
+        Some(max_taps) => textures.sample_filtered(0, [&u, &v], gradients, &lanes(&|_| max_taps), u128::MAX, [r, g, bl, al]),
         None => textures.sample_gradients(0, &u, &v, gradients, u128::MAX, [r, g, bl, al]),
     }
     (0..uv.len()).map(|k| std::array::from_fn(|c| out[c][k].f64())).collect()
@@ -84,24 +84,24 @@ fn tent(level: &Level, u: f64, v: f64, component: usize) -> f64 {
     sum
 }
 
-fn places(count: usize) -> Vec<[f64; 2]> {
+fn positions(count: usize) -> Vec<[f64; 2]> {
     // Golden-ratio steps, over more than one period and beyond both edges.
     (0..count).map(|k| [(k as f64 * 0.618_033_988_75) % 1.0 * 3.0 - 1.0, (k as f64 * 0.754_877_666) % 1.0 * 1.2 - 0.1]).collect()
 }
 
 fn worst<R: Real>(rho_texels: f64) -> f64 {
     let texture = noise(64, 32);
-    let uv = places(100);
+    let uv = positions(100);
     let (dx, dy) = ([rho_texels / 64.0, 0.0], [0.0, rho_texels / 32.0]);
     let got = sample::<R>(&bind(&texture, REPEAT), &uv, dx, dy);
     let level = rho_texels.log2().clamp(0.0, texture.levels.len() as f64 - 1.0);
-    let (fine, between) = (level.floor() as usize, level.fract());
+    let (fine, level_fraction) = (level.floor() as usize, level.fract());
     let mut worst = 0.0_f64;
     for (got, [u, v]) in got.iter().zip(uv) {
         for (c, got) in got.iter().enumerate() {
             let a = tent(&texture.levels[fine], u, v, c);
             let b = tent(&texture.levels[(fine + 1).min(texture.levels.len() - 1)], u, v, c);
-            worst = worst.max((got - (a + between * (b - a))).abs());
+            worst = worst.max((got - (a + level_fraction * (b - a))).abs());
         }
     }
     worst
@@ -143,7 +143,7 @@ fn stripe_contrast(taps: f64) -> (f64, f64) {
         level.bytes = (0..(w * w) as usize).flat_map(|i| [texel(i); 4]).flat_map(f32::to_le_bytes).collect();
     }
     let uv: Vec<_> = (0..64).map(|k| [(f64::from(k) + 0.5) / 64.0, 0.5]).collect();
-    let got = along::<f32>(&bind(&texture, REPEAT), &uv, [1.0 / 64.0, 0.0], [0.0, 16.0 / 64.0], Some(taps));
+    let got = sample_filtered::<f32>(&bind(&texture, REPEAT), &uv, [1.0 / 64.0, 0.0], [0.0, 16.0 / 64.0], Some(taps));
     let mean = got.iter().map(|p| p[0]).sum::<f64>() / 64.0;
     (mean, got.iter().map(|p| (p[0] - mean).abs()).sum::<f64>() / 64.0)
 }
@@ -162,10 +162,10 @@ fn the_footprint_turns_with_the_gradients() {
     // The same stripes at 45 degrees: the major axis is along (1, 1) in texels; the contrast after filtering must not depend on the sign of
     // the axis.
     let texture = noise(64, 64);
-    let uv = places(50).into_iter().map(|[u, v]| [u, 0.3 + 0.3 * v]).collect::<Vec<_>>();
+    let uv = positions(50).into_iter().map(|[u, v]| [u, 0.3 + 0.3 * v]).collect::<Vec<_>>();
     let (along, across) = ([5.0 / 64.0, 5.0 / 64.0], [0.7 / 64.0, -0.7 / 64.0]);
-    let a = self::along::<f64>(&bind(&texture, REPEAT), &uv, along, across, Some(8.0));
-    let b = self::along::<f64>(&bind(&texture, REPEAT), &uv, across, along.map(|v| -v), Some(8.0));
+    let a = sample_filtered::<f64>(&bind(&texture, REPEAT), &uv, along, across, Some(8.0));
+    let b = sample_filtered::<f64>(&bind(&texture, REPEAT), &uv, across, along.map(|v| -v), Some(8.0));
     for (p, q) in a.iter().zip(&b) {
         assert!(p.iter().zip(q).all(|(x, y)| (x - y).abs() < 1e-9));
     }
@@ -179,13 +179,13 @@ fn a_constant_texture_stays_constant_for_any_gradients() {
             .map(|(w, h)| Level { width: w, height: h, bytes: [188, 0, 255, 128].repeat((w * h) as usize) })
             .to_vec(),
     };
-    let odd = [f64::NAN, f64::INFINITY, -1e30, 1e30, 0.0, -0.0, 1.0, 1e-40];
-    let uv: Vec<_> = odd.iter().flat_map(|u| odd.map(|v| [*u, v])).collect();
+    let extremes = [f64::NAN, f64::INFINITY, -1e30, 1e30, 0.0, -0.0, 1.0, 1e-40];
+    let uv: Vec<_> = extremes.iter().flat_map(|u| extremes.map(|v| [*u, v])).collect();
     for linear in [false, true] {
-        for most in [None, Some(1.0), Some(16.0), Some(f64::NAN), Some(1e9)] {
+        for max_taps in [None, Some(1.0), Some(16.0), Some(f64::NAN), Some(1e9)] {
             let textures = bind(&texture, SamplerState { linear, ..REPEAT });
-            for gradient in odd {
-                for p in along::<f32>(&textures, &uv, [gradient, 0.0], [0.3, gradient], most) {
+            for gradient in extremes {
+                for p in sample_filtered::<f32>(&textures, &uv, [gradient, 0.0], [0.3, gradient], max_taps) {
                     // 188 in sRGB is 0.5028865 linear (IEC 61966-2-1).
                     assert!((p[0] - 0.502_886_5).abs() < 1e-6, "{p:?} at gradient {gradient}");
                     assert!(p[1] == 0.0 && (p[2] - 1.0).abs() < 1e-6 && (p[3] - 128.0 / 255.0).abs() < 1e-6, "{p:?}");
@@ -196,7 +196,7 @@ fn a_constant_texture_stays_constant_for_any_gradients() {
 }
 
 /// 128 lanes with different levels, numbers of taps and positions.
-fn scattered<R: Real>(textures: &Textures<'_>, most: f64, first: usize, count: usize, active: u128) -> [Vec<R>; 4] {
+fn sample_varied_lanes<R: Real>(textures: &Textures<'_>, max_taps: f64, first: usize, count: usize, active: u128) -> [Vec<R>; 4] {
     let lanes = |f: &dyn Fn(f64) -> f64| (first..first + count).map(|k| R::from_f64(f(k as f64))).collect::<Vec<R>>();
     let (u, v) = (lanes(&|k| k * 0.618 % 3.0 - 1.0), lanes(&|k| k * 0.754 % 1.2 - 0.1));
     let (a, b) = (lanes(&|k| f64::exp2(k * 0.37 % 9.0 - 8.0)), lanes(&|k| (k * 0.11).sin() * 0.02));
@@ -204,7 +204,7 @@ fn scattered<R: Real>(textures: &Textures<'_>, most: f64, first: usize, count: u
     let mut out = [const { Vec::new() }; 4].map(|_: Vec<R>| vec![R::from_f64(7.0); count]);
     let [r, g, bl, al] = &mut out;
     let gradients = Gradients { du_dx: &a, dv_dx: &b, du_dy: &c, dv_dy: &d };
-    textures.sample_filtered(0, [&u, &v], gradients, &lanes(&|_| most), active, [r, g, bl, al]);
+    textures.sample_filtered(0, [&u, &v], gradients, &lanes(&|_| max_taps), active, [r, g, bl, al]);
     out
 }
 
@@ -212,23 +212,23 @@ fn bits<R: Real>(v: R) -> u64 {
     v.f64().to_bits()
 }
 
-fn neighbours_do_not_matter<R: Real>(texture: &Texture, state: SamplerState, most: f64) {
+fn assert_lanes_are_independent<R: Real>(texture: &Texture, state: SamplerState, max_taps: f64) {
     let textures = bind(texture, state);
-    let all = scattered::<R>(&textures, most, 0, 128, u128::MAX);
+    let all = sample_varied_lanes::<R>(&textures, max_taps, 0, 128, u128::MAX);
     for class in KernelClass::available() {
-        let other = scattered::<R>(&bind_in(texture, state, class), most, 0, 128, u128::MAX);
+        let other = sample_varied_lanes::<R>(&bind_in(texture, state, class), max_taps, 0, 128, u128::MAX);
         for k in 0..4 {
             assert!(all[k].iter().zip(&other[k]).all(|(a, b)| bits(*a) == bits(*b)), "{} differs in channel {k}", class.name());
         }
     }
     let mask = 0xdead_beef_0000_0001_8000_5555_1234_ffff_u128;
-    let some = scattered::<R>(&textures, most, 0, 128, mask);
+    let masked = sample_varied_lanes::<R>(&textures, max_taps, 0, 128, mask);
     for lane in 0..128 {
-        let alone = scattered::<R>(&textures, most, lane, 1, 1);
+        let alone = sample_varied_lanes::<R>(&textures, max_taps, lane, 1, 1);
         for k in 0..4 {
             assert_eq!(bits(all[k][lane]), bits(alone[k][0]), "lane {lane} alone, channel {k}");
             if mask >> lane & 1 == 1 {
-                assert_eq!(bits(all[k][lane]), bits(some[k][lane]), "lane {lane} among some, channel {k}");
+                assert_eq!(bits(all[k][lane]), bits(masked[k][lane]), "lane {lane} with a mask, channel {k}");
             }
         }
     }
@@ -240,19 +240,19 @@ fn a_lane_depends_neither_on_its_neighbours_nor_on_the_instruction_set() {
     let float = noise(256, 128);
     let bytes: Vec<u8> = (0..256 * 128 * 4_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     let srgb = Texture::from_rgba8(256, 128, bytes, TexelFormat::Rgba8Srgb).expect("whole");
-    for (linear, most) in [(false, 1.0), (true, 1.0), (true, 8.0), (true, 16.0)] {
+    for (linear, max_taps) in [(false, 1.0), (true, 1.0), (true, 8.0), (true, 16.0)] {
         let state = SamplerState { linear, ..REPEAT };
-        neighbours_do_not_matter::<f32>(&srgb, state, most);
-        neighbours_do_not_matter::<f32>(&float, state, most);
-        neighbours_do_not_matter::<f64>(&srgb, state, most);
+        assert_lanes_are_independent::<f32>(&srgb, state, max_taps);
+        assert_lanes_are_independent::<f32>(&float, state, max_taps);
+        assert_lanes_are_independent::<f64>(&srgb, state, max_taps);
     }
 }
 
 /// A texture of each format.
 fn of_each_format() -> [Texture; 3] {
     let bytes: Vec<u8> = (0..64 * 32 * 4_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
-    let of = |format| Texture::from_rgba8(64, 32, bytes.clone(), format).expect("whole");
-    [of(TexelFormat::Rgba8Srgb), of(TexelFormat::Rgba8Unorm), noise(64, 32)]
+    let texture_of = |format| Texture::from_rgba8(64, 32, bytes.clone(), format).expect("whole");
+    [texture_of(TexelFormat::Rgba8Srgb), texture_of(TexelFormat::Rgba8Unorm), noise(64, 32)]
 }
 
 #[test]
@@ -260,35 +260,35 @@ fn a_channel_does_not_depend_on_which_others_are_requested() {
     let lanes = |f: &dyn Fn(f64) -> f64| (0..128).map(|k| f32::from_f64(f(f64::from(k)))).collect::<Vec<f32>>();
     let (u, v) = (lanes(&|k| k * 0.618 % 3.0 - 1.0), lanes(&|k| k * 0.754 % 1.2 - 0.1));
     let (a, b) = (lanes(&|k| f64::exp2(k * 0.37 % 6.0 - 6.0)), lanes(&|k| (k * 0.11).sin() * 0.02));
-    let ints = |f: &dyn Fn(u32) -> u32| (0..128).map(|k| f32::from_int(f(k))).collect::<Vec<f32>>();
+    let ints = |f: &dyn Fn(u32) -> u32| (0..128).map(|k| f32::from_lane_bits(f(k))).collect::<Vec<f32>>();
     let (x, y, level) = (ints(&|k| k * 37 % 64), ints(&|k| k * 11 % 32), ints(&|_| 0));
     let gradients = Gradients { du_dx: &a, dv_dx: &b, du_dy: &b, dv_dy: &a };
     for texture in of_each_format() {
         for class in KernelClass::available() {
             let textures = bind_in(&texture, REPEAT, class);
-            let asked = |wanted: u32, way: u32| {
+            let read_channels = |channels: u32, operation: u32| {
                 let mut out = [const { Vec::new() }; 4].map(|_: Vec<f32>| vec![7.0; 128]);
                 let mut k = 0;
                 let slices = out.each_mut().map(|lanes| {
                     k += 1;
-                    if wanted >> (k - 1) & 1 == 1 { &mut lanes[..] } else { &mut [] }
+                    if channels >> (k - 1) & 1 == 1 { &mut lanes[..] } else { &mut [] }
                 });
-                match way {
+                match operation {
                     0 => textures.sample_gradients(0, &u, &v, gradients, u128::MAX >> 5, slices),
                     1 => textures.sample_filtered(0, [&u, &v], gradients, &[8.0; 128], u128::MAX, slices),
                     _ => textures.load(0, &x, &y, &level, u128::MAX, slices),
                 }
                 out
             };
-            for way in 0..3 {
-                let all = asked(0b1111, way);
+            for operation in 0..3 {
+                let all = read_channels(0b1111, operation);
                 assert!(all.iter().all(|channel| channel.iter().any(|v| *v != 7.0)));
-                for wanted in 0..16 {
-                    let some = asked(wanted, way);
+                for channels in 0..16 {
+                    let some = read_channels(channels, operation);
                     for (k, (some, all)) in some.iter().zip(&all).enumerate() {
                         let same = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
-                        let expected: &[f32] = if wanted >> k & 1 == 1 { all } else { &[7.0; 128] };
-                        assert!(same(some, expected), "{}, way {way}, channels {wanted:04b}: {k}", class.name());
+                        let expected: &[f32] = if channels >> k & 1 == 1 { all } else { &[7.0; 128] };
+                        assert!(same(some, expected), "{}, operation {operation}, channels {channels:04b}: {k}", class.name());
                     }
                 }
             }
@@ -300,7 +300,7 @@ fn a_channel_does_not_depend_on_which_others_are_requested() {
 fn loads_are_the_same_in_every_class_and_number_of_lanes() {
     for texture in of_each_format() {
         let read = |class: KernelClass, first: u32, count: u32| {
-            let ints = |f: &dyn Fn(u32) -> u32| (first..first + count).map(|k| f32::from_int(f(k))).collect::<Vec<_>>();
+            let ints = |f: &dyn Fn(u32) -> u32| (first..first + count).map(|k| f32::from_lane_bits(f(k))).collect::<Vec<_>>();
             let (x, y, level) = (ints(&|k| k * 37 % 64), ints(&|k| k * 11 % 32), ints(&|_| 0));
             let mut out = [const { Vec::new() }; 4].map(|_: Vec<f32>| vec![7.0; count as usize]);
             let [r, g, b, a] = &mut out;
@@ -325,7 +325,7 @@ fn loads_are_the_same_in_every_class_and_number_of_lanes() {
 fn loads_outside_read_zero() {
     let texture = noise(8, 4);
     let textures = bind(&texture, REPEAT);
-    let ints = |v: &[i32]| v.iter().map(|i| f32::from_int(*i as u32)).collect::<Vec<_>>();
+    let ints = |v: &[i32]| v.iter().map(|i| f32::from_lane_bits(*i as u32)).collect::<Vec<_>>();
     let (x, y, level) = (ints(&[3, -1, 8, 0, 3, 3]), ints(&[1, 0, 0, 4, 1, 1]), ints(&[0, 0, 0, 0, 1, 9]));
     let mut out = [const { [9.0_f32; 6] }; 4];
     let [r, g, b, a] = &mut out;

@@ -1,5 +1,5 @@
 //! Times parts of the software renderer, for development: `cargo test --test main software::speed -- --ignored --nocapture`. Time is not
-//! asserted. Each figure is the minimum of many short rounds on one thread, which a busy machine disturbs least.
+//! asserted. Each time is the minimum of many short rounds on one thread, which a busy machine disturbs least.
 
 use orrery::image::{TexelFormat, Texture};
 use orrery::render::plan::{AddressMode, SamplerState};
@@ -34,7 +34,7 @@ fn map() -> Texture {
 fn sampling<R: Real>(texture: &Texture, class: KernelClass) {
     let state = |linear| SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear };
     // Maximum number of taps, texels per pixel along x and y.
-    for (what, sampler, most, dx, dy) in [
+    for (filter, sampler, max_taps, dx, dy) in [
         ("nearest", state(false), 1.0, 0.7, 0.7),
         ("bilinear", state(true), 1.0, 0.7, 0.7),
         ("trilinear", state(true), 1.0, 1.5, 1.5),
@@ -44,25 +44,25 @@ fn sampling<R: Real>(texture: &Texture, class: KernelClass) {
     ] {
         let textures = bind(texture, sampler, class);
         // 64 blocks of 16x8 pixels side by side, in quads, the rasteriser's order.
-        let place = |block: usize, lane: usize| {
+        let uv = |block: usize, lane: usize| {
             let (quad, corner) = (lane / 4, lane % 4);
             let x = block % 8 * 16 + quad % 8 * 2 + corner % 2;
             let y = block / 8 * 8 + quad / 8 * 2 + corner / 2;
             [0.1 + dx * x as f64 / 2048.0, 0.1 + dy * y as f64 / 1024.0]
         };
         let blocks: Vec<[[R; LANES]; 2]> =
-            (0..64).map(|b| [0, 1].map(|k: usize| std::array::from_fn(|lane| R::from_f64(place(b, lane)[k])))).collect();
+            (0..64).map(|b| [0, 1].map(|k: usize| std::array::from_fn(|lane| R::from_f64(uv(b, lane)[k])))).collect();
         let gradients = [[dx / 2048.0, 0.0], [0.0, dy / 1024.0]].map(|g| g.map(|v| [R::from_f64(v); LANES]));
-        let most = [R::from_f64(most); LANES];
+        let max_taps = [R::from_f64(max_taps); LANES];
         let mut out = [[R::ZERO; LANES]; 4];
         let ns = best_of(64, |k| {
             let [r, g, b, a] = &mut out;
             let [[du_dx, dv_dx], [du_dy, dv_dy]] = &gradients;
             let gradients = Gradients { du_dx, dv_dx, du_dy, dv_dy };
-            textures.sample_filtered(0, [&blocks[k][0], &blocks[k][1]], gradients, &most, u128::MAX, [r, g, b, a]);
+            textures.sample_filtered(0, [&blocks[k][0], &blocks[k][1]], gradients, &max_taps, u128::MAX, [r, g, b, a]);
             black_box(&out);
         });
-        println!("{:8} {:>4} {what:22} {:7.1} ns a lane", class.name(), std::any::type_name::<R>(), ns / LANES as f64);
+        println!("{:8} {:>4} {filter:22} {:7.1} ns a lane", class.name(), std::any::type_name::<R>(), ns / LANES as f64);
     }
 }
 
@@ -89,10 +89,10 @@ fn kernels_of_one_batch() {
             let mut out = [0.0_f32; LANES];
             let lanes = |from: f32| std::array::from_fn::<f32, LANES, _>(|k| from + k as f32 / 128.0);
             let operands = [lanes(0.01), lanes(0.4), lanes(0.2)].concat();
-            let places = [0, LANES as u32, 2 * LANES as u32];
+            let offsets = [0, LANES as u32, 2 * LANES as u32];
             // SAFETY: the class is available and every operand has LANES lanes.
             let ns = best_of(1000, |_| unsafe {
-                run(&mut out, operands.as_ptr(), places.as_ptr());
+                run(&mut out, operands.as_ptr(), offsets.as_ptr());
                 black_box(&out);
             });
             println!("{:8} {op:?}: {:6.2} ns a lane", class.name(), ns / LANES as f64);

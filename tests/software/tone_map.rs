@@ -22,10 +22,10 @@ struct Picture([[f32; LANES]; 3]);
 
 impl TextureUnit<f32> for Picture {
     fn sample_gradients(&self, _: usize, _: &[f32], _: &[f32], _: Gradients<'_, f32>, _: LaneMask, _: [&mut [f32]; 4]) {
-        unreachable!("the tone map loads");
+        unreachable!("the tone map only loads texels");
     }
     fn sample_level(&self, _: usize, _: &[f32], _: &[f32], _: &[f32], _: LaneMask, _: [&mut [f32]; 4]) {
-        unreachable!("the tone map loads");
+        unreachable!("the tone map only loads texels");
     }
     fn load(&self, _: usize, _: &[f32], _: &[f32], _: &[f32], _: LaneMask, out: [&mut [f32]; 4]) {
         let [r, g, b, a] = out;
@@ -43,7 +43,7 @@ impl TextureUnit<f32> for Picture {
 }
 
 /// Runs one batch: pixels along a row of 128, `radiance` per lane.
-fn mapped(program: &Program, class: KernelClass, radiance: [[f32; LANES]; 3], row: u32, exposure: f32) -> [[f32; LANES]; 4] {
+fn run_batch(program: &Program, class: KernelClass, radiance: [[f32; LANES]; 3], row: u32, exposure: f32) -> [[f32; LANES]; 4] {
     let uniform_bytes: Vec<u8> = [exposure, 0.8].iter().flat_map(|v| v.to_le_bytes()).collect();
     let mut executor = Executor::<f32>::with_class(program, class).expect("binds");
     for (k, input) in program.inputs.iter().enumerate() {
@@ -82,13 +82,13 @@ fn colours(batch: usize) -> [[f32; LANES]; 3] {
 }
 
 /// The greatest difference from the formula with this exponent.
-fn worst(class: KernelClass, exponent: f64) -> f64 {
+fn greatest_error(class: KernelClass, exponent: f64) -> f64 {
     let program = program();
     let exposure = 0.75;
     let mut worst = 0.0_f64;
     for batch in 0..200 {
         let radiance = colours(batch);
-        let out = mapped(&program, class, radiance, 3, exposure);
+        let out = run_batch(&program, class, radiance, 3, exposure);
         for i in 0..LANES {
             let exact = formula([0, 1, 2].map(|c| f64::from(radiance[c][i] * exposure)), exponent);
             for c in 0..3 {
@@ -103,19 +103,19 @@ fn worst(class: KernelClass, exponent: f64) -> f64 {
 #[test]
 fn the_tone_map_agrees_with_its_formula() {
     for class in KernelClass::available() {
-        let error = worst(class, 1.0 / 2.4);
+        let error = greatest_error(class, 1.0 / 2.4);
         println!("{}: {error:.2e}", class.name());
         assert!(error < TOLERANCE, "{}: {error}", class.name());
     }
-    assert!(worst(KernelClass::Portable, 1.0 / 2.4 + 1e-5) > TOLERANCE, "the measure must detect a wrong exponent");
+    assert!(greatest_error(KernelClass::Portable, 1.0 / 2.4 + 1e-5) > TOLERANCE, "the measure must detect a wrong exponent");
 }
 
 #[test]
 fn black_negative_and_infinite_light_stay_in_range() {
     let program = program();
-    let of = |v: f32| mapped(&program, KernelClass::detect(), [[v; LANES]; 3], 0, 1.0)[0][0];
-    assert_eq!((of(0.0), of(-1.0)), (0.0, 0.0));
+    let tone_mapped = |v: f32| run_batch(&program, KernelClass::detect(), [[v; LANES]; 3], 0, 1.0)[0][0];
+    assert_eq!((tone_mapped(0.0), tone_mapped(-1.0)), (0.0, 0.0));
     for v in [1e6, 1e30, f32::INFINITY] {
-        assert!((of(v) - 1.0).abs() < 1e-6, "{v}: {}", of(v));
+        assert!((tone_mapped(v) - 1.0).abs() < 1e-6, "{v}: {}", tone_mapped(v));
     }
 }

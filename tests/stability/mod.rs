@@ -23,14 +23,14 @@ fn swept(session: &Session, name: &str, faults: Faults) -> SweepReport {
 }
 
 /// A session with edited fragments: file, old text, new text.
-fn edited(changes: &[(&str, &str, &str)]) -> Session {
+fn session_with_edits(changes: &[(&str, &str, &str)]) -> Session {
     let cache = std::env::temp_dir().join(format!("orrery-stability-{}", std::process::id()));
     let session = Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |_| {}).expect("opens");
     let mut files: BTreeMap<String, String> = BTreeMap::new();
     for (path, from, to) in changes {
         let built_in = || Fragments::default().text(path).expect("a fragment").to_owned();
         let text = files.entry((*path).to_owned()).or_insert_with(built_in);
-        assert!(text.contains(from), "{path} has no longer `{from}`");
+        assert!(text.contains(from), "{path} no longer contains `{from}`");
         *text = text.replace(from, to);
     }
     session.set_fragments(Fragments::with_files(files));
@@ -43,7 +43,7 @@ fn edited(changes: &[(&str, &str, &str)]) -> Session {
 fn shadows_are_stable_and_a_missing_clamp_in_an_umbra_is_detected() {
     assert!(!swept(&SESSION, "shadows", Faults::default()).has_failed());
     let obscuration = "lib/eclipse/obscuration.wesl";
-    let unclamped = edited(&[
+    let unclamped = session_with_edits(&[
         ("lib/eclipse/disc_overlap.wesl", "    if overhang <= 0.0 {\n        return WHOLE_SUN;\n    }\n", ""),
         (obscuration, "let over_centre = round && circle.x >= 1.0 && circle.y < circle.x;", "let over_centre = false;"),
         (obscuration, "o.left = max(WHOLE_SUN - o.hidden, vec3f(0.0));", "o.left = WHOLE_SUN - o.hidden;"),
@@ -58,7 +58,7 @@ fn shadows_are_stable_and_a_missing_clamp_in_an_umbra_is_detected() {
 
 #[test]
 fn an_angle_from_the_arc_cosine_of_a_dot_product_is_detected() {
-    let by_cosine = edited(&[(
+    let by_cosine = session_with_edits(&[(
         "lib/eclipse/occluders.wesl",
         "    s.semi = select(shape.zw * scale",
         "    let towards = normalize(vec3f(s.centre / draw.eclipse_across[0].w, 1.0));
@@ -88,30 +88,30 @@ fn missing_light_time_is_detected() {
 
 #[test]
 fn clouds_with_depth_conflicts_are_detected() {
-    fn by_depth(plan: &mut Plan) {
+    fn write_depth(plan: &mut Plan) {
         for draw in plan.passes.iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.label.ends_with("clouds")) {
             draw.depth = DepthState { test: true, write: true };
         }
     }
     assert!(!swept(&SESSION, "depth", Faults::default()).has_failed());
-    assert!(swept(&SESSION, "depth", Faults { plan: Some(by_depth), ..Faults::default() }).has_failed());
+    assert!(swept(&SESSION, "depth", Faults { plan: Some(write_depth), ..Faults::default() }).has_failed());
 }
 
 #[test]
 fn a_feature_that_is_chosen_too_late_is_detected() {
     assert!(!swept(&SESSION, "needs-linear", Faults::default()).has_failed());
     // A floor of half the light instead of a thousandth.
-    let late = Purpose::Linear { floor: 0.5 };
-    assert!(swept(&SESSION, "needs-linear", Faults { purpose: Some(late), ..Faults::default() }).has_failed());
+    let coarse = Purpose::Linear { floor: 0.5 };
+    assert!(swept(&SESSION, "needs-linear", Faults { purpose: Some(coarse), ..Faults::default() }).has_failed());
 }
 
-/// The sweeps without a fault injection of their own: the same cases as `orrery stability --short`.
+/// The sweeps that no test above covers: the cases of `orrery stability --short`.
 #[test]
 fn every_other_sweep_keeps_its_bound() {
-    let elsewhere = ["shadows", "umbra-exposure", "light-time", "depth", "needs-linear"];
+    let tested_above = ["shadows", "umbra-exposure", "light-time", "depth", "needs-linear"];
     let failed: Vec<String> = SWEEPS
         .iter()
-        .filter(|s| !elsewhere.contains(&s.name))
+        .filter(|s| !tested_above.contains(&s.name))
         .map(|s| swept(&SESSION, s.name, Faults::default()))
         .filter(SweepReport::has_failed)
         .map(|r| format!("{}: {:e} of {:e} at {}: {}", r.name, r.found.worst, r.bound, r.found.location, r.found.cause))

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 pub enum Profile {
     Exponential {
-        height: f64,
+        scale_height: f64,
     },
     /// Heights of the lower end, the centre and the upper end; linear in between.
     Triangle {
@@ -38,17 +38,18 @@ pub struct Air {
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
     pub camera: DVec3,
-    pub along: DVec3,
+    pub direction: DVec3,
+    /// Direction of the Sun.
     pub sun: DVec3,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
+pub struct RayResult {
     pub radiance: DVec3,
     pub transmittance: DVec3,
     pub hits_ground: bool,
     /// Whether the ray meets the atmosphere.
-    pub in_air: bool,
+    pub meets_air: bool,
 }
 
 /// 12-point Gauss-Legendre: positive nodes and weights (Abramowitz & Stegun 25.4).
@@ -72,7 +73,7 @@ const KRONROD: [(f64, f64, f64); 8] = [
     (0.0, 0.209_482_141_084_727_83, 0.417_959_183_673_469_4),
 ];
 
-/// Relative tolerance of the entire integral, estimated by the difference of the two rules, which is far larger than the true error.
+/// Relative tolerance of the entire integral. The error is estimated by the difference of the two rules, which is far larger than the error of Kronrod's.
 const RELATIVE_TOLERANCE: f64 = 1e-9;
 const MAX_INTERVALS: usize = 600;
 
@@ -92,7 +93,7 @@ fn exp(v: DVec3) -> DVec3 {
 impl Profile {
     fn density(&self, height: f64) -> f64 {
         match self {
-            Self::Exponential { height: scale } => (-height / scale).exp(),
+            Self::Exponential { scale_height } => (-height / scale_height).exp(),
             Self::Triangle { knots: [bottom, middle, top] } => {
                 ((height - bottom) / (middle - bottom)).min((top - height) / (top - middle)).max(0.0)
             }
@@ -105,15 +106,15 @@ impl Profile {
             return 0.0;
         }
         match self {
-            Self::Exponential { height: scale } => {
+            Self::Exponential { scale_height } => {
                 let (first, last) = (height_of(perigee_excess + from * from), height_of(perigee_excess + to * to));
                 let (mut sum, mut start, mut height) = (0.0, from, first);
-                // Beyond forty scale heights the density is zero in f64.
-                while start < to && height < first + 40.0 * scale {
-                    height += 2.5 * scale;
+                // Beyond forty scale heights the density no longer changes the sum in f64.
+                while start < to && height < first + 40.0 * scale_height {
+                    height += 2.5 * scale_height;
                     let end = if height < last { (radius_sq_minus_1(height) - perigee_excess).max(0.0).sqrt().min(to) } else { to };
                     let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
-                    let density_at = |s: f64| (-height_of(perigee_excess + s * s) / scale).exp();
+                    let density_at = |s: f64| (-height_of(perigee_excess + s * s) / scale_height).exp();
                     sum +=
                         half * GAUSS.iter().map(|(x, w)| w * (density_at(middle - half * x) + density_at(middle + half * x))).sum::<f64>();
                     start = end;
@@ -142,22 +143,22 @@ impl Profile {
 }
 
 impl Air {
-    fn depth(&self, perigee_excess: f64, from: f64, to: f64) -> DVec3 {
-        let summed =
+    fn optical_depth(&self, perigee_excess: f64, from: f64, to: f64) -> DVec3 {
+        let column_depth =
             |from: f64, to: f64| self.species.iter().map(|s| s.extinction * s.profile.column(perigee_excess, from, to)).sum::<DVec3>();
         if from >= 0.0 {
-            summed(from, to)
+            column_depth(from, to)
         } else if to <= 0.0 {
-            summed(-to, -from)
+            column_depth(-to, -from)
         } else {
-            summed(0.0, -from) + summed(0.0, to)
+            column_depth(0.0, -from) + column_depth(0.0, to)
         }
     }
 
     /// Optical depth towards the Sun from a point with this |p|^2 - 1; `rise`: dot(p, sun).
     fn depth_to_sun(&self, excess: f64, rise: f64) -> DVec3 {
         let perigee_excess = excess - rise * rise;
-        self.depth(perigee_excess, rise, (radius_sq_minus_1(self.top) - perigee_excess).max(0.0).sqrt())
+        self.optical_depth(perigee_excess, rise, (radius_sq_minus_1(self.top) - perigee_excess).max(0.0).sqrt())
     }
 
     fn scattered(&self, height: f64, cosine: f64) -> DVec3 {
@@ -169,60 +170,63 @@ impl Air {
         self.species.iter().map(|s| s.scattering * (s.profile.density(height) * phase(&s.phase))).sum()
     }
 
-    pub fn seen(&self, ray: &Ray) -> Seen {
-        let (along, sun) = (ray.along.normalize(), ray.sun.normalize());
-        let camera = ray.camera.dot(along);
-        let perigee = ray.camera - along * camera;
+    pub fn evaluate(&self, ray: &Ray) -> RayResult {
+        let (direction, sun) = (ray.direction.normalize(), ray.sun.normalize());
+        // Distances along the ray count from its perigee.
+        let camera_s = ray.camera.dot(direction);
+        let perigee = ray.camera - direction * camera_s;
         let camera_excess = (ray.camera.length() - 1.0) * (ray.camera.length() + 1.0);
-        let perigee_excess = camera_excess - camera * camera;
+        let perigee_excess = camera_excess - camera_s * camera_s;
         let top = radius_sq_minus_1(self.top);
         let exit_distance = (top - perigee_excess).max(0.0).sqrt();
-        let hits_ground = perigee_excess < 0.0 && camera < 0.0;
-        let from = camera.max(-exit_distance);
+        let hits_ground = perigee_excess < 0.0 && camera_s < 0.0;
+        let from = camera_s.max(-exit_distance);
         let to = if hits_ground { -(-perigee_excess).sqrt() } else { exit_distance };
         if perigee_excess >= top || to <= from {
-            return Seen { radiance: DVec3::ZERO, transmittance: DVec3::ONE, hits_ground, in_air: false };
+            return RayResult { radiance: DVec3::ZERO, transmittance: DVec3::ONE, hits_ground, meets_air: false };
         }
-        let (a, b) = (perigee.dot(sun), along.dot(sun));
-        let mut cuts = vec![from, to, 0.0, -a / b];
+        // The dot product of a point and the Sun's direction is perigee_rise + sun_cosine * s.
+        let (perigee_rise, sun_cosine) = (perigee.dot(sun), direction.dot(sun));
+        let mut cuts = vec![from, to, 0.0, -perigee_rise / sun_cosine];
         for species in &self.species {
             match species.profile {
                 Profile::Triangle { knots } => {
                     for knot in knots.map(radius_sq_minus_1) {
                         cuts.extend([(knot - perigee_excess).sqrt(), -(knot - perigee_excess).sqrt()]);
-                        cuts.extend(tangents(perigee_excess - knot, a, b));
+                        cuts.extend(tangents(perigee_excess - knot, perigee_rise, sun_cosine));
                     }
                 }
                 // The integrand does not jump here, but a narrow peak must not be missed.
-                Profile::Exponential { height } => {
-                    for k in [1.0, 3.0, 6.0, 12.0, 20.0] {
-                        let at = (radius_sq_minus_1(k * height) - perigee_excess).sqrt();
-                        cuts.extend([at, -at]);
+                Profile::Exponential { scale_height } => {
+                    for scale_heights in [1.0, 3.0, 6.0, 12.0, 20.0] {
+                        let distance = (radius_sq_minus_1(scale_heights * scale_height) - perigee_excess).sqrt();
+                        cuts.extend([distance, -distance]);
                     }
                 }
             }
         }
-        cuts.extend(tangents(perigee_excess, a, b));
+        cuts.extend(tangents(perigee_excess, perigee_rise, sun_cosine));
         cuts.retain(|s| s.is_finite() && *s >= from && *s <= to);
         cuts.sort_by(f64::total_cmp);
-        let light = |s: f64| {
-            let (excess, rise) = (perigee_excess + s * s, a + b * s);
+        let in_scattering = |s: f64| {
+            let (excess, rise) = (perigee_excess + s * s, perigee_rise + sun_cosine * s);
             if rise < 0.0 && excess - rise * rise < 0.0 {
                 return DVec3::ZERO;
             }
-            let depth = self.depth(perigee_excess, from, s) + self.depth_to_sun(excess, rise);
-            self.scattered(height_of(excess), b) * exp(-depth)
+            let depth = self.optical_depth(perigee_excess, from, s) + self.depth_to_sun(excess, rise);
+            self.scattered(height_of(excess), sun_cosine) * exp(-depth)
         };
-        let radiance = adaptive(&cuts, light);
-        Seen { radiance, transmittance: exp(-self.depth(perigee_excess, from, to)), hits_ground, in_air: true }
+        let radiance = integrate_adaptively(&cuts, in_scattering);
+        RayResult { radiance, transmittance: exp(-self.optical_depth(perigee_excess, from, to)), hits_ground, meets_air: true }
     }
 }
 
-/// Roots of perigee_excess + s^2 - (a + b s)^2.
-fn tangents(perigee_excess: f64, a: f64, b: f64) -> [f64; 2] {
-    let (square, half) = (1.0 - b * b, -a * b);
-    let root = (half * half - square * (perigee_excess - a * a)).sqrt();
-    [(-half - root) / square, (-half + root) / square]
+/// Distances s from the ray's perigee at which sunlight grazes a shell: roots of perigee_excess + s^2 - (perigee_rise + sun_cosine s)^2.
+/// `perigee_excess`: |p|^2 - r^2 of the perigee for a shell of radius r.
+fn tangents(perigee_excess: f64, perigee_rise: f64, sun_cosine: f64) -> [f64; 2] {
+    let (quadratic, half_linear) = (1.0 - sun_cosine * sun_cosine, -perigee_rise * sun_cosine);
+    let root = (half_linear * half_linear - quadratic * (perigee_excess - perigee_rise * perigee_rise)).sqrt();
+    [(-half_linear - root) / quadratic, (-half_linear + root) / quadratic]
 }
 
 struct Interval {
@@ -244,7 +248,7 @@ fn integrate_interval(from: f64, to: f64, f: &impl Fn(f64) -> DVec3) -> Interval
 }
 
 /// Bisects the interval with the largest difference until the sum of the differences is small in each channel.
-fn adaptive(cuts: &[f64], f: impl Fn(f64) -> DVec3) -> DVec3 {
+fn integrate_adaptively(cuts: &[f64], f: impl Fn(f64) -> DVec3) -> DVec3 {
     let mut intervals: Vec<Interval> = cuts.windows(2).filter(|w| w[1] > w[0]).map(|w| integrate_interval(w[0], w[1], &f)).collect();
     while intervals.len() < MAX_INTERVALS {
         let sum: DVec3 = intervals.iter().map(|p| p.sum).sum();

@@ -17,14 +17,14 @@ use orrery::shader::emit::emit_module;
 use orrery::shader::{Layout, ModuleId};
 use std::sync::Arc;
 
-/// The inputs of a query: `p` and `q` of the expression.
+/// The values of `p` and `q` in the expression.
 pub type EvalInput = [f64; 8];
 
 pub struct Emitted {
     program: Program,
     layout: Layout,
     /// Whether the module draws a body. Other modules have uniforms of their own, which are filled with zeros here.
-    draws_a_body: bool,
+    is_planet_module: bool,
 }
 
 impl Emitted {
@@ -41,22 +41,22 @@ impl Emitted {
             format!("@fragment fn formula_main(@location(0) p: vec4f, @location(1) q: vec4f) -> @location(0) vec4f {{ return {value}; }}");
         let parsed = naga::front::wgsl::parse_str(&format!("{text}\n{entry}\n")).unwrap_or_else(|e| panic!("{module}: {e}"));
         let info = orrery::shader::module::validate(&parsed).expect("valid");
-        let draws_a_body = matches!(id, ModuleId::Planet(_));
+        let is_planet_module = matches!(id, ModuleId::Planet(_));
         Self {
-            draws_a_body,
+            is_planet_module,
             program: lower(&parsed, &info, "formula_main").expect("lowers"),
             layout: Layout::of(&parsed).expect("a layout"),
         }
     }
 
     /// Results with the given uniforms. `texture`: bound at every texture binding, read by texel.
-    pub fn ask(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, questions: &[EvalInput]) -> Vec<[f64; 4]> {
-        self.ask_in::<f64>(uniforms, texture, questions)
+    pub fn evaluate(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, inputs: &[EvalInput]) -> Vec<[f64; 4]> {
+        self.evaluate_in::<f64>(uniforms, texture, inputs)
     }
 
     /// The same in f32, as for frames, or in f64, as for references.
-    pub fn ask_in<R: Real>(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, questions: &[EvalInput]) -> Vec<[f64; 4]> {
-        let uniform_bytes = match self.draws_a_body {
+    pub fn evaluate_in<R: Real>(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, inputs: &[EvalInput]) -> Vec<[f64; 4]> {
+        let uniform_bytes = match self.is_planet_module {
             true => uniforms_of(&self.layout, uniforms, 1).expect("uniforms"),
             false => vec![0; self.layout.uniform_size as usize],
         };
@@ -71,8 +71,8 @@ impl Emitted {
         let textures = Textures::new(bound.collect(), class);
         let prepared = self.program.prepare_for::<R>(&uniform_bytes, class);
         let mut executor = Executor::<R>::with_class(&self.program, class).expect("binds");
-        let mut answers = Vec::with_capacity(questions.len());
-        for chunk in questions.chunks(LANES) {
+        let mut results = Vec::with_capacity(inputs.len());
+        for chunk in inputs.chunks(LANES) {
             for (k, input) in self.program.inputs.iter().enumerate() {
                 let LaneInput::Location { index, component, .. } = *input else { panic!("{input:?}") };
                 for (lane, v) in executor.input_mut(k).iter_mut().enumerate() {
@@ -80,8 +80,8 @@ impl Emitted {
                 }
             }
             executor.run(&prepared, LaneMask::MAX, &textures);
-            answers.extend((0..chunk.len()).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].f64())));
+            results.extend((0..chunk.len()).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].f64())));
         }
-        answers
+        results
     }
 }

@@ -13,9 +13,9 @@ pub fn or_skipped<T>(opened: Result<T, impl std::fmt::Display>) -> Option<T> {
     let required = std::env::var("ORRERY_REQUIRE_GPU").ok();
     match opened {
         Ok(opened) => Some(opened),
-        Err(why) if is_required(required.as_deref()) => panic!("ORRERY_REQUIRE_GPU is set, and no GPU draws this: {why}"),
-        Err(why) => {
-            println!("skipped: {why}");
+        Err(error) if is_required(required.as_deref()) => panic!("ORRERY_REQUIRE_GPU is set, and no GPU draws this: {error}"),
+        Err(error) => {
+            println!("skipped: {error}");
             None
         }
     }

@@ -14,7 +14,7 @@ pub type PerLane<R> = dyn Fn(&[R]) -> Option<Vec<R>> + Sync;
 /// The same over a 2x2 quad, for derivatives.
 pub type PerQuad<R> = dyn Fn(&[Vec<R>; 4]) -> [Vec<R>; 4] + Sync;
 
-pub enum Body<'a, R> {
+pub enum LaneFunction<'a, R> {
     Lane(&'a PerLane<R>),
     Quad(&'a PerQuad<R>),
 }
@@ -23,7 +23,7 @@ pub struct HandShader<'a, R> {
     pub inputs: Vec<LaneInput>,
     pub outputs: Vec<LaneOutput>,
     pub discards: bool,
-    pub body: Body<'a, R>,
+    pub function: LaneFunction<'a, R>,
 }
 
 struct HandRun<'a, R> {
@@ -55,8 +55,8 @@ impl<R: Real> LaneRun<R> for HandRun<'_, R> {
     fn run(&mut self, mut active: u128) -> u128 {
         let gather = |lane: usize| self.inputs.iter().map(|i| i[lane]).collect::<Vec<_>>();
         for quad in 0..LANES / 4 {
-            match self.shader.body {
-                Body::Lane(f) => {
+            match self.shader.function {
+                LaneFunction::Lane(f) => {
                     for lane in quad * 4..quad * 4 + 4 {
                         match f(&gather(lane)) {
                             Some(values) => values.into_iter().enumerate().for_each(|(k, v)| self.outputs[k][lane] = v),
@@ -64,7 +64,7 @@ impl<R: Real> LaneRun<R> for HandRun<'_, R> {
                         }
                     }
                 }
-                Body::Quad(f) => {
+                LaneFunction::Quad(f) => {
                     let quads = f(&std::array::from_fn(|c| gather(quad * 4 + c)));
                     for (c, values) in quads.into_iter().enumerate() {
                         values.into_iter().enumerate().for_each(|(k, v)| self.outputs[k][quad * 4 + c] = v);
@@ -93,12 +93,12 @@ pub fn pass_through<R: Real>(scalars: u32) -> HandShader<'static, R> {
     inputs.extend((0..scalars).map(|c| location(1, c)));
     let mut outputs: Vec<_> = (0..4).map(|component| LaneOutput::Position { component }).collect();
     outputs.extend((0..scalars).map(|component| LaneOutput::Location { index: 0, component, flat: false }));
-    HandShader { inputs, outputs, discards: false, body: Body::Lane(&|v| Some(v.to_vec())) }
+    HandShader { inputs, outputs, discards: false, function: LaneFunction::Lane(&|v| Some(v.to_vec())) }
 }
 
 /// A fragment shader with the given inputs.
 pub fn fragment<'a, R: Real>(inputs: Vec<LaneInput>, f: &'a PerLane<R>) -> HandShader<'a, R> {
-    HandShader { inputs, outputs: colour_outputs(), discards: false, body: Body::Lane(f) }
+    HandShader { inputs, outputs: colour_outputs(), discards: false, function: LaneFunction::Lane(f) }
 }
 
 /// Triangles from clip space positions, each vertex with its varyings.
@@ -128,7 +128,7 @@ pub fn draw(vertices: Vertices, blend: Blend) -> PlanDraw {
 }
 
 pub fn pass(width: u32, height: u32, samples: u8, draws: Vec<PlanDraw>) -> Pass {
-    Pass { name: "test", width, height, format: ColourFormat::Rgba32Float, samples, clear: [0.0; 4], depth: true, draws }
+    Pass { name: "test", width, height, format: ColourFormat::Hdr, samples, clear: [0.0; 4], depth: true, draws }
 }
 
 /// Renders a pass with the stages of its draws in order.

@@ -15,12 +15,12 @@ const ECLIPSE_DAY: &str = "2024-04-08T18:17:16Z";
 struct View {
     name: &'static str,
     target: i32,
-    at: At,
+    at: CameraPlace,
     time: &'static str,
 }
 
 /// Position of the camera.
-enum At {
+enum CameraPlace {
     /// On the lit side, at the distance at which the body fills most of the picture.
     Fitted,
     /// On the lit side, at this distance.
@@ -29,32 +29,32 @@ enum At {
     EarthDeg(f64),
 }
 
-const fn view(name: &'static str, target: i32, at: At, time: &'static str) -> View {
+const fn view(name: &'static str, target: i32, at: CameraPlace, time: &'static str) -> View {
     View { name, target, at, time }
 }
 
 const VIEWS: [View; 11] = [
-    view("earth", 399, At::Fitted, ECLIPSE_DAY),
-    view("moon", 301, At::EarthDeg(0.7), "2024-04-16T01:00:00Z"),
-    view("mars", 499, At::Radii(3.0), ECLIPSE_DAY),
-    view("jupiter", 599, At::Fitted, ECLIPSE_DAY),
-    view("jupiter-moons", 599, At::Radii(60.0), "2024-12-07T20:00:00Z"),
-    view("saturn", 699, At::Fitted, "2017-05-17T00:00:00Z"),
-    view("neptune", 899, At::Fitted, ECLIPSE_DAY),
-    view("io", 501, At::Fitted, ECLIPSE_DAY),
-    view("sun", 10, At::Fitted, ECLIPSE_DAY),
-    view("pluto", 999, At::Fitted, ECLIPSE_DAY),
+    view("earth", 399, CameraPlace::Fitted, ECLIPSE_DAY),
+    view("moon", 301, CameraPlace::EarthDeg(0.7), "2024-04-16T01:00:00Z"),
+    view("mars", 499, CameraPlace::Radii(3.0), ECLIPSE_DAY),
+    view("jupiter", 599, CameraPlace::Fitted, ECLIPSE_DAY),
+    view("jupiter-moons", 599, CameraPlace::Radii(60.0), "2024-12-07T20:00:00Z"),
+    view("saturn", 699, CameraPlace::Fitted, "2017-05-17T00:00:00Z"),
+    view("neptune", 899, CameraPlace::Fitted, ECLIPSE_DAY),
+    view("io", 501, CameraPlace::Fitted, ECLIPSE_DAY),
+    view("sun", 10, CameraPlace::Fitted, ECLIPSE_DAY),
+    view("pluto", 999, CameraPlace::Fitted, ECLIPSE_DAY),
     // Jupiter is half a pixel wide and drawn as a point, with its moons beside it.
-    view("jupiter-a-point", 599, At::EarthDeg(5.0), "2024-12-07T20:00:00Z"),
+    view("jupiter-a-point", 599, CameraPlace::EarthDeg(5.0), "2024-12-07T20:00:00Z"),
 ];
 
 /// The views by name.
 pub fn views() -> Vec<(&'static str, ViewRequest)> {
     let request = |v: View| {
         let (position, fov_deg) = match v.at {
-            At::Fitted => (Position::Over { towards: None, distance_radii: None }, None),
-            At::Radii(radii) => (Position::Over { towards: None, distance_radii: Some(radii) }, None),
-            At::EarthDeg(fov_deg) => (Position::Centre(NaifId::EARTH), Some(fov_deg)),
+            CameraPlace::Fitted => (Position::Over { towards: None, distance_radii: None }, None),
+            CameraPlace::Radii(radii) => (Position::Over { towards: None, distance_radii: Some(radii) }, None),
+            CameraPlace::EarthDeg(fov_deg) => (Position::Centre(NaifId::EARTH), Some(fov_deg)),
         };
         let base = ViewRequest::of(NaifId(v.target), Instant::parse(v.time).expect("a time"));
         (v.name, ViewRequest { position, fov_deg, width: SIDE, height: SIDE, ..base })
@@ -73,13 +73,13 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
     };
     // Views from close to the ground, where the second form of the intersection is used, and views of stars.
     let standard = standard_scenes(SIDE, SIDE).into_iter().filter(|s| ["moon-limb", "night-sky", "belt"].contains(&s.name));
-    let drawn_at_once = VIEWS.into_iter().map(request).chain([("milky-way", milky_way)]).chain(standard.map(|s| (s.name, s.request)));
-    drawn_at_once.chain(composed_views()).chain(small_bodies_and_orbits()).collect()
+    let single_pictures = VIEWS.into_iter().map(request).chain([("milky-way", milky_way)]).chain(standard.map(|s| (s.name, s.request)));
+    single_pictures.chain(composed_views()).chain(small_bodies_and_orbits()).collect()
 }
 
 /// Composed pictures.
 fn composed_views() -> Vec<(&'static str, ViewRequest)> {
-    let of = |target: i32, time: &str, composition: Composition| ViewRequest {
+    let view_of = |target: i32, time: &str, composition: Composition| ViewRequest {
         composition,
         width: SIDE,
         height: SIDE,
@@ -87,7 +87,7 @@ fn composed_views() -> Vec<(&'static str, ViewRequest)> {
     };
     let stereo = |layout| Composition { stereo: Some(Stereo { layout, eye_separation_km: None }), ..Composition::default() };
     let sphere = |projection| Composition { projection, ..Composition::default() };
-    let saturn = |layout| of(699, "2017-05-17T00:00:00Z", stereo(layout));
+    let saturn = |layout| view_of(699, "2017-05-17T00:00:00Z", stereo(layout));
     let screen: String = (0..12)
         .map(|k| {
             let (u, v) = (f64::from(k % 4) / 3.0, f64::from(k / 4) / 2.0);
@@ -103,12 +103,12 @@ fn composed_views() -> Vec<(&'static str, ViewRequest)> {
         ("saturn-anaglyph", saturn(StereoLayout::Anaglyph)),
         ("saturn-side-by-side", saturn(StereoLayout::SideBySide)),
         ("saturn-interlaced", saturn(StereoLayout::Interlaced)),
-        ("dome-dusk", ViewRequest { position: ground, up: Up::Zenith, ..of(10, "2024-04-09T00:20:00Z", dome) }),
+        ("dome-dusk", ViewRequest { position: ground, up: Up::Zenith, ..view_of(10, "2024-04-09T00:20:00Z", dome) }),
         (
             "mars-equirectangular",
-            ViewRequest { position: near_mars, height: SIDE / 2, ..of(499, ECLIPSE_DAY, sphere(Projection::Equirectangular)) },
+            ViewRequest { position: near_mars, height: SIDE / 2, ..view_of(499, ECLIPSE_DAY, sphere(Projection::Equirectangular)) },
         ),
-        ("earth-warped", of(399, ECLIPSE_DAY, Composition { warp: Some(Arc::new(mesh)), ..Composition::default() })),
+        ("earth-warped", view_of(399, ECLIPSE_DAY, Composition { warp: Some(Arc::new(mesh)), ..Composition::default() })),
     ]
 }
 

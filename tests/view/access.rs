@@ -19,14 +19,14 @@ fn saturn() -> Harness<'static, Interface> {
     harness
 }
 
-fn pressed(harness: &mut Harness<'static, Interface>, keys: &[Key]) {
+fn press_keys(harness: &mut Harness<'static, Interface>, keys: &[Key]) {
     for key in keys {
         harness.key_press(*key);
         harness.run_steps(2);
     }
 }
 
-fn later(harness: &mut Harness<'static, Interface>, seconds: f64) {
+fn advance_time(harness: &mut Harness<'static, Interface>, seconds: f64) {
     let next = harness.input_mut().time.unwrap_or(0.0) + seconds;
     harness.input_mut().time = Some(next);
     harness.run_steps(1);
@@ -44,20 +44,20 @@ fn a_screen_reader_is_told_what_the_window_shows() {
     // The announcement does not change every second.
     harness.state_mut().settings.panels.timeline_shown = true;
     harness.state_mut().viewer.time_rate.toggle_pause();
-    later(&mut harness, 0.1);
-    let day = |h: &Harness<'static, Interface>| {
+    advance_time(&mut harness, 0.1);
+    let timeline_day = |h: &Harness<'static, Interface>| {
         h.get_by_role_and_label(Role::Slider, "Timeline").accesskit_node().numeric_value().expect("a number")
     };
-    let (first, first_title) = (day(&harness), title(&harness));
+    let (first, first_title) = (timeline_day(&harness), title(&harness));
     let mut announced = std::collections::BTreeSet::new();
     for _ in 0..45 {
-        later(&mut harness, 2.0);
-        announced.insert(day(&harness).to_bits());
+        advance_time(&mut harness, 2.0);
+        announced.insert(timeline_day(&harness).to_bits());
         assert_eq!(title(&harness), first_title);
     }
     // Ninety seconds contain one end of a minute, or two.
     assert!((1..=3).contains(&announced.len()), "{} values in 90 seconds", announced.len());
-    assert!((day(&harness) - first).abs() * 86_400.0 <= 120.5);
+    assert!((timeline_day(&harness) - first).abs() * 86_400.0 <= 120.5);
 }
 
 #[test]
@@ -80,41 +80,41 @@ fn the_keyboard_stops_once_at_the_source_and_walks_its_lines() {
         at.split_whitespace().next().and_then(|number| number.parse::<usize>().ok())
     };
     assert_eq!(line(&harness), Some(1));
-    pressed(&mut harness, &[Key::ArrowDown, Key::ArrowDown, Key::ArrowUp]);
+    press_keys(&mut harness, &[Key::ArrowDown, Key::ArrowDown, Key::ArrowUp]);
     assert_eq!(line(&harness), Some(2));
-    pressed(&mut harness, &[Key::PageDown, Key::PageDown]);
+    press_keys(&mut harness, &[Key::PageDown, Key::PageDown]);
     assert_eq!(line(&harness), Some(42));
-    pressed(&mut harness, &[Key::End]);
+    press_keys(&mut harness, &[Key::End]);
     let last = line(&harness).expect("a line");
     assert!(last > 100, "{last} lines");
-    pressed(&mut harness, &[Key::ArrowDown]);
+    press_keys(&mut harness, &[Key::ArrowDown]);
     assert_eq!(line(&harness), Some(last));
-    pressed(&mut harness, &[Key::Home, Key::ArrowUp]);
+    press_keys(&mut harness, &[Key::Home, Key::ArrowUp]);
     assert_eq!(line(&harness), Some(1));
     // The view has not rotated and no other body is selected.
     assert_eq!(harness.state().viewer.selected, SATURN);
     assert!(harness.query_by_label_contains("Only lines for").is_none());
-    pressed(&mut harness, &[Key::Enter]);
+    press_keys(&mut harness, &[Key::Enter]);
     harness.get_by_label_contains("Only lines for");
 }
 
 #[test]
 fn pinching_moves_closer_and_keeps_the_field_of_view() {
     let mut harness = saturn();
-    let eye = |h: &Harness<'static, Interface>| match h.state().viewer.view.eye {
+    let distance_and_fov = |h: &Harness<'static, Interface>| match h.state().viewer.view.eye {
         CameraPose::Orbit { distance_radii, .. } => (distance_radii, h.state().viewer.view.fov_deg),
         other => panic!("{other:?}"),
     };
-    let before = eye(&harness);
+    let before = distance_and_fov(&harness);
     let sky = harness.get_by_label_contains("The sky:").rect().center();
     harness.hover_at(sky);
     harness.run_steps(1);
     harness.event(Event::Zoom(2.0));
     harness.run_steps(1);
-    let after = eye(&harness);
+    let after = distance_and_fov(&harness);
     assert_eq!(after.1, before.1, "the lens changed");
-    let halved = (after.0 - 1.0) / (before.0 - 1.0);
-    assert!((halved - 0.5).abs() < 1e-3, "the height became {halved} of what it was");
+    let height_ratio = (after.0 - 1.0) / (before.0 - 1.0);
+    assert!((height_ratio - 0.5).abs() < 1e-3, "the height became {height_ratio} of what it was");
 }
 
 #[test]
@@ -122,18 +122,18 @@ fn escape_drops_the_focus_and_keeps_the_window() {
     let mut harness = saturn();
     harness.get_by_role_and_label(Role::TextInput, "Search").focus();
     harness.run_steps(2);
-    pressed(&mut harness, &[Key::Escape]);
+    press_keys(&mut harness, &[Key::Escape]);
     assert!(!harness.state().quit_requested, "Escape in a field ended the program");
     harness.get_by_role_and_label(Role::ComboBox, "View from").click();
     harness.run_steps(2);
     harness.get_by_label("Centre of Mars");
-    pressed(&mut harness, &[Key::Escape]);
+    press_keys(&mut harness, &[Key::Escape]);
     assert!(harness.query_by_label("Centre of Mars").is_none() && !harness.state().quit_requested, "Escape closes a list and no more");
     harness.state_mut().help_shown = true;
     harness.run_steps(2);
-    pressed(&mut harness, &[Key::Escape]);
+    press_keys(&mut harness, &[Key::Escape]);
     assert!(!harness.state().help_shown && !harness.state().quit_requested);
-    pressed(&mut harness, &[Key::Escape]);
+    press_keys(&mut harness, &[Key::Escape]);
     assert!(!harness.state().quit_requested);
 }
 
@@ -141,29 +141,29 @@ fn escape_drops_the_focus_and_keeps_the_window() {
 fn keys_change_the_size_of_text() {
     let mut harness = saturn();
     let zoom = |h: &Harness<'static, Interface>| h.state().settings.zoom;
-    for (key, to) in [(Key::Plus, 1.1), (Key::Equals, 1.2), (Key::Minus, 1.1), (Key::Num0, 1.0)] {
+    for (key, expected) in [(Key::Plus, 1.1), (Key::Equals, 1.2), (Key::Minus, 1.1), (Key::Num0, 1.0)] {
         harness.key_press_modifiers(Modifiers::COMMAND, key);
         harness.run_steps(2);
-        assert!((zoom(&harness) - to).abs() < 1e-5, "{key:?}: {}", zoom(&harness));
-        assert!((harness.ctx.zoom_factor() - to).abs() < 1e-3, "{key:?}: egui has {}", harness.ctx.zoom_factor());
+        assert!((zoom(&harness) - expected).abs() < 1e-5, "{key:?}: {}", zoom(&harness));
+        assert!((harness.ctx.zoom_factor() - expected).abs() < 1e-3, "{key:?}: egui has {}", harness.ctx.zoom_factor());
     }
 }
 
 #[test]
 fn the_reason_why_a_link_was_not_opened_stays_until_closed() {
-    let mut shown = interface(SATURN, "2017-05-17T00:00:00Z");
-    shown.warning = Some("orrery://view?aim=3: unknown field `aim`".into());
-    let mut harness = harness_of(session(), shown);
+    let mut interface = interface(SATURN, "2017-05-17T00:00:00Z");
+    interface.warning = Some("orrery://view?aim=3: unknown field `aim`".into());
+    let mut harness = harness_of(session(), interface);
     settle(&mut harness);
     assert!(harness.state().drawing().is_some(), "the picture is drawn all the same");
     harness.get_by_label_contains("unknown field `aim`");
     // The button has the focus.
-    pressed(&mut harness, &[Key::Enter]);
+    press_keys(&mut harness, &[Key::Enter]);
     assert!(harness.query_by_label_contains("unknown field `aim`").is_none());
     assert!(harness.state().warning.is_none() && !harness.state().quit_requested);
     harness.state_mut().warning = Some("again".into());
     harness.run_steps(2);
-    pressed(&mut harness, &[Key::Escape]);
+    press_keys(&mut harness, &[Key::Escape]);
     assert!(harness.state().warning.is_none() && !harness.state().quit_requested);
 }
 
@@ -178,7 +178,7 @@ fn a_partial_link_opens_and_an_impossible_link_gives_a_reason() {
     assert_eq!(open("orrery://view?target=jupiter").expect("a view"), jupiter);
     let eclipse = open("orrery://view?time=2024-04-08T18:17:16Z").expect("a view");
     assert!(eclipse.target == NaifId::EARTH && eclipse.time().to_utc_iso().starts_with("2024-04-08T18:17:16"));
-    for (bad, names) in [
+    for (bad, message_part) in [
         ("orrery://view?target=424242", "424242"),
         ("orrery://view?eye.kind=centre&eye.body=424242&target=399", "424242"),
         ("orrery://view?eye.distance_radii=0.5", "inside Earth"),
@@ -189,7 +189,7 @@ fn a_partial_link_opens_and_an_impossible_link_gives_a_reason() {
         ("no link", ""),
     ] {
         let why = open(bad).expect_err(bad).to_string();
-        assert!(why.contains(names) && !why.is_empty() && !why.contains('\n'), "{bad}: {why}");
+        assert!(why.contains(message_part) && !why.is_empty() && !why.contains('\n'), "{bad}: {why}");
     }
 }
 
@@ -200,33 +200,33 @@ fn a_search_that_arrives_in_one_frame_is_searched() {
     let key = |key| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE };
     let typed = |text: &str| text.chars().map(|letter| Event::Text(letter.to_string())).collect::<Vec<_>>();
     let mut harness = saturn();
-    let at_once = |harness: &mut Harness<'static, Interface>, events: Vec<Event>| {
+    let send_in_one_frame = |harness: &mut Harness<'static, Interface>, events: Vec<Event>| {
         harness.input_mut().events.extend(events);
         harness.run_steps(8);
     };
-    at_once(&mut harness, [typed("/2009-08-11T00:15:00Z"), vec![key(Key::Enter)]].concat());
+    send_in_one_frame(&mut harness, [typed("/2009-08-11T00:15:00Z"), vec![key(Key::Enter)]].concat());
     assert!(harness.state().tab.is_none(), "a digit opened a tab");
     let time = harness.state().viewer.view.time();
     assert!(time.to_utc_iso().starts_with("2009-08-11T00:15:00"), "{}", time.to_utc_iso());
     for end in [vec![], vec![key(Key::Escape)], vec![key(Key::Enter), key(Key::Escape), key(Key::Escape)]] {
-        at_once(&mut harness, [typed("/nowhere q"), end].concat());
+        send_in_one_frame(&mut harness, [typed("/nowhere q"), end].concat());
         settle(&mut harness);
         assert_eq!(harness.state().viewer.view.time(), time, "a letter acted as a shortcut");
         assert!(!harness.state().quit_requested, "a searched q quits");
-        pressed(&mut harness, &[Key::Escape, Key::Escape]);
+        press_keys(&mut harness, &[Key::Escape, Key::Escape]);
     }
     // What is typed after Escape is a shortcut again.
-    at_once(&mut harness, [typed("/mars"), vec![key(Key::Escape)], typed("3")].concat());
+    send_in_one_frame(&mut harness, [typed("/mars"), vec![key(Key::Escape)], typed("3")].concat());
     assert_eq!(harness.state().tab, Some(Tab::ALL[2]));
 }
 
 /// Every button, switch, list, slider and field has a tooltip and an accessible description.
 #[test]
 fn every_control_has_a_tooltip() {
-    let mut shown = interface(NaifId(699), "2017-05-17T00:00:00Z");
-    shown.settings.panels.timeline_shown = true;
-    let mut harness = harness(shown);
-    let mut silent = std::collections::BTreeSet::new();
+    let mut interface = interface(NaifId(699), "2017-05-17T00:00:00Z");
+    interface.settings.panels.timeline_shown = true;
+    let mut harness = harness(interface);
+    let mut without_description = std::collections::BTreeSet::new();
     let mut count = 0;
     for tab in std::iter::once(None).chain(Tab::ALL.map(Some)) {
         harness.state_mut().tab = tab;
@@ -241,13 +241,13 @@ fn every_control_has_a_tooltip() {
                 }
                 count += 1;
                 if node.description().is_none_or(|d| d.is_empty()) {
-                    silent.insert(format!("{tab:?} {role:?} {}", node.label().unwrap_or_default()));
+                    without_description.insert(format!("{tab:?} {role:?} {}", node.label().unwrap_or_default()));
                 }
             }
         }
     }
     assert!(count > 300, "{count} controls");
-    assert!(silent.is_empty(), "{} of {count}: {silent:#?}", silent.len());
+    assert!(without_description.is_empty(), "{} of {count}: {without_description:#?}", without_description.len());
 }
 
 /// The open panel, its width and its side are restored at the next start.
@@ -258,8 +258,8 @@ fn panels_are_remembered() {
     harness.state_mut().settings.panels.on_left = true;
     settle(&mut harness);
     let heading = |h: &Harness<'static, Interface>| h.get_by_role_and_label(Role::CheckBox, "Solar eclipses").rect();
-    let usual = heading(&harness);
-    assert!(usual.left() < 400.0, "at the left: {usual}");
+    let heading_rect = heading(&harness);
+    assert!(heading_rect.left() < 400.0, "at the left: {heading_rect}");
     let text = serde_json::to_string(&harness.state().settings).expect("text");
     let mut settings: orrery::view::app::settings::Settings = serde_json::from_str(&text).expect("settings");
     assert_eq!(settings.panels.open.as_deref(), Some("Events"));
@@ -268,15 +268,15 @@ fn panels_are_remembered() {
     // Another window with these settings; wider, and with the list of bodies hidden.
     settings.panels.panel_width = Some(width + 80.0);
     settings.panels.bodies_shown = false;
-    let again = Interface::new(interface(NaifId(699), "2017-05-17T00:00:00Z").viewer, settings);
-    let mut again = crate::view::interface::harness(again);
-    settle(&mut again);
-    assert_eq!((again.state().tab, again.state().bodies_shown), (Some(Tab::Events), false));
-    assert!(heading(&again).left() < 40.0);
-    assert!((again.state().settings.panels.panel_width.expect("a width") - width - 80.0).abs() < 2.0);
+    let restored = Interface::new(interface(NaifId(699), "2017-05-17T00:00:00Z").viewer, settings);
+    let mut restored = crate::view::interface::harness(restored);
+    settle(&mut restored);
+    assert_eq!((restored.state().tab, restored.state().bodies_shown), (Some(Tab::Events), false));
+    assert!(heading(&restored).left() < 40.0);
+    assert!((restored.state().settings.panels.panel_width.expect("a width") - width - 80.0).abs() < 2.0);
     // Invalid values in a settings file do not make a panel unusable.
-    for told in [Some(f32::NAN), Some(-3.0), Some(1e9), None] {
-        assert_eq!(orrery::view::app::settings::valid_width(told, 330.0), 330.0);
+    for width in [Some(f32::NAN), Some(-3.0), Some(1e9), None] {
+        assert_eq!(orrery::view::app::settings::valid_width(width, 330.0), 330.0);
     }
 }
 
@@ -284,7 +284,7 @@ fn panels_are_remembered() {
 #[test]
 fn a_kept_panel_stays_open_beside_another() {
     let mut harness = saturn();
-    let shown = |h: &Harness<'static, Interface>, panel: &str| {
+    let close_button_x = |h: &Harness<'static, Interface>, panel: &str| {
         h.query_by_role_and_label(Role::Button, &format!("Close {panel}")).map(|close| close.rect().center().x)
     };
     let press = |h: &mut Harness<'static, Interface>, key: &str| {
@@ -292,13 +292,13 @@ fn a_kept_panel_stays_open_beside_another() {
         settle(h);
     };
     press(&mut harness, "6");
-    let alone = shown(&harness, "Information").expect("on the right");
+    let alone = close_button_x(&harness, "Information").expect("on the right");
     harness.get_by_label("Keep open").click();
     settle(&mut harness);
-    assert!(shown(&harness, "Information").expect("on the left") < alone - 200.0);
+    assert!(close_button_x(&harness, "Information").expect("on the left") < alone - 200.0);
     assert_eq!((harness.state().tab, harness.state().kept_tab), (None, Some(Tab::Information)));
     press(&mut harness, "3");
-    assert!(shown(&harness, "Information") < shown(&harness, "Effects"), "both are open, on two sides");
+    assert!(close_button_x(&harness, "Information") < close_button_x(&harness, "Effects"), "both are open, on two sides");
     // The next session opens both.
     let text = serde_json::to_string(&harness.state().settings).expect("text");
     let next = Interface::new(interface(NaifId(699), "2017-05-17T00:00:00Z").viewer, serde_json::from_str(&text).expect("settings"));
@@ -306,16 +306,16 @@ fn a_kept_panel_stays_open_beside_another() {
     // Too narrow for two: the key of the hidden panel opens it in place of the other.
     harness.set_size(egui::vec2(800.0, 640.0));
     settle(&mut harness);
-    assert!(shown(&harness, "Information").is_none() && shown(&harness, "Effects").is_some());
+    assert!(close_button_x(&harness, "Information").is_none() && close_button_x(&harness, "Effects").is_some());
     assert!(harness.query_by_label("Keep open").is_none(), "there is no room to keep it");
     harness.set_size(egui::vec2(1100.0, 640.0));
     settle(&mut harness);
-    assert!(shown(&harness, "Information").is_some() && shown(&harness, "Effects").is_some());
+    assert!(close_button_x(&harness, "Information").is_some() && close_button_x(&harness, "Effects").is_some());
     // Escape closes the open panel, then the kept one.
-    for left in [(None, Some(Tab::Information)), (None, None)] {
+    for tabs in [(None, Some(Tab::Information)), (None, None)] {
         harness.key_press(Key::Escape);
         settle(&mut harness);
-        assert_eq!((harness.state().tab, harness.state().kept_tab), left);
+        assert_eq!((harness.state().tab, harness.state().kept_tab), tabs);
     }
     // A second press of its key closes a kept panel.
     harness.state_mut().kept_tab = Some(Tab::Information);

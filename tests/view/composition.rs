@@ -27,7 +27,7 @@ fn compositions() -> Vec<CompositionState> {
     ]
 }
 
-fn of_saturn(composition: &CompositionState) -> Interface {
+fn saturn_with(composition: &CompositionState) -> Interface {
     let mut interface = interface(SATURN, TIME);
     interface.viewer.view.composition = composition.clone();
     interface.viewer.view.fov_deg = 60.0;
@@ -36,7 +36,7 @@ fn of_saturn(composition: &CompositionState) -> Interface {
 }
 
 fn drawn(composition: &CompositionState) -> Window {
-    let mut window = pausable_window(of_saturn(composition), &Arc::new(AtomicBool::new(true)), 640.0);
+    let mut window = pausable_window(saturn_with(composition), &Arc::new(AtomicBool::new(true)), 640.0);
     settle(&mut window);
     window
 }
@@ -51,26 +51,26 @@ fn a_click_selects_what_the_picture_shows_there() {
         let drawing = window.state().drawing().expect("a picture");
         let (width, scene) = (f64::from(drawing.width), &drawing.scene);
         let points = f64::from(sky.width()) / width;
-        let shown = |id: NaifId| {
+        let pixel_of = |id: NaifId| {
             let body = scene.body(id).expect("of the catalog");
             scene.geometry.pixel_of(&scene.camera, body.placement.centre_km).map(|px| (id, px))
         };
-        let places: Vec<(NaifId, DVec2)> = [NaifId(699), NaifId(606), NaifId(608), NaifId(605)].into_iter().filter_map(shown).collect();
+        let places: Vec<(NaifId, DVec2)> = [NaifId(699), NaifId(606), NaifId(608), NaifId(605)].into_iter().filter_map(pixel_of).collect();
         assert_eq!(places.first().map(|p| p.0), Some(SATURN), "{composition:?}");
         // The target is in the middle of its picture, except for a dome's tilt.
-        let halves = if composition.stereo == Some(StereoLayout::SideBySide) { 2.0 } else { 1.0 };
-        assert!((places[0].1.x - 0.5 * width / halves).abs() < 1.0, "{composition:?}: {places:?} of {width}");
-        let rights = if halves == 2.0 { vec![0.0, 0.5 * width] } else { vec![0.0] };
+        let pictures = if composition.stereo == Some(StereoLayout::SideBySide) { 2.0 } else { 1.0 };
+        assert!((places[0].1.x - 0.5 * width / pictures).abs() < 1.0, "{composition:?}: {places:?} of {width}");
+        let picture_offsets = if pictures == 2.0 { vec![0.0, 0.5 * width] } else { vec![0.0] };
         let inside =
-            |px: DVec2| px.cmpgt(DVec2::splat(2.0)).all() && px.x < width / halves - 2.0 && px.y * points < f64::from(sky.height()) - 2.0;
+            |px: DVec2| px.cmpgt(DVec2::splat(2.0)).all() && px.x < width / pictures - 2.0 && px.y * points < f64::from(sky.height()) - 2.0;
         let mut clicked = 0;
         for (id, px) in places {
-            for right in &rights {
+            for offset in &picture_offsets {
                 if !inside(px) {
                     continue;
                 }
                 window.state_mut().viewer.selected = NaifId::SUN;
-                click(&mut window, sky.min + egui::vec2(((px.x + right) * points) as f32, (px.y * points) as f32), false);
+                click(&mut window, sky.min + egui::vec2(((px.x + offset) * points) as f32, (px.y * points) as f32), false);
                 // A moon may be in front of or behind the planet or another moon.
                 let selected = window.state().viewer.selected;
                 assert!(selected != NaifId::SUN, "{composition:?}: nothing at {px} for {id:?}");
@@ -93,7 +93,7 @@ fn a_click_follows_the_mesh_of_a_projector() {
         let (x, y) = (0.7 * aspect * (1.0 - 2.0 * u) + 0.45, 0.8 * (2.0 * v - 1.0) - 0.15 * u);
         mesh.push_str(&format!("{x} {y} {u} {v} 1\n"));
     }
-    let mut interface = of_saturn(&CompositionState::default());
+    let mut interface = saturn_with(&CompositionState::default());
     interface.warp = Some(Arc::new(WarpMesh::parse("projector.data", &mesh).expect("a mesh")));
     let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 640.0);
     settle(&mut window);
@@ -117,7 +117,7 @@ fn a_click_follows_the_mesh_of_a_projector() {
 /// The session draws what the panel chooses: projection and stereo switch each other off.
 #[test]
 fn the_panel_chooses_a_projection_and_a_stereo_pair() {
-    let mut interface = of_saturn(&CompositionState::default());
+    let mut interface = saturn_with(&CompositionState::default());
     interface.tab = Some(Tab::Effects);
     let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 1900.0);
     settle(&mut window);
@@ -147,7 +147,7 @@ fn the_panel_chooses_a_projection_and_a_stereo_pair() {
 /// The frames of a dome have other sizes than the picture, so a pixel of the picture does not correspond to a pixel of a frame.
 #[test]
 fn the_probe_refuses_a_pixel_of_a_dome() {
-    let mut interface = of_saturn(&compositions()[1]);
+    let mut interface = saturn_with(&compositions()[1]);
     interface.tab = Some(Tab::Shader);
     let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 900.0);
     settle(&mut window);
@@ -163,17 +163,17 @@ fn the_probe_refuses_a_pixel_of_a_dome() {
 
 #[test]
 fn a_link_keeps_the_composition_and_refuses_impossible_ones() {
-    let view = of_saturn(&CompositionState::default()).viewer.view;
-    assert!(!view.to_link().contains("composition"), "a plain picture says nothing about it");
+    let view = saturn_with(&CompositionState::default()).viewer.view;
+    assert!(!view.to_link().contains("composition"), "a plain picture omits the composition");
     let now = Instant::parse(TIME).expect("a time");
     for composition in compositions() {
         let kept = orrery::view::app::view_state::ViewState { composition, ..view.clone() };
         assert_eq!(view_from_text(&kept.to_link(), session(), now).expect("a view"), kept);
         assert_eq!(view_from_text(&kept.to_json(), session(), now).expect("a view"), kept);
     }
-    let short = view_from_text("orrery://view?target=saturn&composition.stereo=interlaced", session(), now).expect("a view");
-    assert_eq!(short.composition, CompositionState { stereo: Some(StereoLayout::Interlaced), ..CompositionState::default() });
-    for (wrong, told) in [
+    let from_short_link = view_from_text("orrery://view?target=saturn&composition.stereo=interlaced", session(), now).expect("a view");
+    assert_eq!(from_short_link.composition, CompositionState { stereo: Some(StereoLayout::Interlaced), ..CompositionState::default() });
+    for (wrong, message_part) in [
         ("composition.projection=fishey", "fisheye"),
         ("composition.fisheye_deg=400", "1 to 360 degrees"),
         ("composition.stereo=red", "anaglyph"),
@@ -183,6 +183,6 @@ fn a_link_keeps_the_composition_and_refuses_impossible_ones() {
         ("composition=fisheye", "composition"),
     ] {
         let error = view_from_text(&format!("orrery://view?target=saturn&{wrong}"), session(), now).expect_err(wrong).to_string();
-        assert!(error.contains(told) && error.contains("composition") && !error.contains('\n'), "{wrong}: {error}");
+        assert!(error.contains(message_part) && error.contains("composition") && !error.contains('\n'), "{wrong}: {error}");
     }
 }

@@ -22,16 +22,16 @@ fn contrast(a: Color32, b: Color32) -> f64 {
 }
 
 #[derive(Debug)]
-struct Written {
+struct PaintedText {
     text: String,
     middle: Pos2,
     colour: Color32,
-    on: Color32,
+    background: Color32,
 }
 
 /// Texts in the order of painting, each with the last fill below it. Texts over the sky's picture have their own shadows and are excluded.
-fn written(shapes: &[ClippedShape]) -> Vec<Written> {
-    fn walk(shape: &Shape, clip: Rect, filled: &mut Vec<(Rect, Color32)>, found: &mut Vec<Written>) {
+fn painted_texts(shapes: &[ClippedShape]) -> Vec<PaintedText> {
+    fn walk(shape: &Shape, clip: Rect, filled: &mut Vec<(Rect, Color32)>, found: &mut Vec<PaintedText>) {
         match shape {
             Shape::Vec(shapes) => shapes.iter().for_each(|s| walk(s, clip, filled, found)),
             // A picture's background counts as black.
@@ -43,15 +43,20 @@ fn written(shapes: &[ClippedShape]) -> Vec<Written> {
             Shape::Text(t) if t.opacity_factor >= 0.99 => {
                 let rect = t.visual_bounding_rect();
                 let below = filled.iter().rev().find(|(place, _)| place.contains(rect.center()));
-                let Some((_, on)) = below.filter(|(_, c)| *c != Color32::BLACK && clip.contains(rect.center())) else { return };
+                let Some((_, background)) = below.filter(|(_, c)| *c != Color32::BLACK && clip.contains(rect.center())) else { return };
                 for section in &t.galley.job.sections {
-                    let own = section.format.color;
-                    let own = if own == Color32::PLACEHOLDER { t.fallback_color } else { own };
-                    let colour = t.override_text_color.unwrap_or(own);
+                    let section_colour = section.format.color;
+                    let section_colour = if section_colour == Color32::PLACEHOLDER { t.fallback_color } else { section_colour };
+                    let colour = t.override_text_color.unwrap_or(section_colour);
                     let text = t.galley.job.text.get(section.byte_range.start.0..section.byte_range.end.0).unwrap_or_default();
-                    let on = if section.format.background.a() == 255 { section.format.background } else { *on };
+                    let background = if section.format.background.a() == 255 { section.format.background } else { *background };
                     if !text.trim().is_empty() {
-                        found.push(Written { text: text.to_owned(), middle: rect.center(), colour: on.blend(colour), on });
+                        found.push(PaintedText {
+                            text: text.to_owned(),
+                            middle: rect.center(),
+                            colour: background.blend(colour),
+                            background,
+                        });
                     }
                 }
             }
@@ -75,14 +80,14 @@ fn all_text_is_legible_in_both_themes() {
             harness.state_mut().help_shown = tab.is_none();
             settle(&mut harness);
             let disabled: Vec<Rect> = harness.query_all(By::new().predicate(|node| node.is_disabled())).map(|n| n.rect()).collect();
-            let is_tick = |w: &Written| tab == Some(Tab::Performance) && w.text.parse::<f64>().is_ok();
-            let all: Vec<Written> = written(&harness.output().shapes)
+            let is_tick = |w: &PaintedText| tab == Some(Tab::Performance) && w.text.parse::<f64>().is_ok();
+            let all: Vec<PaintedText> = painted_texts(&harness.output().shapes)
                 .into_iter()
                 .filter(|w| !disabled.iter().any(|d| d.contains(w.middle)) && !is_tick(w))
                 .collect();
             assert!(all.len() > 30, "{tab:?}: {} texts", all.len());
             for w in all {
-                let ratio = contrast(w.colour, w.on);
+                let ratio = contrast(w.colour, w.background);
                 if ratio < least.0 {
                     least = (ratio, format!("{tab:?}, dark {dark}: {w:?}"));
                 }

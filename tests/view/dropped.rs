@@ -29,7 +29,7 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
         h.state().drawing().and_then(|d| d.scene.labels.as_ref()).map_or(0, |l| l.dots.len())
     };
     assert_eq!(dots(&harness), 0);
-    let mut drop = |name: &str, text: &str| {
+    let mut drop_file = |name: &str, text: &str| {
         let path = folder.path().join(name);
         std::fs::write(&path, text).expect("written");
         harness.input_mut().dropped_files.push(Arc::new(File(path)));
@@ -38,15 +38,15 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
         settle(&mut harness);
         (harness.state().message.clone(), dots(&harness))
     };
-    let (reported, shown) = drop("own.csv", "lat,lon\n0,135\n5,140\n");
-    assert_eq!((reported.as_str(), shown), ("own.csv: 2 points and 0 lines on Earth", 2));
+    let (message, dots_shown) = drop_file("own.csv", "lat,lon\n0,135\n5,140\n");
+    assert_eq!((message.as_str(), dots_shown), ("own.csv: 2 points and 0 lines on Earth", 2));
     // An invalid file changes nothing, and its error has a position.
-    let (reported, shown) = drop("wrong.csv", "lat,lon\n0,135\n95,140\n");
-    assert!(reported.contains("wrong.csv:3: field lat_deg: `95`") && shown == 2, "{reported}");
-    let (reported, shown) = drop("own.png", "");
-    assert!(reported.contains("no layer of data") && shown == 2, "{reported}");
+    let (message, dots_shown) = drop_file("wrong.csv", "lat,lon\n0,135\n95,140\n");
+    assert!(message.contains("wrong.csv:3: field lat_deg: `95`") && dots_shown == 2, "{message}");
+    let (message, dots_shown) = drop_file("own.png", "");
+    assert!(message.contains("no layer of data") && dots_shown == 2, "{message}");
     // A file of the same name replaces the layer; celestial coordinates give points in the sky.
-    let (reported, _) = drop("own.csv", "ra,dec\n10,20\n");
-    assert_eq!(reported, "own.csv: 1 points and 0 lines in the sky");
+    let (message, _) = drop_file("own.csv", "ra,dec\n10,20\n");
+    assert_eq!(message, "own.csv: 1 points and 0 lines in the sky");
     assert_eq!(session.catalog().data_layers().len(), 1);
 }

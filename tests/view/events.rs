@@ -19,12 +19,12 @@ use orrery::view::worker::render_worker::{RenderJob, RenderWorker, RenderedView,
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 
-fn at(text: &str) -> Instant {
+fn parse_time(text: &str) -> Instant {
     Instant::parse(text).expect(text)
 }
 
 fn between(kinds: &[EventKind], from: &str, to: &str) -> Vec<SkyEvent> {
-    events_between(session().catalog(), session().ephemeris(), kinds, at(from), at(to)).expect("within the theories")
+    events_between(session().catalog(), session().ephemeris(), kinds, parse_time(from), parse_time(to)).expect("within the theories")
 }
 
 fn seconds(event: &SkyEvent) -> f64 {
@@ -40,27 +40,27 @@ fn a_search_in_steps_finds_each_event_once_and_nearest_first() {
         (vec![EventKind::Moons], "2015-01-20", "2015-02-03"),
         (EventKind::ALL.to_vec(), "2015-03-15", "2015-03-25"),
     ] {
-        let whole: Vec<f64> = between(&kinds, from, to).iter().map(seconds).collect();
-        assert!(whole.len() > 3 || kinds.len() > 2 && !whole.is_empty(), "{kinds:?}: {}", whole.len());
-        let reach_s = at(to).tdb_seconds_past_j2000() - at(from).tdb_seconds_past_j2000();
+        let expected: Vec<f64> = between(&kinds, from, to).iter().map(seconds).collect();
+        assert!(expected.len() > 3 || kinds.len() > 2 && !expected.is_empty(), "{kinds:?}: {}", expected.len());
+        let reach_s = parse_time(to).tdb_seconds_past_j2000() - parse_time(from).tdb_seconds_past_j2000();
         for backward in [false, true] {
-            let mut search = EventSearch::new(kinds.clone(), at(if backward { to } else { from }), reach_s, backward);
-            let (mut found, mut last) = (Vec::new(), -1.0);
+            let mut search = EventSearch::new(kinds.clone(), parse_time(if backward { to } else { from }), reach_s, backward);
+            let (mut found, mut progress) = (Vec::new(), -1.0);
             while !search.is_over() {
                 found.extend(search.step(session().catalog(), session().ephemeris()).expect("found").iter().map(seconds));
-                assert!(search.progress() > last, "{kinds:?}: no progress at {last}");
-                last = search.progress();
+                assert!(search.progress() > progress, "{kinds:?}: no progress at {progress}");
+                progress = search.progress();
             }
-            assert_eq!(last, 1.0);
+            assert_eq!(progress, 1.0);
             if backward {
                 found.reverse();
             }
-            assert_eq!(found.len(), whole.len(), "{kinds:?}, backward {backward}");
+            assert_eq!(found.len(), expected.len(), "{kinds:?}, backward {backward}");
             // An event near the end of a step is refined from another start: to less than a second.
-            assert!(found.iter().zip(&whole).all(|(a, b)| (a - b).abs() < 1.0), "{kinds:?}, backward {backward}");
+            assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1.0), "{kinds:?}, backward {backward}");
         }
     }
-    assert!(EventSearch::new(Vec::new(), at("2000-01-01"), 1e9, false).is_over(), "an empty search never ends");
+    assert!(EventSearch::new(Vec::new(), parse_time("2000-01-01"), 1e9, false).is_over(), "an empty search never ends");
 }
 
 /// Twenty years: from the camera of each view the discs meet, and the target is above the horizon.
@@ -68,7 +68,7 @@ fn a_search_in_steps_finds_each_event_once_and_nearest_first() {
 fn each_view_shows_its_event() {
     let (catalog, ephemeris, places) = (session().catalog(), session().ephemeris(), SessionPositions(session()));
     let base_view = interface(NaifId::EARTH, "2000-01-01T12:00:00Z").viewer.view;
-    let mut low = 0;
+    let mut from_a_height = 0;
     for event in between(&[EventKind::Solar, EventKind::Lunar, EventKind::Transit], "2004-01-01", "2024-01-01") {
         let view = event.view(catalog, &places, &base_view);
         let name = format!("{} {}", event.title(catalog), event.summary());
@@ -78,24 +78,24 @@ fn each_view_shows_its_event() {
             (SkyEvent::Solar(_), CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km, .. }) => {
                 let place = Observer { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km };
                 let sky = ObserverSky { catalog, ephemeris, place };
-                let seen = [NaifId::SUN, NaifId::MOON].map(|id| sky.topocentric(id, view.time()).expect("a place"));
-                let apart_deg = orrery::ephemeris::angle_rad(seen[0].direction, seen[1].direction).to_degrees();
-                assert!(apart_deg < seen[0].semidiameter_deg + seen[1].semidiameter_deg, "{name}: {apart_deg} degrees apart");
+                let [sun, moon] = [NaifId::SUN, NaifId::MOON].map(|id| sky.topocentric(id, view.time()).expect("a place"));
+                let separation_deg = orrery::ephemeris::angle_rad(sun.direction, moon.direction).to_degrees();
+                assert!(separation_deg < sun.semidiameter_deg + moon.semidiameter_deg, "{name}: {separation_deg} degrees apart");
                 // The dip of the horizon grows with the square root of twice the height.
                 let dip_deg = (2.0 * height_km / 6371.0).sqrt().to_degrees();
-                assert!(seen[0].altitude_deg + dip_deg > seen[0].semidiameter_deg, "{name}: the Sun at {} degrees", seen[0].altitude_deg);
-                low += usize::from(height_km > 1.0);
+                assert!(sun.altitude_deg + dip_deg > sun.semidiameter_deg, "{name}: the Sun at {} degrees", sun.altitude_deg);
+                from_a_height += usize::from(height_km > 1.0);
             }
             (SkyEvent::Lunar(_), CameraPose::Centre { body: NaifId::EARTH }) => {
                 let to = |id| places.between_km(NaifId::EARTH, id, view.time()).expect("a place");
-                let apart_deg = 180.0 - orrery::ephemeris::angle_rad(to(NaifId::SUN), to(NaifId::MOON)).to_degrees();
-                assert!(view.target == NaifId::MOON && apart_deg < 1.7, "{name}: {apart_deg} degrees off the shadow");
+                let separation_deg = 180.0 - orrery::ephemeris::angle_rad(to(NaifId::SUN), to(NaifId::MOON)).to_degrees();
+                assert!(view.target == NaifId::MOON && separation_deg < 1.7, "{name}: {separation_deg} degrees off the shadow");
             }
             (SkyEvent::Transit(_), CameraPose::Centre { body: NaifId::EARTH }) => assert_eq!(view.target, NaifId::SUN),
             other => panic!("{name}: {:?}", other.1),
         }
     }
-    assert!(low > 3, "eclipses at the horizon: {low}");
+    assert!(from_a_height > 3, "eclipses seen from above the ground: {from_a_height}");
 }
 
 /// The Moon set in Greenwich while in the umbra on 2022-05-16 (timeanddate.com: moonset 05:07 BST, totality from 04:29 to 05:53 BST).
@@ -109,17 +109,18 @@ fn contacts_below_the_horizon_are_marked() {
     }
     // Jupiter was up in Greenwich in the night of the triple shadow, and down at noon.
     let events = between(&[EventKind::Moons], "2015-01-24", "2015-01-25");
-    let sees = |hour: f64| {
+    let is_up_around = |hour: f64| {
         let lines =
             events.iter().flat_map(|e| e.seen_from(session().catalog(), session().ephemeris(), Home::default()).expect("a place").0);
-        let near = |t: Instant| (t.tdb_seconds_past_j2000() - at("2015-01-24").tdb_seconds_past_j2000() - hour * 3600.0).abs() < 5400.0;
+        let near =
+            |t: Instant| (t.tdb_seconds_past_j2000() - parse_time("2015-01-24").tdb_seconds_past_j2000() - hour * 3600.0).abs() < 5400.0;
         lines.filter(|l| near(l.time)).map(|l| l.is_up).collect::<Vec<_>>()
     };
-    assert!(sees(6.5).len() > 3 && sees(6.5).iter().all(|up| *up) && sees(12.5).iter().all(|up| !up));
+    assert!(is_up_around(6.5).len() > 3 && is_up_around(6.5).iter().all(|up| *up) && is_up_around(12.5).iter().all(|up| !up));
 }
 
-fn open(window: &mut Window, utc: &str) {
-    window.state_mut().viewer.view.tdb_s = at(utc).tdb_seconds_past_j2000();
+fn open_events(window: &mut Window, utc: &str) {
+    window.state_mut().viewer.view.tdb_s = parse_time(utc).tdb_seconds_past_j2000();
     window.state_mut().tab = Some(Tab::Events);
     window.run_steps(40);
 }
@@ -127,7 +128,7 @@ fn open(window: &mut Window, utc: &str) {
 #[test]
 fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
     let mut window = without_pictures(NaifId(499));
-    open(&mut window, "2024-01-01T00:00:00Z");
+    open_events(&mut window, "2024-01-01T00:00:00Z");
     window.get_by_label_contains("events after 2024-01-01 00:00 UTC");
     window.get_by_label_contains("Total solar eclipse, 2024-04-08 18:17 UTC").click();
     window.run_steps(3);
@@ -145,7 +146,7 @@ fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
     window.get_by_label("Watch it").click();
     window.run_steps(2);
     let start_s = window.state().viewer.view.tdb_s;
-    let greatest_s = at("2024-04-08T18:17:16Z").tdb_seconds_past_j2000();
+    let greatest_s = parse_time("2024-04-08T18:17:16Z").tdb_seconds_past_j2000();
     let rate = window.state().viewer.time_rate.rate();
     assert!(rate > 100.0 && start_s < greatest_s - 4000.0, "{rate}, {} s before", greatest_s - start_s);
     let mut real_s = 0.0;
@@ -166,7 +167,7 @@ fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
 #[test]
 fn kinds_and_direction_choose_what_is_listed() {
     let mut window = without_pictures(NaifId(499));
-    open(&mut window, "2015-01-24T00:00:00Z");
+    open_events(&mut window, "2015-01-24T00:00:00Z");
     for kind in [EventKind::Solar, EventKind::Lunar, EventKind::Moons] {
         window.get_by_role_and_label(Role::CheckBox, kind.name()).click();
         window.run_steps(2);
@@ -192,25 +193,25 @@ fn kinds_and_direction_choose_what_is_listed() {
     window.get_by_label("10 years").click();
     window.run_steps(20);
     // Nearest first: Venus in 2012, then Mercury in 2006.
-    let tops =
+    let row_tops =
         ["Transit of Venus, 2012-06-06 01:3", "Transit of Mercury, 2006-11-08"].map(|name| window.get_by_label_contains(name).rect().top());
-    assert!(tops[0] < tops[1]);
+    assert!(row_tops[0] < row_tops[1]);
 }
 
-/// A worker that draws nothing and answers one query at a time, on request.
+/// Tasks of a worker that draws nothing and runs each task only when a test asks for it.
 #[derive(Default)]
-struct Slow {
-    asked: Mutex<VecDeque<Task>>,
+struct TaskQueue {
+    tasks: Mutex<VecDeque<Task>>,
 }
 
-impl Slow {
-    fn answer(&self) -> bool {
-        let task = self.asked.lock().expect("unpoisoned").pop_front();
+impl TaskQueue {
+    fn run_next(&self) -> bool {
+        let task = self.tasks.lock().expect("unpoisoned").pop_front();
         task.map(|task| task(session())).is_some()
     }
 }
 
-struct SlowWorker(Arc<Slow>);
+struct SlowWorker(Arc<TaskQueue>);
 
 impl RenderWorker for SlowWorker {
     fn session(&self) -> &Session {
@@ -221,14 +222,14 @@ impl RenderWorker for SlowWorker {
         None
     }
     fn run(&self, task: Task) {
-        self.0.asked.lock().expect("unpoisoned").push_back(task);
+        self.0.tasks.lock().expect("unpoisoned").push_back(task);
     }
 }
 
 #[test]
 fn rows_stay_where_they_are_while_a_search_goes_on_until_it_is_stopped() {
-    let slow: Arc<Slow> = Arc::default();
-    let worker = SlowWorker(Arc::clone(&slow));
+    let queue: Arc<TaskQueue> = Arc::default();
+    let worker = SlowWorker(Arc::clone(&queue));
     let mut window: Window =
         Harness::builder().with_size([1100.0, 900.0]).with_step_dt(1.0 / 60.0).renderer(OwnPainter(Painter::default())).build_ui_state(
             move |ui, state| orrery::view::panels::Interface::ui(state, ui, &worker),
@@ -243,7 +244,7 @@ fn rows_stay_where_they_are_while_a_search_goes_on_until_it_is_stopped() {
     assert!(rows(&window).is_empty());
     let mut before = Vec::new();
     for step in 0..3 {
-        assert!(slow.answer(), "step {step} was not asked for");
+        assert!(queue.run_next(), "step {step} was not asked for");
         window.run_steps(3);
         let now = rows(&window);
         assert!(now.len() > before.len() || step == 2, "step {step} added nothing to {}", before.len());
@@ -253,7 +254,7 @@ fn rows_stay_where_they_are_while_a_search_goes_on_until_it_is_stopped() {
     window.get_by_role_and_label(Role::ProgressIndicator, "Progress of the search");
     window.get_by_label("Stop").click();
     window.run_steps(3);
-    while slow.answer() {}
+    while queue.run_next() {}
     window.run_steps(3);
     assert_eq!(rows(&window), before, "a stopped search goes on");
     assert!(window.query_by_label("Stop").is_none());

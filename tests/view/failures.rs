@@ -15,37 +15,37 @@ use std::sync::{Arc, Mutex};
 
 type Lines = Arc<Mutex<Vec<String>>>;
 
-/// A session with a folder of fragments, its messages, and an interface that looks at a body like a new window.
+/// A session with a folder of fragments, its messages, and an interface with the view of a new window.
 fn window(shaders: Option<&Path>, utc: &str) -> (&'static Session, Lines, Interface) {
-    let said = Lines::default();
-    let heard = Arc::clone(&said);
+    let messages = Lines::default();
+    let sink = Arc::clone(&messages);
     let cache = tempfile::tempdir().expect("a folder").keep();
     let sources = Sources { cache: Some(cache), shaders: shaders.map(Path::to_owned), ..Sources::default() };
-    let session = Session::open(&sources, move |line| heard.lock().expect("no panic").push(line.to_owned())).expect("a session");
+    let session = Session::open(&sources, move |line| sink.lock().expect("no panic").push(line.to_owned())).expect("a session");
     // A test's interface lives until the process ends.
     let session: &'static Session = Box::leak(Box::new(session));
     let catalog = session.catalog();
     let view = initial_view(catalog, &SessionPositions(session), NaifId::MOON, Instant::parse(utc).expect(utc)).expect("a view");
     let mut viewer = Viewer::new(catalog.bodies().iter().map(Subject::of).collect(), view, || Instant::from_tdb_seconds_past_j2000(0.0));
     viewer.time_rate.toggle_pause();
-    (session, said, Interface::new(viewer, Settings::default()))
+    (session, messages, Interface::new(viewer, Settings::default()))
 }
 
 /// Checks that the reason is accessible in the window, and was reported once.
-fn assert_reported_once(session: &'static Session, said: &Lines, interface: Interface, word: &str) {
+fn assert_reported_once(session: &'static Session, messages: &Lines, interface: Interface, part: &str) {
     let mut harness = harness_of(session, interface);
     settle(&mut harness);
     assert!(harness.state().drawing().is_none());
-    let why = harness.state().message_line().to_owned();
-    assert!(why.contains(word) && !why.contains('\n'), "{why}");
-    assert!(harness.query_by_label(&why).is_some(), "no label says: {why}");
-    assert_eq!(*said.lock().expect("no panic"), [why]);
+    let reason = harness.state().message_line().to_owned();
+    assert!(reason.contains(part) && !reason.contains('\n'), "{reason}");
+    assert!(harness.query_by_label(&reason).is_some(), "no label says: {reason}");
+    assert_eq!(*messages.lock().expect("no panic"), [reason]);
 }
 
 #[test]
 fn a_time_outside_the_ephemeris_is_reported() {
-    let (session, said, interface) = window(None, "9999-12-31T00:00:00Z");
-    assert_reported_once(session, &said, interface, "Moon from -3001-11-23 to 3001-01-08, not at 9999-12-30");
+    let (session, messages, interface) = window(None, "9999-12-31T00:00:00Z");
+    assert_reported_once(session, &messages, interface, "Moon from -3001-11-23 to 3001-01-08, not at 9999-12-30");
 }
 
 #[test]
@@ -55,10 +55,12 @@ fn a_fragment_that_does_not_compile_is_reported_and_a_valid_one_is_silent() {
     let path = folder.path().join(name);
     std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
     std::fs::write(&path, text.replace("@fragment", "@fragment nonsense")).expect("a file");
-    let (session, said, interface) = window(Some(folder.path()), "2024-01-01T00:00:00Z");
-    assert_reported_once(session, &said, interface, "tone_map");
-    let (sound, said, interface) = window(None, "2024-01-01T00:00:00Z");
-    let mut harness = harness_of(sound, interface);
+    let (session, messages, interface) = window(Some(folder.path()), "2024-01-01T00:00:00Z");
+    assert_reported_once(session, &messages, interface, "tone_map");
+    let (valid, messages, interface) = window(None, "2024-01-01T00:00:00Z");
+    let mut harness = harness_of(valid, interface);
     settle(&mut harness);
-    assert!(harness.state().drawing().is_some() && harness.state().message_line().is_empty() && said.lock().expect("no panic").is_empty());
+    assert!(
+        harness.state().drawing().is_some() && harness.state().message_line().is_empty() && messages.lock().expect("no panic").is_empty()
+    );
 }

@@ -23,32 +23,32 @@ const SEARCH: &str = "Search";
 
 pub(super) type Window = Harness<'static, Interface>;
 
-/// Draws immediately at first, and later not at all: the last picture stays on screen, as it does for seconds when drawing is slow.
+/// Draws immediately while `is_drawing` is set. Otherwise the last picture stays on screen, as it does for seconds when drawing is slow.
 struct PausableWorker {
-    prompt: InlineWorker<'static>,
-    draws: Arc<AtomicBool>,
+    inline: InlineWorker<'static>,
+    is_drawing: Arc<AtomicBool>,
 }
 
 impl RenderWorker for PausableWorker {
     fn session(&self) -> &Session {
-        self.prompt.session()
+        self.inline.session()
     }
     fn submit(&self, job: RenderJob) {
-        if self.draws.load(Ordering::Relaxed) {
-            self.prompt.submit(job);
+        if self.is_drawing.load(Ordering::Relaxed) {
+            self.inline.submit(job);
         }
     }
     fn take(&self) -> Option<Result<RenderedView, SessionError>> {
-        self.prompt.take()
+        self.inline.take()
     }
     fn run(&self, task: Task) {
-        self.prompt.run(task);
+        self.inline.run(task);
     }
 }
 
-/// A window that draws pictures while `draws` is set, tall enough for every row of the list.
-pub(super) fn pausable_window(interface: Interface, draws: &Arc<AtomicBool>, height: f32) -> Window {
-    let worker = PausableWorker { prompt: InlineWorker::new(session()), draws: Arc::clone(draws) };
+/// A window that draws pictures while `is_drawing` is set, tall enough for every row of the list.
+pub(super) fn pausable_window(interface: Interface, is_drawing: &Arc<AtomicBool>, height: f32) -> Window {
+    let worker = PausableWorker { inline: InlineWorker::new(session()), is_drawing: Arc::clone(is_drawing) };
     Harness::builder()
         .with_size([1100.0, height])
         .with_max_steps(40)
@@ -72,12 +72,12 @@ pub(super) fn advance(window: &mut Window, seconds: f64) {
 
 /// The visible rows of the list: body, name, rectangle.
 fn rows(window: &Window) -> Vec<(NaifId, String, Rect)> {
-    let place = |name: &str| {
+    let row_rect = |name: &str| {
         let found = window.query_all_by_label(name).map(|n| n.rect()).find(|r| r.left() < 185.0 && r.top() > 30.0);
         found.filter(|r| r.height() > 5.0)
     };
     let subjects = window.state().viewer.subjects().to_vec();
-    subjects.into_iter().filter_map(|s| place(&s.name).map(|rect| (s.id, s.name, rect))).collect()
+    subjects.into_iter().filter_map(|s| row_rect(&s.name).map(|rect| (s.id, s.name, rect))).collect()
 }
 
 fn button(pos: Pos2, pressed: bool) -> Event {
@@ -85,10 +85,10 @@ fn button(pos: Pos2, pressed: bool) -> Event {
 }
 
 /// Presses and releases in separate frames, or in one.
-pub(super) fn click(window: &mut Window, pos: Pos2, in_one_turn: bool) {
+pub(super) fn click(window: &mut Window, pos: Pos2, in_one_frame: bool) {
     window.hover_at(pos);
     window.run_steps(1);
-    if in_one_turn {
+    if in_one_frame {
         window.input_mut().events.extend([button(pos, true), button(pos, false)]);
     } else {
         window.event(button(pos, true));
@@ -104,38 +104,38 @@ fn the_pressed_row_is_the_selected_row() {
     assert!(count > 12, "{count} rows");
     // Each row after a fresh start, when another body's moons are about to expand.
     for target in [NaifId::EARTH, SATURN, NaifId::MOON] {
-        let shown = rows(&without_pictures(target));
-        for (k, (id, name, _)) in shown.iter().enumerate() {
+        let visible_rows = rows(&without_pictures(target));
+        for (k, (id, name, _)) in visible_rows.iter().enumerate() {
             let mut window = without_pictures(target);
-            let place = rows(&window)[k].2;
-            click(&mut window, place.center(), k % 2 == 0);
+            let rect = rows(&window)[k].2;
+            click(&mut window, rect.center(), k % 2 == 0);
             window.run_steps(2);
             assert_eq!(window.state().viewer.selected, *id, "{name} was pressed, from {target:?}");
         }
     }
     // One after the other in one window while branches expand; every row is reached in the end.
     let mut window = without_pictures(NaifId::EARTH);
-    let mut met = std::collections::BTreeSet::new();
-    for turn in 0..200 {
-        let shown = rows(&window);
-        let Some((id, name, place)) = shown.iter().find(|(id, ..)| !met.contains(&id.0)).cloned() else { break };
-        met.insert(id.0);
-        window.hover_at(place.center());
+    let mut clicked = std::collections::BTreeSet::new();
+    for attempt in 0..200 {
+        let visible_rows = rows(&window);
+        let Some((id, name, rect)) = visible_rows.iter().find(|(id, ..)| !clicked.contains(&id.0)).cloned() else { break };
+        clicked.insert(id.0);
+        window.hover_at(rect.center());
         window.run_steps(1);
-        window.event(button(place.center(), true));
+        window.event(button(rect.center(), true));
         window.run_steps(1);
         let at_press = rows(&window);
         // A selection from elsewhere moves nothing under the pointer.
-        window.state_mut().viewer.selected = NaifId(599 + 100 * (turn % 4));
+        window.state_mut().viewer.selected = NaifId(599 + 100 * (attempt % 4));
         window.run_steps(2);
-        window.event(button(place.center(), false));
+        window.event(button(rect.center(), false));
         window.run_steps(1);
         assert_eq!(rows(&window), at_press, "the list moved under a click on {name}");
         window.run_steps(1);
         assert_eq!(window.state().viewer.selected, id, "{name} was pressed");
         (0..3).for_each(|_| advance(&mut window, 0.25));
     }
-    assert_eq!(met.len(), window.state().viewer.subjects().len(), "rows that never showed");
+    assert_eq!(clicked.len(), window.state().viewer.subjects().len(), "rows that never showed");
 }
 
 #[test]
@@ -160,12 +160,12 @@ fn collapsed_branches_stay_collapsed() {
     for (id, name) in [(399, "Earth"), (499, "Mars"), (599, "Jupiter"), (699, "Saturn"), (799, "Uranus"), (899, "Neptune")] {
         for selected in [NaifId(id), NaifId::SUN] {
             let mut window = without_pictures(selected);
-            let (place, mut is_open) = arrow(&window, name);
-            for turn in 0..4 {
-                click(&mut window, place, turn % 2 == 0);
+            let (arrow_pos, mut is_open) = arrow(&window, name);
+            for click_index in 0..4 {
+                click(&mut window, arrow_pos, click_index % 2 == 0);
                 (0..3).for_each(|_| advance(&mut window, 0.25));
                 let now = arrow(&window, name).1;
-                assert!(now != is_open, "{name}'s arrow does nothing at click {turn}, {selected:?} selected");
+                assert!(now != is_open, "{name}'s arrow does nothing at click {click_index}, {selected:?} selected");
                 is_open = now;
             }
             assert_eq!(window.state().viewer.selected, selected);
@@ -182,9 +182,9 @@ fn a_moon_that_is_selected_elsewhere_shows_in_the_list() {
         for _ in 0..8 {
             advance(&mut window, 0.2);
         }
-        let place = rows(&window).into_iter().find(|r| r.0 == id).map(|r| r.2);
-        let list = window.get_by_label("Fly").rect().top();
-        assert!(place.is_some_and(|p| p.top() > 30.0 && p.bottom() < list), "{id:?} at {place:?}");
+        let row = rows(&window).into_iter().find(|r| r.0 == id).map(|r| r.2);
+        let list_bottom = window.get_by_label("Fly").rect().top();
+        assert!(row.is_some_and(|r| r.top() > 30.0 && r.bottom() < list_bottom), "{id:?} at {row:?}");
     }
 }
 
@@ -194,34 +194,36 @@ enum Search {
     Empty,
     Typed,
     Failed,
-    Left,
+    /// With text, but without the focus.
+    Unfocused,
     Menu,
 }
 
-fn field(window: &Window) -> (bool, String) {
+/// Whether the search field has the focus, and its text.
+fn search_field(window: &Window) -> (bool, String) {
     let field = window.get_by_role_and_label(Role::TextInput, SEARCH);
     (field.is_focused(), field.value().unwrap_or_default())
 }
 
-pub(super) fn typed(window: &mut Window, text: &str) {
+pub(super) fn type_text(window: &mut Window, text: &str) {
     window.event(Event::Text(text.into()));
     window.run_steps(2);
 }
 
-fn prepared(window: &mut Window, search: Search) {
-    if matches!(search, Search::Empty | Search::Typed | Search::Failed | Search::Left) {
-        typed(window, "/");
+fn bring_search_into(window: &mut Window, search: Search) {
+    if matches!(search, Search::Empty | Search::Typed | Search::Failed | Search::Unfocused) {
+        type_text(window, "/");
     }
     match search {
         Search::Untouched | Search::Empty => {}
-        Search::Typed => typed(window, "satu"),
+        Search::Typed => type_text(window, "satu"),
         Search::Failed => {
-            typed(window, "nowhere");
+            type_text(window, "nowhere");
             window.key_press(Key::Enter);
             window.run_steps(2);
         }
-        Search::Left => {
-            typed(window, "satu");
+        Search::Unfocused => {
+            type_text(window, "satu");
             // On the empty sky.
             click(window, Pos2::new(620.0, 300.0), false);
         }
@@ -235,7 +237,7 @@ fn prepared(window: &mut Window, search: Search) {
 /// Number of open things that Escape closes.
 fn open_things(window: &Window) -> usize {
     let state = window.state();
-    let (is_focused, text) = field(window);
+    let (is_focused, text) = search_field(window);
     let things = [
         is_focused || !text.is_empty() || window.query_by_label_contains("Nothing is called").is_some(),
         window.query_by_label("Centre of Mars").is_some(),
@@ -254,7 +256,7 @@ fn escape_closes_one_thing_at_a_time_and_never_the_program() {
     let tabs: Vec<Option<Tab>> = std::iter::once(None).chain(Tab::ALL.map(Some)).collect();
     let mut window = pausable_window(interface(SATURN, TIME), &Arc::default(), 700.0);
     window.run_steps(2);
-    for search in [Search::Untouched, Search::Empty, Search::Typed, Search::Failed, Search::Left, Search::Menu] {
+    for search in [Search::Untouched, Search::Empty, Search::Typed, Search::Failed, Search::Unfocused, Search::Menu] {
         for tab in &tabs {
             for bits in 0..8 {
                 let [help, full, warned] = [1, 2, 4].map(|bit| bits & bit != 0);
@@ -263,13 +265,13 @@ fn escape_closes_one_thing_at_a_time_and_never_the_program() {
                     continue;
                 }
                 // The open panel is varied with one state of the search and with each of the others open and closed.
-                let panel_meets = tab.is_none() || matches!(tab, Some(Tab::Information)) || search == Search::Untouched || bits == 3;
-                if !panel_meets {
+                let is_varied = tab.is_none() || matches!(tab, Some(Tab::Information)) || search == Search::Untouched || bits == 3;
+                if !is_varied {
                     continue;
                 }
                 // After everything is closed, the state is the initial one.
                 assert_eq!(open_things(&window), 0);
-                prepared(&mut window, search);
+                bring_search_into(&mut window, search);
                 let state = window.state_mut();
                 (state.tab, state.help_shown) = (*tab, help);
                 state.warning = warned.then(|| "why".into());
@@ -302,10 +304,10 @@ fn escape_closes_one_thing_at_a_time_and_never_the_program() {
 
 #[test]
 fn only_ctrl_q_quits() {
-    for search in [Search::Untouched, Search::Empty, Search::Typed, Search::Failed, Search::Left] {
+    for search in [Search::Untouched, Search::Empty, Search::Typed, Search::Failed, Search::Unfocused] {
         let mut window = pausable_window(interface(SATURN, TIME), &Arc::default(), 700.0);
         window.run_steps(2);
-        prepared(&mut window, search);
+        bring_search_into(&mut window, search);
         for letter in (' '..='~').filter(|c| *c != '/') {
             window.event(Event::Text(letter.to_string()));
             window.run_steps(1);
@@ -319,7 +321,7 @@ fn only_ctrl_q_quits() {
 
 #[test]
 fn a_failed_search_is_reported_at_its_field_and_replaced_by_the_next_input() {
-    for (wrong, said) in [
+    for (wrong, answer) in [
         ("nowhere", "Nothing is called “nowhere”"),
         ("satrun", "did you mean `Saturn`?"),
         ("tritan", "`Titan`"),
@@ -327,49 +329,49 @@ fn a_failed_search_is_reported_at_its_field_and_replaced_by_the_next_input() {
         ("zz 9", "Nothing is called “zz 9”"),
     ] {
         let mut window = without_pictures(SATURN);
-        typed(&mut window, "/");
-        typed(&mut window, wrong);
+        type_text(&mut window, "/");
+        type_text(&mut window, wrong);
         window.key_press(Key::Enter);
         window.run_steps(2);
-        let line = window.get_by_label_contains(said).rect();
-        let below = window.get_by_role_and_label(Role::TextInput, SEARCH).rect();
-        assert!(line.top() >= below.bottom() && line.top() < below.bottom() + 20.0 && (line.left() - below.left()).abs() < 20.0, "{line}");
-        assert_eq!(field(&window), (true, wrong.to_owned()));
-        typed(&mut window, "mars");
-        assert_eq!(field(&window).1, "mars");
-        assert!(window.query_by_label_contains(said).is_none(), "the failure of another text is shown");
+        let line = window.get_by_label_contains(answer).rect();
+        let field = window.get_by_role_and_label(Role::TextInput, SEARCH).rect();
+        assert!(line.top() >= field.bottom() && line.top() < field.bottom() + 20.0 && (line.left() - field.left()).abs() < 20.0, "{line}");
+        assert_eq!(search_field(&window), (true, wrong.to_owned()));
+        type_text(&mut window, "mars");
+        assert_eq!(search_field(&window).1, "mars");
+        assert!(window.query_by_label_contains(answer).is_none(), "the answer to an earlier text is shown");
         window.key_press(Key::Enter);
         window.run_steps(2);
         assert_eq!(window.state().viewer.destination().target, NaifId(499));
-        assert_eq!(field(&window), (false, String::new()));
+        assert_eq!(search_field(&window), (false, String::new()));
     }
     // Left and re-entered: by key, by key with a letter in the same frame, by mouse.
     for way in 0..3 {
         let mut window = without_pictures(SATURN);
-        prepared(&mut window, Search::Left);
-        assert_eq!(field(&window), (false, "satu".to_owned()));
-        let place = window.get_by_role_and_label(Role::TextInput, SEARCH).rect().center();
+        bring_search_into(&mut window, Search::Unfocused);
+        assert_eq!(search_field(&window), (false, "satu".to_owned()));
+        let field_centre = window.get_by_role_and_label(Role::TextInput, SEARCH).rect().center();
         match way {
             0 => {
-                typed(&mut window, "/");
-                typed(&mut window, "i");
+                type_text(&mut window, "/");
+                type_text(&mut window, "i");
             }
             1 => {
                 window.input_mut().events.extend([Event::Text("/".into()), Event::Text("i".into())]);
                 window.run_steps(3);
             }
             _ => {
-                click(&mut window, place, false);
-                typed(&mut window, "i");
+                click(&mut window, field_centre, false);
+                type_text(&mut window, "i");
             }
         }
-        assert_eq!(field(&window), (true, "i".to_owned()), "way {way}");
+        assert_eq!(search_field(&window), (true, "i".to_owned()), "way {way}");
     }
 }
 
 /// Width, height and centre of the pixels in a rectangle that are brighter than the black sky.
-fn lit(window: &mut Window, sky: Rect) -> (f32, f32, Pos2) {
-    // The pointer is bright, too.
+fn bright_area(window: &mut Window, sky: Rect) -> (f32, f32, Pos2) {
+    // The pointer is bright too.
     window.remove_cursor();
     window.run_steps(1);
     let picture = window.render().expect("a picture");
@@ -385,28 +387,28 @@ fn lit(window: &mut Window, sky: Rect) -> (f32, f32, Pos2) {
 
 #[test]
 fn a_picture_keeps_its_shape_until_the_next_one_is_there() {
-    let mut shown = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
-    (shown.settings.names, shown.settings.markers, shown.settings.outline) = (false, false, false);
-    let draws: Arc<AtomicBool> = Arc::new(true.into());
-    let mut window = pausable_window(shown, &draws, 640.0);
+    let mut moon = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
+    (moon.settings.names, moon.settings.markers, moon.settings.outline) = (false, false, false);
+    let is_drawing: Arc<AtomicBool> = Arc::new(true.into());
+    let mut window = pausable_window(moon, &is_drawing, 640.0);
     settle(&mut window);
     let sky = |w: &Window| w.get_by_label_contains("The sky:").rect();
     let before_sky = sky(&window);
-    let (width, height, _) = lit(&mut window, before_sky);
+    let (width, height, _) = bright_area(&mut window, before_sky);
     assert!(width > 200.0 && (width / height - 1.0).abs() < 0.1, "the Moon's disc is {width} by {height}");
-    draws.store(false, Ordering::Relaxed);
+    is_drawing.store(false, Ordering::Relaxed);
     for size in [[1100.0, 640.0], [1400.0, 640.0], [900.0, 640.0], [1100.0, 900.0], [1300.0, 480.0]] {
         for (tab, bodies) in [(None, true), (Some(Tab::Information), true), (Some(Tab::Compare), false), (None, false)] {
             window.set_size(size.into());
             (window.state_mut().tab, window.state_mut().bodies_shown) = (tab, bodies);
             window.run_steps(3);
-            let now = sky(&window);
-            let (w, h, middle) = lit(&mut window, now);
-            let case = format!("{size:?}, {tab:?}, list {bodies}: {w} by {h} in {now}");
+            let sky_now = sky(&window);
+            let (w, h, middle) = bright_area(&mut window, sky_now);
+            let case = format!("{size:?}, {tab:?}, list {bodies}: {w} by {h} in {sky_now}");
             // The vertical field of view is fixed: at each size the disc fills the same fraction of the height.
-            let scale = now.height() / before_sky.height();
+            let scale = sky_now.height() / before_sky.height();
             assert!((w - width * scale).abs() < 3.0 && (h - height * scale).abs() < 3.0, "{case}, {width} by {height} before");
-            assert!((middle.x - now.center().x).abs() < 3.0, "{case}: middle at {middle}");
+            assert!((middle.x - sky_now.center().x).abs() < 3.0, "{case}: middle at {middle}");
             // A click hits the body displayed there.
             window.state_mut().viewer.selected = NaifId::SUN;
             click(&mut window, middle, false);
@@ -415,13 +417,13 @@ fn a_picture_keeps_its_shape_until_the_next_one_is_there() {
         }
     }
     // In the next picture it is at the same position.
-    let now = sky(&window);
-    let (w, h, middle) = lit(&mut window, now);
-    draws.store(true, Ordering::Relaxed);
+    let sky_now = sky(&window);
+    let (w, h, middle) = bright_area(&mut window, sky_now);
+    is_drawing.store(true, Ordering::Relaxed);
     window.state_mut().viewer.view.quality = Quality::Standard;
     settle(&mut window);
-    let now = sky(&window);
-    let drawn = lit(&mut window, now);
+    let sky_now = sky(&window);
+    let drawn = bright_area(&mut window, sky_now);
     assert!(
         (drawn.0 - w).abs() < 3.0 && (drawn.1 - h).abs() < 3.0 && (drawn.2 - middle).length() < 3.0,
         "{drawn:?} after {w} by {h} at {middle}"
@@ -431,16 +433,16 @@ fn a_picture_keeps_its_shape_until_the_next_one_is_there() {
 /// The compared pictures in windows with another aspect ratio than when they were drawn.
 #[test]
 fn compared_pictures_are_never_stretched() {
-    let mut shown = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
-    (shown.settings.names, shown.settings.markers, shown.settings.outline) = (false, false, false);
-    let draws: Arc<AtomicBool> = Arc::new(true.into());
-    let mut window = pausable_window(shown, &draws, 640.0);
+    let mut moon = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
+    (moon.settings.names, moon.settings.markers, moon.settings.outline) = (false, false, false);
+    let is_drawing: Arc<AtomicBool> = Arc::new(true.into());
+    let mut window = pausable_window(moon, &is_drawing, 640.0);
     window.state_mut().tab = Some(Tab::Compare);
     settle(&mut window);
     let request = window.state().drawing().expect("a picture").job.request.clone();
-    let shape = f64::from(request.width) / f64::from(request.height);
-    draws.store(false, Ordering::Relaxed);
-    let mut seen = std::collections::BTreeSet::new();
+    let aspect = f64::from(request.width) / f64::from(request.height);
+    is_drawing.store(false, Ordering::Relaxed);
+    let mut sizes = std::collections::BTreeSet::new();
     for size in [[1100.0, 640.0], [1500.0, 640.0], [900.0, 700.0], [1100.0, 1000.0], [1300.0, 560.0]] {
         window.set_size(size.into());
         for (page, image) in
@@ -450,17 +452,17 @@ fn compared_pictures_are_never_stretched() {
             window.run_steps(3);
             let image = |n: &egui_kittest::Node<'_>| n.accesskit_node().label().is_some_and(|l| l.starts_with(image));
             let rect = window.query_all_by_role(Role::Image).find(image).unwrap_or_else(|| panic!("{page} at {size:?}: no picture")).rect();
-            let case = format!("{page} at {size:?}: {rect}, of shape {shape}");
-            seen.insert(((rect.width() * 10.0) as i32, (rect.height() * 10.0) as i32));
+            let case = format!("{page} at {size:?}: {rect}, of aspect ratio {aspect}");
+            sizes.insert(((rect.width() * 10.0) as i32, (rect.height() * 10.0) as i32));
             if page != "Side by side" {
-                assert!((f64::from(rect.width() / rect.height()) / shape - 1.0).abs() < 0.02, "{case}");
+                assert!((f64::from(rect.width() / rect.height()) / aspect - 1.0).abs() < 0.02, "{case}");
             }
             // The Moon appears round wherever it is not cropped.
             if page == "Side by side" && rect.bottom() < size[1] - 40.0 {
-                let (width, height, _) = lit(&mut window, rect);
+                let (width, height, _) = bright_area(&mut window, rect);
                 assert!(width > 20.0 && (width / height - 1.0).abs() < 0.15, "{case}: the Moon is {width} by {height}");
             }
         }
     }
-    assert!(seen.len() > 1, "the halves of a pair are smaller than a whole image: {seen:?}");
+    assert!(sizes.len() > 1, "the halves of a pair are smaller than a whole image: {sizes:?}");
 }

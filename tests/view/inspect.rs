@@ -29,7 +29,7 @@ fn press(harness: &mut Harness<'_, Interface>, label: &str) {
 }
 
 /// Every accessible name on screen that contains a text, each once.
-fn names(harness: &Harness<'_, Interface>, part: &str) -> Vec<String> {
+fn names_containing(harness: &Harness<'_, Interface>, part: &str) -> Vec<String> {
     let all = harness.query_all_by(|node| node.label().or(node.value()).is_some_and(|l| l.contains(part)));
     let names: BTreeSet<String> = all.filter_map(|n| n.accesskit_node().label().or(n.accesskit_node().value())).collect();
     names.into_iter().collect()
@@ -46,22 +46,22 @@ fn the_source_names_the_feature_that_draws_the_rings_shadow() {
     let worker = InlineWorker::new(session());
     let mut harness = harness(&worker, saturn());
     open(&mut harness, "Source");
-    let features = names(&harness, "ring-shadow.");
+    let features = names_containing(&harness, "ring-shadow.");
     assert!(!features.is_empty(), "no line of the globe is for the ring's shadow");
     let legend = features.iter().find(|f| f.split(' ').count() == 2).expect("a legend").clone();
     press(&mut harness, &legend);
-    assert!(!names(&harness, "ring_").is_empty(), "its lines come into sight");
+    assert!(!names_containing(&harness, "ring_").is_empty(), "its lines are scrolled into view");
     for (language, word) in
         [("HLSL", "float4"), ("MSL", "metal"), ("GLSL", "version"), ("SPIR-V", "07230203"), ("SPIR-V text", "OpCapability")]
     {
         press(&mut harness, language);
-        assert!(!names(&harness, word).is_empty(), "{language} without {word}");
-        assert!(names(&harness, ", needed by ").is_empty(), "{language} has no source map");
+        assert!(!names_containing(&harness, word).is_empty(), "{language} without {word}");
+        assert!(names_containing(&harness, ", needed by ").is_empty(), "{language} has no source map");
     }
     // The ring draw has no shadow of the ring on itself.
     press(&mut harness, "WGSL");
     press(&mut harness, "ring");
-    assert!(names(&harness, "ring-shadow.").iter().all(|f| f.starts_with("not ")), "no line for the ring's shadow");
+    assert!(names_containing(&harness, "ring-shadow.").iter().all(|f| f.starts_with("not ")), "no line for the ring's shadow");
 }
 
 #[test]
@@ -69,20 +69,20 @@ fn another_dimension_is_another_key_with_its_difference() {
     let worker = InlineWorker::new(session());
     let mut harness = harness(&worker, saturn());
     open(&mut harness, "Key");
-    assert!(names(&harness, "changed by hand").is_empty() && names(&harness, "features differ").is_empty());
-    assert_eq!(names(&harness, "Reachable: one of").len(), 1, "what is drawn can be drawn");
+    assert!(names_containing(&harness, "changed by hand").is_empty() && names_containing(&harness, "features differ").is_empty());
+    assert_eq!(names_containing(&harness, "Reachable: one of").len(), 1, "what is drawn can be drawn");
     press(&mut harness, "Gallery");
-    let tile = names(&harness, "Inspect ring-shadow: none");
+    let tile = names_containing(&harness, "Inspect ring-shadow: none");
     // It may be scrolled out of view.
     harness.get_by_label(tile.first().expect("a tile without the ring's shadow")).click_accesskit();
     harness.run_steps(6);
     press(&mut harness, "Key");
-    assert_eq!(names(&harness, "changed by hand").len(), 1);
-    let first = names(&harness, "features differ");
-    assert!(first[0].contains("lines removed"), "{first:?}");
-    assert!(!names(&harness, "ring-shadow.").is_empty(), "the difference is told by feature");
+    assert_eq!(names_containing(&harness, "changed by hand").len(), 1);
+    let difference = names_containing(&harness, "features differ");
+    assert!(difference[0].contains("lines removed"), "{difference:?}");
+    assert!(!names_containing(&harness, "ring-shadow.").is_empty(), "the difference is listed by feature");
     press(&mut harness, "Back to the drawn key");
-    assert!(names(&harness, "features differ").is_empty());
+    assert!(names_containing(&harness, "features differ").is_empty());
 }
 
 #[test]
@@ -90,14 +90,14 @@ fn a_pixel_is_reported_in_both_precisions() {
     let worker = InlineWorker::new(session());
     let mut harness = harness(&worker, saturn());
     open(&mut harness, "Probe");
-    assert!(names(&harness, "f64 difference").is_empty(), "nothing before a click");
+    assert!(names_containing(&harness, "f64 difference").is_empty(), "nothing before a click");
     press(&mut harness, "Centre of the image");
-    let head = names(&harness, "f64 difference");
-    assert!(head.iter().any(|h| h.contains("f32") && h.contains("f64")), "{head:?}");
-    let red = names(&harness, "colour red");
+    let headings = names_containing(&harness, "f64 difference");
+    assert!(headings.iter().any(|h| h.contains("f32") && h.contains("f64")), "{headings:?}");
+    let red = names_containing(&harness, "colour red");
     let numbers: Vec<f64> = red[0].split_whitespace().filter_map(|w| w.parse().ok()).collect();
-    let &[single, double, apart] = &numbers[..] else { panic!("{red:?}") };
-    assert!(single > 0.0 && (single - double).abs() < 1e-4 * double && apart < 1e-4 * double, "{red:?}");
+    let &[single, double, difference] = &numbers[..] else { panic!("{red:?}") };
+    assert!(single > 0.0 && (single - double).abs() < 1e-4 * double && difference < 1e-4 * double, "{red:?}");
 }
 
 #[test]
@@ -106,14 +106,14 @@ fn two_variants_are_drawn_and_compared() {
     let mut harness = harness(&worker, saturn());
     harness.state_mut().tab = Some(Tab::Compare);
     harness.run_steps(8);
-    let figures = names(&harness, "PSNR");
-    assert_eq!(figures.len(), 1, "one line of figures");
-    assert!(!figures[0].contains("infinite"), "draft and reference differ: {}", figures[0]);
+    let metrics = names_containing(&harness, "PSNR");
+    assert_eq!(metrics.len(), 1, "one line of metrics");
+    assert!(!metrics[0].contains("infinite"), "draft and reference differ: {}", metrics[0]);
     // The same variant on both sides: no difference at all.
     harness.get_all_by_label("draft").nth(1).expect("the right side's").click();
     harness.run_steps(8);
-    let figures = names(&harness, "PSNR");
-    assert!(figures[0].contains("mean 0.0000") && figures[0].contains("infinite"), "{}", figures[0]);
+    let metrics = names_containing(&harness, "PSNR");
+    assert!(metrics[0].contains("mean 0.0000") && metrics[0].contains("infinite"), "{}", metrics[0]);
 }
 
 #[test]
@@ -134,21 +134,21 @@ fn a_fragment_that_changes_on_disk_changes_the_picture_and_a_broken_one_is_shown
     assert_eq!(session.library().generator(), built_in, "the same text is the same generator");
     let worker = InlineWorker::new(&session);
     let mut harness = harness(&worker, saturn());
-    let shown = harness.state().drawing().expect("a picture").took_ms;
+    let picture_ms = harness.state().drawing().expect("a picture").took_ms;
     // Invalid WGSL.
     std::fs::write(&file, format!("{text}\nfn broken( {{\n")).expect("written");
     watch.check_files(&worker);
     assert_ne!(session.library().generator(), built_in);
     harness.state_mut().tab = Some(Tab::Shader);
     harness.run_steps(8);
-    assert_eq!(harness.state().drawing().expect("the last good picture").took_ms, shown);
+    assert_eq!(harness.state().drawing().expect("the last good picture").took_ms, picture_ms);
     assert!(harness.state().message_line().contains(path), "{}", harness.state().message_line());
-    let labels = names(&harness, "fn broken( {");
+    let labels = names_containing(&harness, "fn broken( {");
     assert!(labels.iter().any(|t| t.contains('^') && t.contains(path)), "source with a caret: {labels:?}");
     // Repaired.
-    std::fs::write(&file, format!("{text}\n// mended\n")).expect("written");
+    std::fs::write(&file, format!("{text}\n// repaired\n")).expect("written");
     watch.check_files(&worker);
     harness.run_steps(8);
     assert!(harness.state().message_line().is_empty(), "{}", harness.state().message_line());
-    assert!(names(&harness, "fn broken( {").is_empty());
+    assert!(names_containing(&harness, "fn broken( {").is_empty());
 }

@@ -37,22 +37,22 @@ pub fn interface(target: NaifId, utc: &str) -> Interface {
     let catalog = session.catalog();
     let subjects = orrery::ephemeris::body_order::by_distance(catalog, session.ephemeris());
     let subjects = subjects.into_iter().filter_map(|id| catalog.body(id)).map(Subject::of);
-    let places = SessionPositions(session);
+    let positions = SessionPositions(session);
     let radius_km = catalog.body(target).expect("a body").radii_km.x;
-    let sunward = places.between_km(target, NaifId::SUN, time).expect("a place").try_normalize().unwrap_or(glam::DVec3::X);
-    let pole = places.body_from_icrf(target, time).expect("an orientation").row(2);
+    let sunward = positions.between_km(target, NaifId::SUN, time).expect("a place").try_normalize().unwrap_or(glam::DVec3::X);
+    let pole = positions.body_from_icrf(target, time).expect("an orientation").row(2);
     let mut view = ViewState::around(target, (sunward + 0.4 * pole) * 4.0 * radius_km, radius_km, pole, time);
     view.quality = Quality::Draft;
     let mut viewer = Viewer::new(subjects.collect(), view, || Instant::from_tdb_seconds_past_j2000(0.0));
     viewer.time_rate.toggle_pause();
     // Hints are bright text over the sky.
     let hints = HintsUsed { drag: true, scroll: true, search: true };
-    // Tests search for events and draw small pictures only if they are about those.
+    // Only the tests about them show the row of *What to see now* and the timeline, which cost time.
     let panels = PanelLayout { now_shown: false, timeline_shown: false, ..PanelLayout::default() };
     Interface::new(viewer, Settings { hints, panels, ..Settings::default() })
 }
 
-/// Paints with the window's CPU painter.
+/// Paints with the window's CPU painter instead of wgpu.
 pub struct OwnPainter(pub Painter);
 
 impl TestRenderer for OwnPainter {
@@ -135,8 +135,8 @@ fn an_effect_switched_off_changes_the_picture_and_says_so() {
     toggle.click();
     settle(&mut harness);
     assert_eq!(harness.state().viewer.view.effects.to_text(), "-ring-shadow");
-    let decided = harness.state().drawing().expect("a picture").scene.body(SATURN).expect("Saturn").decisions.clone();
-    let shadow = decided.iter().find(|d| d.feature == "ring-shadow").expect("a decision");
+    let decisions = harness.state().drawing().expect("a picture").scene.body(SATURN).expect("Saturn").decisions.clone();
+    let shadow = decisions.iter().find(|d| d.feature == "ring-shadow").expect("a decision");
     assert!(!shadow.on);
     harness.state_mut().tab = None;
     settle(&mut harness);
@@ -281,11 +281,11 @@ fn a_window_of_zero_size_draws_nothing_and_recovers() {
 
 #[test]
 fn a_picture_does_not_wait_for_a_query() {
-    let (woken, wakes) = std::sync::mpsc::channel();
+    let (wake_sender, wakes) = std::sync::mpsc::channel();
     let worker = ThreadedWorker::new(session(), move || {
-        let _ = woken.send(());
+        let _ = wake_sender.send(());
     });
-    let (free, held) = std::sync::mpsc::channel::<()>();
+    let (release, released) = std::sync::mpsc::channel::<()>();
     let request =
         ViewRequest { width: 16, height: 16, ..ViewRequest::of(NaifId(301), Instant::parse("2024-04-08T18:17:16Z").expect("a time")) };
     let (drawn, answered) = std::thread::scope(|scope| {
@@ -293,24 +293,24 @@ fn a_picture_does_not_wait_for_a_query() {
         scope.spawn(|| worker.answer());
         // A query that runs until it is released.
         worker.run(Box::new(move |_| {
-            let _ = held.recv();
+            let _ = released.recv();
         }));
         worker.submit(RenderJob { sampling: SamplingQuality::of(request.quality), request: request.clone(), on_gpu: false });
-        let patience = std::time::Duration::from_secs(120);
-        let drawn = wakes.recv_timeout(patience).is_ok() && worker.take().is_some_and(|d| d.is_ok_and(|d| d.width == 16));
-        drop(free);
-        let answered = wakes.recv_timeout(patience).is_ok();
+        let timeout = std::time::Duration::from_secs(120);
+        let drawn = wakes.recv_timeout(timeout).is_ok() && worker.take().is_some_and(|d| d.is_ok_and(|d| d.width == 16));
+        drop(release);
+        let answered = wakes.recv_timeout(timeout).is_ok();
         worker.close();
         (drawn, answered)
     });
-    assert!(drawn, "the picture waited for the question");
-    assert!(answered, "the question was not answered once it could be");
+    assert!(drawn, "the picture waited for the query");
+    assert!(answered, "the query was not answered after its release");
 }
 
 /// Counts the requested pictures.
-struct Counting(InlineWorker<'static>, Arc<AtomicU32>);
+struct CountingWorker(InlineWorker<'static>, Arc<AtomicU32>);
 
-impl RenderWorker for Counting {
+impl RenderWorker for CountingWorker {
     fn session(&self) -> &Session {
         self.0.session()
     }
@@ -331,31 +331,31 @@ fn real_time_needs_few_pictures() {
     let mut interface = interface(SATURN, "2017-05-17T00:00:00Z");
     interface.viewer.time_rate.toggle_pause();
     assert_eq!(interface.viewer.time_rate.rate(), 1.0);
-    let orders: Arc<AtomicU32> = Arc::default();
-    let worker = Counting(InlineWorker::new(session()), Arc::clone(&orders));
+    let picture_count: Arc<AtomicU32> = Arc::default();
+    let worker = CountingWorker(InlineWorker::new(session()), Arc::clone(&picture_count));
     let mut harness = Harness::builder()
         .with_size([700.0, 400.0])
         .with_max_steps(40)
         .renderer(OwnPainter(Painter::default()))
         .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface);
     settle(&mut harness);
-    let turns = |harness: &mut Harness<'static, Interface>, count: u32, step_s: f64| {
-        let (orders_before, tdb_before_s) = (orders.load(Ordering::Relaxed), harness.state().viewer.view.tdb_s);
+    let run_frames = |harness: &mut Harness<'static, Interface>, count: u32, step_s: f64| {
+        let (count_before, tdb_before_s) = (picture_count.load(Ordering::Relaxed), harness.state().viewer.view.tdb_s);
         for _ in 0..count {
             let next = harness.input_mut().time.unwrap_or(0.0) + step_s;
             harness.input_mut().time = Some(next);
             harness.run_steps(1);
         }
-        (orders.load(Ordering::Relaxed) - orders_before, harness.state().viewer.view.tdb_s - tdb_before_s)
+        (picture_count.load(Ordering::Relaxed) - count_before, harness.state().viewer.view.tdb_s - tdb_before_s)
     };
     // Ten frames a second for six seconds: at most one picture per second.
-    let (pictures, passed_s) = turns(&mut harness, 60, 0.1);
+    let (pictures, passed_s) = run_frames(&mut harness, 60, 0.1);
     assert!((1..=7).contains(&pictures), "{pictures} pictures in six seconds");
     assert!((passed_s - 6.0).abs() < 0.2, "{passed_s} s went by in six");
     // The window itself redraws once a second.
-    let (_, passed_s) = turns(&mut harness, 10, 1.0);
+    let (_, passed_s) = run_frames(&mut harness, 10, 1.0);
     assert!((passed_s - 10.0).abs() < 0.2, "{passed_s} s went by in ten");
     // A change of the view is drawn at once.
     harness.state_mut().viewer.view.fov_deg *= 0.9;
-    assert!(turns(&mut harness, 1, 0.05).0 == 1, "the view changed and no picture was requested");
+    assert!(run_frames(&mut harness, 1, 0.05).0 == 1, "the view changed and no picture was requested");
 }

@@ -38,9 +38,9 @@ fn a_language_applies_at_once_and_is_kept() {
 
 #[test]
 fn numbers_and_dates_are_german() {
-    let mut shown = interface(SATURN, EQUINOX);
-    shown.language = Language::German;
-    let mut harness = harness(shown);
+    let mut interface = interface(SATURN, EQUINOX);
+    interface.language = Language::German;
+    let mut harness = harness(interface);
     harness.state_mut().tab = Some(Tab::Information);
     settle(&mut harness);
     for text in ["297.199 km", "23,400°", "17h 44m 59,6s", "43,58° N, 142,03° O"] {
@@ -52,7 +52,7 @@ fn numbers_and_dates_are_german() {
     assert!(harness.query_by_label_contains("8. April 2024 · Der Kernschatten des Mondes").is_some(), "a moment of the catalog");
 }
 
-/// No button of a bar lies outside the window at its least usual size.
+/// No button of a bar lies outside the window at its smallest size.
 #[test]
 fn german_buttons_fit() {
     for size in [[1100.0, 640.0], [760.0, 480.0]] {
@@ -86,9 +86,9 @@ fn truncated_texts(harness: &Window) -> Vec<String> {
 
 #[test]
 fn german_truncates_no_more_texts_of_the_bars_than_english() {
-    let mut shown = interface(SATURN, EQUINOX);
-    shown.settings.panels.timeline_shown = true;
-    let mut harness = harness(shown);
+    let mut interface = interface(SATURN, EQUINOX);
+    interface.settings.panels.timeline_shown = true;
+    let mut harness = harness(interface);
     harness.set_size([1280.0, 800.0].into());
     settle(&mut harness);
     let english = truncated_texts(&harness);
@@ -99,5 +99,5 @@ fn german_truncates_no_more_texts_of_the_bars_than_english() {
     // In a narrow window some text is truncated, and the search finds it.
     harness.state_mut().tab = Some(Tab::Effects);
     settle(&mut harness);
-    assert!(truncated_texts(&harness).iter().any(|text| text.starts_with("seine Normalen")), "the reasons of effects are cut");
+    assert!(truncated_texts(&harness).iter().any(|text| text.starts_with("seine Normalen")), "the reasons of effects are truncated");
 }

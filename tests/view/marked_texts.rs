@@ -108,7 +108,7 @@ const NAMES: [&str; 37] = [
 ];
 
 /// Texts that egui itself reports to screen readers, in English.
-const OF_EGUI: [&str; 3] = ["Resize panel", "Close window", "Hide"];
+const EGUI_TEXTS: [&str; 3] = ["Resize panel", "Close window", "Hide"];
 
 /// Whether a word is a number with its units and marks, without a decimal point.
 fn is_number(word: &str) -> bool {
@@ -169,23 +169,24 @@ pub struct Scan {
     modules: BTreeSet<String>,
     keys: BTreeSet<String>,
     pub faults: BTreeSet<String>,
-    pub seen: usize,
+    /// Number of texts checked.
+    pub checked: usize,
 }
 
 impl Scan {
     pub fn new() -> Self {
-        Self { names: catalog_names(), modules: module_names(), keys: key_names(), faults: BTreeSet::new(), seen: 0 }
+        Self { names: catalog_names(), modules: module_names(), keys: key_names(), faults: BTreeSet::new(), checked: 0 }
     }
 
     fn is_allowed(&self, place: &str, part: &str) -> bool {
-        let code = |text: &str| place.contains("Shader") && self.keys.contains(text);
-        let known = |text: &str| {
-            code(text)
+        let is_code = |text: &str| place.contains("Shader") && self.keys.contains(text);
+        let is_known = |text: &str| {
+            is_code(text)
                 || self.names.contains(text)
                 || self.modules.contains(text)
                 || NAMES.contains(&text)
                 || UNITS.contains(&text)
-                || OF_EGUI.contains(&text)
+                || EGUI_TEXTS.contains(&text)
         };
         // Links, files and folders; editable fields of effects and keys with their typed text.
         let folder = env!("CARGO_MANIFEST_DIR").trim_matches('/');
@@ -206,30 +207,30 @@ impl Scan {
                     && !is_decimal(word)
         };
         let is_mark = |word: &str| !word.chars().any(char::is_alphanumeric) || !word.chars().any(|c| c.is_ascii());
-        let word = |word: &str| {
+        let is_allowed_word = |word: &str| {
             let bare = word.trim_matches(|c: char| ",;:()[]·+-−…/'".contains(c));
             is_mark(word)
-                || known(bare)
+                || is_known(bare)
                 || is_typed(bare)
                 || is_key(bare)
-                || bare.split([':', '-', '+', ',', '/', '(', '−']).all(|piece| is_number(piece) || known(piece))
+                || bare.split([':', '-', '+', ',', '/', '(', '−']).all(|piece| is_number(piece) || is_known(piece))
         };
         let trimmed = part.trim_matches(|c: char| ",;:()·+-−… ".contains(c));
         part.starts_with("orrery://")
-            || known(part)
-            || known(trimmed)
+            || is_known(part)
+            || is_known(trimmed)
             || place.contains("Shader") && is_value_list(part)
-            || trimmed.split(", ").all(&known)
-            || part.split_whitespace().all(word)
+            || trimmed.split(", ").all(&is_known)
+            || part.split_whitespace().all(is_allowed_word)
     }
 
     pub fn check(&mut self, place: &str, texts: impl IntoIterator<Item = String>) {
         for text in texts {
-            self.seen += 1;
+            self.checked += 1;
             for part in parts_without_message(&text) {
                 if !self.is_allowed(place, &part) {
-                    let whole: String = text.chars().take(160).collect();
-                    self.faults.insert(format!("{place}: {part}   in: {whole}"));
+                    let full_text: String = text.chars().take(160).collect();
+                    self.faults.insert(format!("{place}: {part}   in: {full_text}"));
                 }
             }
         }
@@ -260,17 +261,17 @@ fn texts<S>(window: &Harness<'static, S>, without_code: bool) -> BTreeSet<String
             _ => {}
         }
     }
-    fn told(node: &egui_kittest::Node<'_>, without_code: bool, out: &mut BTreeSet<String>) {
+    fn reported(node: &egui_kittest::Node<'_>, without_code: bool, out: &mut BTreeSet<String>) {
         let n = node.accesskit_node();
         // A text run repeats its label. With `without_code`, labels are source lines and their values, which are painted too.
         if n.role() != Role::TextRun && !(without_code && n.role() == Role::Label) {
             out.extend([n.label(), n.value(), n.description()].into_iter().flatten());
         }
-        node.children().for_each(|child| told(&child, without_code, out));
+        node.children().for_each(|child| reported(&child, without_code, out));
     }
     let mut out = BTreeSet::new();
     window.output().shapes.iter().for_each(|ClippedShape { shape, .. }| painted(shape, without_code, &mut out));
-    told(&window.root(), without_code, &mut out);
+    reported(&window.root(), without_code, &mut out);
     out
 }
 
@@ -306,13 +307,13 @@ fn press(window: &mut Window, at: Pos2, button: PointerButton, modifiers: Modifi
 
 /// Scans the visible texts, then each tooltip that was not seen before.
 fn scan_with_tooltips(scan: &mut Scan, window: &mut Window, place: &str, hovered: &mut BTreeSet<String>) {
-    let code = window.state().tab == Some(Tab::Shader);
-    scan.check(place, texts(window, code));
+    let without_code = window.state().tab == Some(Tab::Shader);
+    scan.check(place, texts(window, without_code));
     for (name, role, rect) in controls(window) {
         if hovered.insert(format!("{role:?} {name}")) {
             window.hover_at(rect.center());
             window.run_steps(2);
-            scan.check(&format!("{place}, over {name}"), texts(window, code));
+            scan.check(&format!("{place}, over {name}"), texts(window, without_code));
         }
     }
     window.hover_at(Pos2::new(640.0, 300.0));
@@ -320,11 +321,11 @@ fn scan_with_tooltips(scan: &mut Scan, window: &mut Window, place: &str, hovered
 }
 
 fn marked_window(target: NaifId, utc: &str) -> Window {
-    let mut shown = interface(target, utc);
-    shown.settings.panels.timeline_shown = true;
-    shown.settings.hints = HintsUsed::default();
-    shown.language = Language::Marked;
-    let mut window = harness(shown);
+    let mut interface = interface(target, utc);
+    interface.settings.panels.timeline_shown = true;
+    interface.settings.hints = HintsUsed::default();
+    interface.language = Language::Marked;
+    let mut window = harness(interface);
     window.set_size([1280.0, 800.0].into());
     settle(&mut window);
     window.ctx.all_styles_mut(|style| {
@@ -334,7 +335,7 @@ fn marked_window(target: NaifId, utc: &str) -> Window {
     window
 }
 
-/// Opens and scans each collapsed section, list and menu.
+/// Opens and scans each list and menu.
 fn scan_lists(scan: &mut Scan, window: &mut Window, place: &str, hovered: &mut BTreeSet<String>) {
     for (name, role, rect) in controls(window) {
         let is_menu = role == Role::ComboBox || role == Role::Button && ["«Layers»", "«Calendar»"].contains(&name.as_str());
@@ -353,25 +354,25 @@ fn every_panel_shows_only_messages() {
     for tab in std::iter::once(None).chain(Tab::ALL.map(Some)) {
         window.state_mut().tab = tab;
         settle(&mut window);
-        let folded: Vec<_> = controls(&window)
+        let collapsed: Vec<_> = controls(&window)
             .into_iter()
             .filter(|(name, role, ..)| *role == Role::DisclosureTriangle && !name.contains("Moons of"))
             .collect();
-        for (name, ..) in folded {
+        for (name, ..) in collapsed {
             window.get_by_role_and_label(Role::DisclosureTriangle, &name).click_accesskit();
             window.run_steps(1);
         }
         settle(&mut window);
-        let place = format!("{tab:?}");
-        scan_with_tooltips(&mut scan, &mut window, &place, &mut hovered);
-        scan_lists(&mut scan, &mut window, &place, &mut hovered);
+        let location = format!("{tab:?}");
+        scan_with_tooltips(&mut scan, &mut window, &location, &mut hovered);
+        scan_lists(&mut scan, &mut window, &location, &mut hovered);
     }
     window.state_mut().tab = None;
     window.state_mut().help_shown = true;
     settle(&mut window);
     scan.check("help", texts(&window, false));
-    assert!(scan.seen > 5000, "{} texts", scan.seen);
-    assert!(scan.faults.is_empty(), "{} of {} texts: {:#?}", scan.faults.len(), scan.seen, scan.faults);
+    assert!(scan.checked > 5000, "{} texts", scan.checked);
+    assert!(scan.faults.is_empty(), "{} of {} texts: {:#?}", scan.faults.len(), scan.checked, scan.faults);
 }
 
 /// Texts that the window shows after an action: searches, menus, measured angles, tours, events, pages of the shader, comparisons, a warning.
@@ -380,7 +381,7 @@ fn results_of_actions_show_only_messages() {
     let mut window = marked_window(NaifId::EARTH, "2024-04-08T18:30:00Z");
     window.state_mut().settings.home = Home { latitude_deg: 32.8, longitude_deg: -96.8 };
     let (mut scan, mut hovered) = (Scan::new(), BTreeSet::new());
-    for typed in [
+    for query in [
         "sat",
         "2027",
         "eclipse 2027",
@@ -396,10 +397,10 @@ fn results_of_actions_show_only_messages() {
     ] {
         window.get_by_role_and_label(Role::TextInput, "«Search»").focus();
         window.run_steps(1);
-        window.get_by_role_and_label(Role::TextInput, "«Search»").type_text(typed);
+        window.get_by_role_and_label(Role::TextInput, "«Search»").type_text(query);
         window.run_steps(3);
-        let shown: Vec<String> = texts(&window, false).into_iter().filter(|text| !text.contains(typed)).collect();
-        scan.check(&format!("searching {typed}"), shown);
+        let shown: Vec<String> = texts(&window, false).into_iter().filter(|text| !text.contains(query)).collect();
+        scan.check(&format!("searching {query}"), shown);
         window.key_press(egui::Key::Escape);
         window.run_steps(2);
     }
@@ -437,7 +438,7 @@ fn results_of_actions_show_only_messages() {
             scan_with_tooltips(&mut scan, &mut window, &format!("{tab:?} after {button}"), &mut hovered);
         }
     }
-    assert!(scan.faults.is_empty(), "{} of {} texts: {:#?}", scan.faults.len(), scan.seen, scan.faults);
+    assert!(scan.faults.is_empty(), "{} of {} texts: {:#?}", scan.faults.len(), scan.checked, scan.faults);
 }
 
 /// The scan detects a label, a number or a tooltip that does not come from a message.

@@ -15,10 +15,10 @@ const MARS: NaifId = NaifId(499);
 const SATURN: NaifId = NaifId(699);
 
 /// A window with the settings of a first start.
-fn first() -> Window {
-    let mut shown = interface(MARS, "2017-05-17T00:00:00Z");
-    shown.settings.panels.now_shown = true;
-    let mut window = harness(shown);
+fn first_start() -> Window {
+    let mut interface = interface(MARS, "2017-05-17T00:00:00Z");
+    interface.settings.panels.now_shown = true;
+    let mut window = harness(interface);
     settle(&mut window);
     window
 }
@@ -37,7 +37,7 @@ fn press(window: &mut Window, item: NowItem) {
 #[test]
 fn each_picture_opens_its_view_and_hides_the_row() {
     for item in NowItem::ALL {
-        let mut window = first();
+        let mut window = first_start();
         assert_eq!(tiles(&window).len(), NowItem::ALL.len(), "{:?}", tiles(&window));
         press(&mut window, item);
         let state = window.state();
@@ -70,7 +70,7 @@ fn each_picture_opens_its_view_and_hides_the_row() {
 
 #[test]
 fn the_row_stays_closed_after_its_close_button() {
-    let mut window = first();
+    let mut window = first_start();
     window.get_by_label("Close what to see now").click();
     settle(&mut window);
     assert!(tiles(&window).is_empty());
@@ -100,7 +100,7 @@ fn the_row_hides_at_the_first_input_and_not_before() {
         ("list of bodies", |window| window.get_by_label("Bodies").click()),
     ];
     for (name, input) in inputs {
-        let mut window = first();
+        let mut window = first_start();
         // The pointer over the sky and time that passes are no input.
         let centre = window.get_by_label_contains("The sky:").rect().center();
         window.hover_at(centre);
@@ -119,7 +119,7 @@ fn the_row_hides_at_the_first_input_and_not_before() {
 
 #[test]
 fn the_shader_of_the_eclipse_is_shown_at_its_lines() {
-    let mut window = first();
+    let mut window = first_start();
     press(&mut window, NowItem::Shader);
     // The longest run of the feature is visible, with its name in the margin.
     assert!(window.query_all_by_label_contains("needed by eclipse.1").count() > 0);
@@ -130,7 +130,7 @@ fn the_shader_of_the_eclipse_is_shown_at_its_lines() {
 #[test]
 fn saturn_is_seen_from_the_lit_side_of_its_rings() {
     let places = SessionPositions(session());
-    let base_view = first().state().viewer.view.clone();
+    let base_view = first_start().state().viewer.view.clone();
     for year in (1990..2050).step_by(4) {
         let time = Instant::parse(&format!("{year}-07-01")).expect("a time");
         let view = NowItem::Saturn.view(session(), time, &base_view).expect("a view").view;

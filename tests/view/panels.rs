@@ -19,28 +19,28 @@ const EQUINOX: &str = "2017-05-17T00:00:00Z";
 const MEASURED: [&str; 3] = ["ms", "MiB", "µs"];
 
 /// A line without the numbers that differ from run to run: those in front of a unit of measurement, and all numbers
-/// if `counts` is set.
-fn without_measurements(line: &str, counts: bool) -> String {
+/// if `with_counts` is set.
+fn without_measurements(line: &str, with_counts: bool) -> String {
     let words: Vec<&str> = line.split(' ').collect();
-    let number = |w: &str| w.trim_matches(|c| "+-−(,%".contains(c)).parse::<f64>().is_ok();
-    let unit = |w: Option<&&str>| w.is_some_and(|w| MEASURED.contains(&w.trim_end_matches(',')));
-    let kept = words.iter().enumerate().map(|(k, w)| if number(w) && (counts || unit(words.get(k + 1))) { "#" } else { w });
+    let is_number = |w: &str| w.trim_matches(|c| "+-−(,%".contains(c)).parse::<f64>().is_ok();
+    let is_unit = |w: Option<&&str>| w.is_some_and(|w| MEASURED.contains(&w.trim_end_matches(',')));
+    let kept = words.iter().enumerate().map(|(k, w)| if is_number(w) && (with_counts || is_unit(words.get(k + 1))) { "#" } else { w });
     kept.collect::<Vec<_>>().join(" ")
 }
 
 /// Indented lines: role, name or value, and toggle state.
-fn outline(harness: &Harness<'static, Interface>, counts: bool) -> String {
-    fn walk(node: &egui_kittest::Node<'_>, depth: usize, counts: bool, out: &mut String) {
+fn outline(harness: &Harness<'static, Interface>, with_counts: bool) -> String {
+    fn walk(node: &egui_kittest::Node<'_>, depth: usize, with_counts: bool, out: &mut String) {
         let n = node.accesskit_node();
         let shown_text = n.label().or_else(|| n.value()).unwrap_or_default();
         // Text runs repeat their label; source lines have another test.
-        let listing = n.role() == Role::Unknown || shown_text.starts_with("    ");
-        if n.role() == Role::TextRun || listing && !shown_text.is_empty() {
+        let is_source_line = n.role() == Role::Unknown || shown_text.starts_with("    ");
+        if n.role() == Role::TextRun || is_source_line && !shown_text.is_empty() {
             return;
         }
-        let silent = matches!(n.role(), Role::GenericContainer | Role::Unknown | Role::Window);
-        let below = if silent && shown_text.is_empty() { depth } else { depth + 1 };
-        if below > depth {
+        let is_layout = matches!(n.role(), Role::GenericContainer | Role::Unknown | Role::Window);
+        let child_depth = if is_layout && shown_text.is_empty() { depth } else { depth + 1 };
+        if child_depth > depth {
             let state = match n.toggled() {
                 Some(Toggled::True) => " [on]",
                 Some(Toggled::False) => " [off]",
@@ -48,25 +48,25 @@ fn outline(harness: &Harness<'static, Interface>, counts: bool) -> String {
             };
             let shown_text = shown_text.split("view?").next().unwrap_or_default().replace('\n', " / ");
             // The current folder differs between machines.
-            let here = std::env::current_dir().map_or(String::new(), |d| d.display().to_string());
-            let shown_text = if here.is_empty() { shown_text } else { shown_text.replace(&here, "(here)") };
-            let line = without_measurements(&shown_text, counts);
+            let current_folder = std::env::current_dir().map_or(String::new(), |d| d.display().to_string());
+            let shown_text = if current_folder.is_empty() { shown_text } else { shown_text.replace(&current_folder, "(here)") };
+            let line = without_measurements(&shown_text, with_counts);
             let _ = writeln!(out, "{}{:?} {line}{state}", "  ".repeat(depth), n.role());
         }
         for child in node.children() {
-            walk(&child, below, counts, out);
+            walk(&child, child_depth, with_counts, out);
         }
     }
     let mut out = String::new();
-    walk(&harness.root(), 0, counts, &mut out);
+    walk(&harness.root(), 0, with_counts, &mut out);
     out
 }
 
 #[test]
 fn each_panel_is_as_recorded() {
-    let mut shown = interface(SATURN, EQUINOX);
-    shown.settings.panels.timeline_shown = true;
-    let mut harness = harness(shown);
+    let mut interface = interface(SATURN, EQUINOX);
+    interface.settings.panels.timeline_shown = true;
+    let mut harness = harness(interface);
     for tab in Tab::ALL {
         harness.state_mut().tab = Some(tab);
         settle(&mut harness);
@@ -96,32 +96,32 @@ fn saturn_view() -> ViewRequest {
 #[test]
 fn an_effect_cost_includes_its_change_of_light() {
     let view = saturn_view();
-    let price = |effect, on, body| session().effect_cost(&view, 2.0, (effect, on), body).expect("a price");
-    let shadow = price(Effect::RingShadow, true, None);
+    let cost_of = |effect, on, body| session().effect_cost(&view, 2.0, (effect, on), body).expect("a cost");
+    let shadow = cost_of(Effect::RingShadow, true, None);
     assert!(shadow.light.net < -1e-3 && shadow.light.moved >= -shadow.light.net - 1e-9, "a shadow takes light: {shadow:?}");
-    assert_eq!(price(Effect::RingShadow, true, Some("Saturn")).light, shadow.light, "it is Saturn's alone");
-    let rings = price(Effect::Rings, true, None);
+    assert_eq!(cost_of(Effect::RingShadow, true, Some("Saturn")).light, shadow.light, "it is Saturn's alone");
+    let rings = cost_of(Effect::Rings, true, None);
     assert!(rings.light.net > 0.05, "half of the light is the rings': {rings:?}");
     // An effect that no body here has changes nothing, requested or not.
-    let night = price(Effect::Night, false, None);
+    let night = cost_of(Effect::Night, false, None);
     assert!(night.light.net == 0.0 && night.light.moved == 0.0, "{night:?}");
-    assert!(price(Effect::RingShadow, true, Some("Titan")).light.moved == 0.0, "Titan has no rings");
+    assert!(cost_of(Effect::RingShadow, true, Some("Titan")).light.moved == 0.0, "Titan has no rings");
 }
 
 #[test]
 fn effect_costs_appear_once_the_view_is_at_rest() {
     let mut harness = harness(interface(SATURN, EQUINOX));
     harness.state_mut().tab = Some(Tab::Effects);
-    let prices = |h: &Harness<'static, Interface>| h.query_all_by_label_contains("% light").count();
+    let costs_shown = |h: &Harness<'static, Interface>| h.query_all_by_label_contains("% light").count();
     let time_rate = &mut harness.state_mut().viewer.time_rate;
     time_rate.toggle_pause();
     (0..8).for_each(|_| time_rate.faster());
     settle(&mut harness);
     assert!(harness.state().viewer.is_animating());
-    assert_eq!(prices(&harness), 0, "nothing is measured while the view moves");
+    assert_eq!(costs_shown(&harness), 0, "nothing is measured while the view moves");
     harness.state_mut().viewer.time_rate.toggle_pause();
     settle(&mut harness);
-    assert!(prices(&harness) > 5, "{} prices", prices(&harness));
+    assert!(costs_shown(&harness) > 5, "{} costs", costs_shown(&harness));
 }
 
 #[test]
@@ -133,26 +133,26 @@ fn the_tone_map_clips_or_compresses_light_above_white() {
         let view = ViewRequest { tone_map, ..view.clone() };
         session().draw(&view, SamplingQuality::of(Quality::Standard), true).expect("a picture").frame
     };
-    let (film, plain) = (drawn(ToneMap::Filmic), drawn(ToneMap::Clipped));
-    assert_eq!(film.hdr, plain.hdr, "the light is the same");
+    let (filmic, clipped) = (drawn(ToneMap::Filmic), drawn(ToneMap::Clipped));
+    assert_eq!(filmic.hdr, clipped.hdr, "the light is the same");
     let peak = |rgba: [f32; 4]| rgba[..3].iter().fold(0.0_f32, |a, b| a.max(*b)) * 4.5_f32.exp2();
-    let mut seen = [0, 0];
-    for ((light, f), p) in film.hdr.iter().zip(&film.display).zip(&plain.display) {
+    let mut dark_and_bright = [0, 0];
+    for ((light, f), p) in filmic.hdr.iter().zip(&filmic.display).zip(&clipped.display) {
         if peak(*light) < 0.79 {
-            assert_eq!(f, p, "below 0.8 of white both are true");
-            seen[0] += 1;
+            assert_eq!(f, p, "below 0.8 of white both curves are the same");
+            dark_and_bright[0] += 1;
         } else if peak(*light) > 1.01 {
-            assert_eq!(p[..3].iter().max(), Some(&255), "plain is cut at white");
-            assert!(f[..3].iter().all(|c| *c < 255), "film keeps a difference: {f:?}");
-            seen[1] += 1;
+            assert_eq!(p[..3].iter().max(), Some(&255), "the clipped curve ends at white");
+            assert!(f[..3].iter().all(|c| *c < 255), "the filmic curve stays below white: {f:?}");
+            dark_and_bright[1] += 1;
         }
     }
-    assert!(seen.iter().all(|n| *n > 20), "dark and bright pixels: {seen:?}");
+    assert!(dark_and_bright.iter().all(|n| *n > 20), "dark and bright pixels: {dark_and_bright:?}");
 }
 
 #[test]
 fn the_renderer_is_chosen_in_the_window() {
-    // A session of its own, since the others stay with the software renderer.
+    // Not the shared session, which must keep the software renderer.
     let cache = tempfile::tempdir().expect("a folder").keep();
     let sources = Sources { cache: Some(cache), ..Sources::default() };
     let session: &'static Session = Box::leak(Box::new(Session::open(&sources, |line| println!("{line}")).expect("a session")));
@@ -164,8 +164,8 @@ fn the_renderer_is_chosen_in_the_window() {
     settle(&mut harness);
     assert_eq!(harness.state().viewer.view.tone_map, ToneMap::Clipped);
     assert_eq!(harness.state().drawing().expect("a picture").scene.tone_map, ToneMap::Clipped);
-    let (choices, now) = session.renderers();
-    assert_eq!(now, RendererPreference::Software);
+    let (choices, chosen) = session.renderers();
+    assert_eq!(chosen, RendererPreference::Software);
     if choices.len() == 1 {
         assert!(harness.query_by_label("auto").is_none(), "a build with one renderer offers no choice");
         return;

@@ -1,6 +1,6 @@
 //! The search field: each kind of answer leads to its place, and similar names are offered.
 
-use crate::view::input::{Window, typed, without_pictures};
+use crate::view::input::{Window, type_text, without_pictures};
 use crate::view::interface::session;
 use egui::Key;
 use egui_kittest::kittest::Queryable;
@@ -15,10 +15,10 @@ use orrery::view::panels::Tab;
 
 const MARS: NaifId = NaifId(499);
 
-fn searched(text: &str) -> Window {
+fn window_after_search(text: &str) -> Window {
     let mut window = without_pictures(MARS);
-    typed(&mut window, "/");
-    typed(&mut window, text);
+    type_text(&mut window, "/");
+    type_text(&mut window, text);
     window.key_press(Key::Enter);
     window.run_steps(3);
     window
@@ -27,41 +27,41 @@ fn searched(text: &str) -> Window {
 #[test]
 fn dates_in_many_forms_set_the_time() {
     for text in ["8 April 2024", "april 8 2024", "2024-04-08", "8.4.2024", "Apr 8, 2024 00:00 UTC"] {
-        let window = searched(text);
+        let window = window_after_search(text);
         assert_eq!(window.state().viewer.view.time().to_utc_iso(), "2024-04-08T00:00:00Z", "{text}");
         assert_eq!(window.state().viewer.view.target, MARS, "{text}");
     }
     // The test's clock is at J2000.
-    assert_eq!(searched("now").state().viewer.view.tdb_s, 0.0);
+    assert_eq!(window_after_search("now").state().viewer.view.tdb_s, 0.0);
 }
 
 #[test]
 fn each_kind_of_answer_leads_to_its_target() {
-    let events = searched("eclipse 2027");
+    let events = window_after_search("eclipse 2027");
     assert_eq!(events.state().tab, Some(Tab::Events));
     // Total in Spain and Egypt on 2027-08-02 (Espenak and Meeus, canon of solar eclipses).
     events.get_by_label_contains("Total solar eclipse, 2027-08-02 10:0");
     events.get_by_label_contains("events after 2027-01-01 00:00 UTC");
-    let venus = searched("transit of venus 2012");
+    let venus = window_after_search("transit of venus 2012");
     venus.get_by_label_contains("Transit of Venus, 2012-06-06");
     // German words for events are understood in either language.
-    for typed in ["venustransit 2012", "transit von venus 2012"] {
-        searched(typed).get_by_label_contains("Transit of Venus, 2012-06-06");
+    for phrase in ["venustransit 2012", "transit von venus 2012"] {
+        window_after_search(phrase).get_by_label_contains("Transit of Venus, 2012-06-06");
     }
-    assert_eq!(searched("ring-shadow").state().tab, Some(Tab::Effects));
-    assert_eq!(searched("-ring-shadow").state().viewer.view.effects.to_text(), "-ring-shadow");
-    assert_eq!(searched("lambert.albedo.sun1.ellipsoid").state().tab, Some(Tab::Shader));
-    let moment = searched("great conj");
+    assert_eq!(window_after_search("ring-shadow").state().tab, Some(Tab::Effects));
+    assert_eq!(window_after_search("-ring-shadow").state().viewer.view.effects.to_text(), "-ring-shadow");
+    assert_eq!(window_after_search("lambert.albedo.sun1.ellipsoid").state().tab, Some(Tab::Shader));
+    let moment = window_after_search("great conj");
     assert!(moment.state().viewer.view.time().to_utc_iso().starts_with("2020-12-21T18:2"));
-    let standing = searched("51.5, -0.1");
-    let eye = standing.state().viewer.view.eye;
+    let on_ground = window_after_search("51.5, -0.1");
+    let eye = on_ground.state().viewer.view.eye;
     assert!(
         matches!(eye, CameraPose::Ground { body: MARS, latitude_deg: 51.5, longitude_deg, .. } if (longitude_deg + 0.1).abs() < 1e-9),
         "{eye:?}"
     );
-    assert_eq!(searched("titan").state().viewer.destination().target, NaifId(606));
+    assert_eq!(window_after_search("titan").state().viewer.destination().target, NaifId(606));
     // A city is on the Earth, whatever is selected, and becomes the observer's place for events.
-    let city = searched("mazat");
+    let city = window_after_search("mazat");
     let state = city.state();
     let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = state.viewer.view.eye else {
         panic!("not on the Earth")
@@ -70,7 +70,7 @@ fn each_kind_of_answer_leads_to_its_target() {
     assert!((latitude_deg - 23.2).abs() < 0.1 && (longitude_deg + 106.4).abs() < 0.1, "{latitude_deg} {longitude_deg}");
     city.get_by_label_contains("events, rise and set are told for this place");
     // A crater is viewed from above: Tycho, 43.3 S 11.2 W (gazetteer of the IAU).
-    let tycho = searched("tycho");
+    let tycho = window_after_search("tycho");
     let view = &tycho.state().viewer.view;
     let CameraPose::Orbit { body: NaifId::MOON, fixed: true, azimuth_deg, elevation_deg, .. } = view.eye else { panic!("{view:?}") };
     assert!(
@@ -78,7 +78,7 @@ fn each_kind_of_answer_leads_to_its_target() {
         "{azimuth_deg} {elevation_deg}"
     );
     // A star is not a body: the view is from near the Earth.
-    let vega = searched("vega");
+    let vega = window_after_search("vega");
     assert_eq!((vega.state().viewer.view.target, vega.state().viewer.view.fov_deg), (NaifId::EARTH, 20.0));
 }
 
@@ -97,8 +97,8 @@ fn a_star_is_in_the_middle_of_its_picture() {
                 star_view(star, years, &places, &view).expect(name).request(catalog, session().ephemeris(), 200, 100).expect(name);
             let Look::Along { direction, axes: Axes::Icrf } = request.look else { panic!("{name}: {:?}", request.look) };
             // Arcturus moves by 2.3 arcsec a year.
-            let seen = (star.direction + star.motion_per_year * years).normalize();
-            assert!(orrery::ephemeris::angle_rad(direction.normalize(), seen).to_degrees() < 0.01, "{name}");
+            let direction_at_date = (star.direction + star.motion_per_year * years).normalize();
+            assert!(orrery::ephemeris::angle_rad(direction.normalize(), direction_at_date).to_degrees() < 0.01, "{name}");
         }
     }
 }
@@ -123,8 +123,8 @@ fn the_likeliest_meaning_is_suggested_first() {
 #[test]
 fn a_similar_name_is_offered_and_not_chosen() {
     let mut window = without_pictures(MARS);
-    typed(&mut window, "/");
-    typed(&mut window, "betelguese");
+    type_text(&mut window, "/");
+    type_text(&mut window, "betelguese");
     window.get_by_label("Did you mean Betelgeuse?");
     window.key_press(Key::Enter);
     window.run_steps(2);

@@ -37,43 +37,45 @@ fn names_in(folder: &Path) -> Vec<String> {
 #[test]
 fn pictures_never_overwrite_and_their_whole_path_is_shown() {
     let folder = tempfile::tempdir().expect("a folder");
-    let at = |name: &str| folder.path().join(name);
-    std::fs::write(at("p.png"), "mine").expect("a file");
-    let mut window = sharing(&at("p.png"));
+    let path_of = |name: &str| folder.path().join(name);
+    std::fs::write(path_of("p.png"), "mine").expect("a file");
+    let mut window = sharing(&path_of("p.png"));
     for (k, tab) in [None, Some(Tab::Share), Some(Tab::Effects)].into_iter().enumerate() {
         window.state_mut().tab = tab;
         window.key_press_modifiers(Modifiers::COMMAND, Key::S);
         settle(&mut window);
-        let path = at(&format!("p-{}.png", k + 2));
+        let path = path_of(&format!("p-{}.png", k + 2));
         assert_eq!(window.state().message, format!("Saved {}", path.display()), "the message must remain after later pictures");
         assert_eq!(window.state().message_line(), window.state().message);
         assert_eq!(image::image_dimensions(&path).expect("a picture"), (24, 16));
         assert_eq!(window.state().tab, tab, "saving opens no panel");
     }
-    assert_eq!(std::fs::read_to_string(at("p.png")).expect("a file"), "mine");
+    assert_eq!(std::fs::read_to_string(path_of("p.png")).expect("a file"), "mine");
     // A sequence under the same plain name, twice; the second gets another name.
     window.state_mut().tab = Some(Tab::Share);
     for first in ["p-00000.png", "p-5-00000.png"] {
         if first.starts_with("p-5") {
-            (2..5).for_each(|n| std::fs::write(at(&format!("p-{n}-00001.png")), "another's").expect("a file"));
+            (2..5).for_each(|n| std::fs::write(path_of(&format!("p-{n}-00001.png")), "another's").expect("a file"));
         }
         settle(&mut window);
         window.get_by_label("Export sequence").click();
         settle(&mut window);
         assert!(window.state().message.starts_with("3 of 3: Saved ") && !window.state().is_saving(), "{}", window.state().message);
-        assert!(at(first).exists(), "{first} of {:?}", names_in(folder.path()));
+        assert!(path_of(first).exists(), "{first} of {:?}", names_in(folder.path()));
     }
     assert_eq!(names_in(folder.path()).len(), 4 + 3 + 3 + 3);
     // Time advances by a minute between frames: three different pictures.
-    let bytes = |n: usize| std::fs::read(at(&format!("p-0000{n}.png"))).expect("a frame");
+    let bytes = |n: usize| std::fs::read(path_of(&format!("p-0000{n}.png"))).expect("a frame");
     assert!(bytes(0) != bytes(1) && bytes(1) != bytes(2));
     // A write error names the path.
-    let nowhere = PathBuf::from("none").join("p.png");
-    window.get_by_label_contains("Image file: .png or .exr").set_text_value_accesskit(&at("").join(nowhere).display().to_string());
+    let missing_folder = PathBuf::from("none").join("p.png");
+    window
+        .get_by_label_contains("Image file: .png or .exr")
+        .set_text_value_accesskit(&path_of("").join(missing_folder).display().to_string());
     window.run_steps(2);
     window.key_press_modifiers(Modifiers::COMMAND, Key::S);
     settle(&mut window);
-    assert!(window.state().message.contains(&at("none").display().to_string()), "{}", window.state().message);
+    assert!(window.state().message.contains(&path_of("none").display().to_string()), "{}", window.state().message);
 }
 
 /// The animation section with small frames under a name.
@@ -109,11 +111,11 @@ fn an_animation_is_one_file_and_overwrites_none() {
         window.run_steps(2);
         window.get_by_label("Record animation").click();
         settle(&mut window);
-        let free = folder.path().join(name.replacen("a.", "a-2.", 1));
-        assert_eq!(window.state().message, format!("Saved {}", free.display()));
+        let unused_path = folder.path().join(name.replacen("a.", "a-2.", 1));
+        assert_eq!(window.state().message, format!("Saved {}", unused_path.display()));
         assert_eq!(std::fs::read_to_string(&path).expect("a file"), "mine");
         if name.ends_with("apng") {
-            let frames = frames_of(&free);
+            let frames = frames_of(&unused_path);
             assert!(frames.len() == 3 && frames[0] != frames[1] && frames[1] != frames[2], "three different pictures of rotating Saturn");
             // Centred on the displayed time: the middle frame is the displayed view.
             let view = window.state().viewer.view.clone();
@@ -122,7 +124,7 @@ fn an_animation_is_one_file_and_overwrites_none() {
             let drawn = session().draw_in_background(&request, sampling, false).expect("a picture").frame.display;
             assert_eq!(frames[1].pixels().map(|p| p.0).collect::<Vec<_>>(), drawn);
         } else {
-            assert_eq!(std::fs::read(&free).expect("a file")[..6], *b"GIF89a");
+            assert_eq!(std::fs::read(&unused_path).expect("a file")[..6], *b"GIF89a");
         }
     }
     // An impossible animation is reported and not started.
@@ -137,19 +139,19 @@ fn an_animation_is_one_file_and_overwrites_none() {
 fn files_are_chosen_in_a_dialog_where_there_is_one() {
     use orrery::view::panels::FileRequest;
     use orrery::view::worker::render_worker::Pending;
-    fn chosen(question: FileRequest) -> Pending<Option<PathBuf>> {
+    fn choose(question: FileRequest) -> Pending<Option<PathBuf>> {
         let (pending, answer) = Pending::with_sender();
         answer(Some(PathBuf::from(format!("chosen/{}", question.name))));
         pending
     }
-    fn refused(_: FileRequest) -> Pending<Option<PathBuf>> {
+    fn cancel(_: FileRequest) -> Pending<Option<PathBuf>> {
         let (pending, answer) = Pending::with_sender();
         answer(None);
         pending
     }
     let mut window = sharing(Path::new("p.png"));
     assert!(window.query_by_label("Choose: image file").is_none(), "no dialogs, no buttons");
-    window.state_mut().file_dialog = Some(chosen);
+    window.state_mut().file_dialog = Some(choose);
     window.run_steps(2);
     window.get_by_label("Choose: image file").click();
     window.run_steps(3);
@@ -160,7 +162,7 @@ fn files_are_chosen_in_a_dialog_where_there_is_one() {
         .filter_map(|n| egui_kittest::kittest::NodeT::accesskit_node(&n).value())
         .collect();
     assert!(values.iter().any(|v| v == "chosen/p.png") && values.iter().any(|v| v == "chosen/orrery.gif"), "{values:?}");
-    window.state_mut().file_dialog = Some(refused);
+    window.state_mut().file_dialog = Some(cancel);
     window.run_steps(2);
     window.get_by_label("Choose: view file").click();
     window.run_steps(3);
@@ -204,7 +206,7 @@ fn a_shared_view_keeps_whether_time_is_paused() {
         });
         let link = copied.expect("a link");
         let view = view_from_text(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a view");
-        // In a new window, and in one where time does the opposite.
+        // Opened in a new window, and in one whose time is paused if this one's runs, or runs if it is paused.
         let subjects = window.state().viewer.subjects().to_vec();
         let opened = orrery::view::app::viewer::Viewer::new(subjects, view.clone(), || Instant::from_tdb_seconds_past_j2000(0.0));
         assert_eq!(opened.time_rate.is_paused(), paused);
@@ -217,7 +219,7 @@ fn a_shared_view_keeps_whether_time_is_paused() {
         settle(&mut other);
         assert_eq!(other.state().viewer.time_rate.is_paused(), paused);
         assert_eq!(other.state().viewer.view.tdb_s == shown_s, paused, "time must run or stay paused as shared");
-        // The saved text gives the link that it came from.
+        // A view shared again keeps the same state.
         let again = other.state().viewer.shareable();
         assert_eq!(again.paused, Some(paused));
         assert!(other.state().viewer.view.paused.is_none());

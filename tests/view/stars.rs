@@ -9,8 +9,7 @@ use orrery::view::panels::Tab;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// A click on a star shows its name at once and its facts in the Information panel; a click next to the star deselects it, and two clicks with Ctrl measure an
-/// angle.
+/// A click on a star shows its name at once and its facts in the Information panel; two clicks with Ctrl measure an angle.
 #[test]
 fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let mut interface = interface(NaifId::EARTH, TIME);
@@ -27,22 +26,22 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     // Position of the star on the screen: the sky is the area that the panels leave.
     let sky = window.get_by_label_contains("The sky: ").rect();
     let star = catalog.stars().place_of_hip(24_436).expect("in the catalogue");
-    let at = |window: &Window, px: glam::DVec2| {
+    let screen_position = |window: &Window, px: glam::DVec2| {
         let drawing = window.state().drawing().expect("a picture");
         let points = f64::from(sky.width()) / f64::from(drawing.width);
         sky.min + egui::vec2((px.x * points) as f32, (px.y * points) as f32)
     };
     let star_at = |window: &Window| {
         let px = orrery::scene::marks::star_px(&window.state().drawing().expect("a picture").scene, star).expect("Rigel is drawn");
-        at(window, px)
+        screen_position(window, px)
     };
-    let place = star_at(&window);
-    click(&mut window, place, false);
+    let star_pos = star_at(&window);
+    click(&mut window, star_pos, false);
     window.run_steps(3);
     assert!(window.state().message.starts_with("Rigel (HIP 24436), magnitude 0."), "{}", window.state().message);
     assert!(window.query_all_by_label_contains("Rigel (HIP 24436)").count() >= 1);
     // With Ctrl: from the star to a point at a known distance in pixels.
-    let ctrl = |window: &mut Window, pos: Pos2| {
+    let ctrl_click = |window: &mut Window, pos: Pos2| {
         window.event(Event::ModifiersChanged(Modifiers::COMMAND));
         window.run_steps(1);
         window.hover_at(pos);
@@ -54,8 +53,8 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
         window.event(Event::ModifiersChanged(Modifiers::NONE));
         window.run_steps(1);
     };
-    ctrl(&mut window, place);
+    ctrl_click(&mut window, star_pos);
     assert!(window.state().message.contains("second place"), "{}", window.state().message);
-    ctrl(&mut window, place + egui::vec2(200.0, 150.0));
+    ctrl_click(&mut window, star_pos + egui::vec2(200.0, 150.0));
     assert!(window.state().message.starts_with("Angle: "), "{}", window.state().message);
 }

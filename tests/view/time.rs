@@ -26,13 +26,13 @@ fn a_day_is_chosen_from_the_calendar_and_escape_closes_it() {
     press(&mut window, "Calendar");
     press(&mut window, "24 May 2017");
     assert_eq!(utc(&window), "2017-05-24T00:00:00Z");
-    // The calendar stays open: months before and after, to the end of the year and beyond.
+    // The calendar stays open for days of the next and the previous months.
     for (month, day) in [("Next month", "30 June 2017"), ("Previous month", "31 May 2017"), ("Previous month", "1 April 2017")] {
         press(&mut window, month);
         press(&mut window, day);
-        let shown = Instant::parse(&utc(&window)).expect("a time").to_utc_iso();
-        let number: u32 = day.split(' ').next().and_then(|d| d.parse().ok()).expect("a day");
-        assert!(shown.starts_with("2017-0") && shown[8..10].parse() == Ok(number), "{day}: {shown}");
+        let chosen_time = Instant::parse(&utc(&window)).expect("a time").to_utc_iso();
+        let day_of_month: u32 = day.split(' ').next().and_then(|d| d.parse().ok()).expect("a day");
+        assert!(chosen_time.starts_with("2017-0") && chosen_time[8..10].parse() == Ok(day_of_month), "{day}: {chosen_time}");
     }
     window.key_press(Key::Escape);
     window.run_steps(3);
@@ -46,12 +46,12 @@ fn the_rate_is_a_logarithmic_slider() {
     window.get_by_role_and_label(Role::Button, "Play").click();
     window.run_steps(2);
     let mut rates = Vec::new();
-    for part in [0.1, 0.3, 0.5, 0.7, 0.9] {
-        click(&mut window, slider.left_center() + egui::vec2(part * slider.width(), 0.0), false);
+    for fraction in [0.1, 0.3, 0.5, 0.7, 0.9] {
+        click(&mut window, slider.left_center() + egui::vec2(fraction * slider.width(), 0.0), false);
         window.run_steps(2);
         rates.push(window.state().viewer.time_rate.rate().log10());
     }
-    // Real time to a year per second are 7.5 decades: equal steps on the slider are equal factors.
+    // The slider spans 7.5 decades, from real time to a year per second: equal steps are equal factors.
     let steps: Vec<f64> = rates.windows(2).map(|pair| pair[1] - pair[0]).collect();
     assert!(steps.iter().all(|s| (1.2..2.4).contains(s)), "{rates:?}");
     assert!(rates[4] - rates[0] > 5.5, "{rates:?}");
@@ -62,15 +62,15 @@ fn neighbouring_events_are_one_press_away() {
     let mut window = without_pictures(NaifId(499));
     window.state_mut().viewer.view.tdb_s = Instant::parse("2024-01-01").expect("a time").tdb_seconds_past_j2000();
     // NASA's eclipse bulletins: 2023-10-14 17:59:32, 2024-04-08 18:17:20, 2024-10-02 18:45:04 UT.
-    for (way, day) in [
+    for (button, event_time) in [
         ("Next event", "2024-04-08T18:1"),
         ("Next event", "2024-10-02T18:4"),
         ("Previous event", "2024-04-08T18:1"),
         ("Previous event", "2023-10-14T17:59"),
     ] {
-        press(&mut window, way);
+        press(&mut window, button);
         window.run_steps(3);
-        assert!(utc(&window).starts_with(day), "{way}: {} and not {day}", utc(&window));
+        assert!(utc(&window).starts_with(event_time), "{button}: {} and not {event_time}", utc(&window));
     }
     window.get_by_role_and_label(Role::ComboBox, "Kind of event").click();
     window.run_steps(2);
@@ -85,33 +85,33 @@ fn neighbouring_events_are_one_press_away() {
 /// Each hint disappears after its gesture, and does not return.
 #[test]
 fn hints_disappear_when_used() {
-    let mut first = interface(NaifId(499), "2017-05-17T00:00:00Z");
-    first.settings.hints = HintsUsed::default();
-    let mut window = harness(first);
+    let mut first_start = interface(NaifId(499), "2017-05-17T00:00:00Z");
+    first_start.settings.hints = HintsUsed::default();
+    let mut window = harness(first_start);
     settle(&mut window);
     const HINTS: [&str; 3] = ["Drag to turn", "Scroll to zoom", "Press / to search"];
-    let shown = |window: &Window| HINTS.map(|hint| window.query_by_label(hint).is_some());
-    assert_eq!(shown(&window), [true; 3]);
-    let sky = window.get_by_label_contains("The sky:").rect().center();
+    let hints_shown = |window: &Window| HINTS.map(|hint| window.query_by_label(hint).is_some());
+    assert_eq!(hints_shown(&window), [true; 3]);
+    let picture_centre = window.get_by_label_contains("The sky:").rect().center();
     let button = |pos, pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
-    window.hover_at(sky);
-    window.event(button(sky, true));
+    window.hover_at(picture_centre);
+    window.event(button(picture_centre, true));
     window.run_steps(1);
-    window.hover_at(sky + egui::vec2(60.0, 20.0));
+    window.hover_at(picture_centre + egui::vec2(60.0, 20.0));
     window.run_steps(2);
-    window.event(button(sky + egui::vec2(60.0, 20.0), false));
+    window.event(button(picture_centre + egui::vec2(60.0, 20.0), false));
     window.run_steps(2);
-    assert_eq!(shown(&window), [false, true, true]);
+    assert_eq!(hints_shown(&window), [false, true, true]);
     window.event(Event::Zoom(1.5));
     window.run_steps(2);
-    assert_eq!(shown(&window), [false, false, true]);
+    assert_eq!(hints_shown(&window), [false, false, true]);
     window.event(Event::Text("/".into()));
     window.run_steps(2);
     window.event(Event::Text("moon".into()));
     window.run_steps(2);
     window.key_press(Key::Enter);
     settle(&mut window);
-    assert_eq!(shown(&window), [false; 3]);
+    assert_eq!(hints_shown(&window), [false; 3]);
     assert_eq!(window.state().settings.hints, HintsUsed { drag: true, scroll: true, search: true });
 }
 
@@ -133,36 +133,37 @@ fn driver_messages_do_not_cover_the_picture() {
     assert_eq!(window.state().message_line(), "");
 }
 
-/// A click that selects causes no coarse picture.
+/// A click selects a body without lowering the resolution, and a change of the view lowers it.
 #[test]
-fn a_click_does_not_blur() {
+fn a_click_keeps_the_full_resolution() {
     let mut window = harness(interface(NaifId(499), "2017-05-17T00:00:00Z"));
     window.state_mut().viewer.view.quality = Quality::Standard;
     settle(&mut window);
-    let drawn = |window: &Window| window.state().drawing().map(|d| (d.width, d.job.sampling)).expect("a picture");
-    let sharp = drawn(&window);
+    let size_and_sampling = |window: &Window| window.state().drawing().map(|d| (d.width, d.job.sampling)).expect("a picture");
+    let full = size_and_sampling(&window);
     window.state_mut().viewer.selected = NaifId::SUN;
-    let sky = window.get_by_label_contains("The sky:").rect().center();
-    click(&mut window, sky, false);
+    let picture_centre = window.get_by_label_contains("The sky:").rect().center();
+    click(&mut window, picture_centre, false);
     for _ in 0..6 {
-        assert_eq!(drawn(&window), sharp);
+        assert_eq!(size_and_sampling(&window), full);
         advance(&mut window, 0.05);
     }
     assert_eq!(window.state().viewer.selected, NaifId(499));
-    // A drag of the view may cause coarse pictures.
+    // Negative control.
     window.key_press(Key::ArrowLeft);
     window.run_steps(2);
-    assert_ne!(drawn(&window), sharp);
+    assert_ne!(size_and_sampling(&window), full);
 }
 
 #[test]
 fn a_right_click_opens_the_menu_of_a_body() {
     let mut window = harness(interface(NaifId(499), "2017-05-17T00:00:00Z"));
     settle(&mut window);
-    let sky = window.get_by_label_contains("The sky:").rect().center();
-    let button = |pressed| Event::PointerButton { pos: sky, button: PointerButton::Secondary, pressed, modifiers: Modifiers::NONE };
+    let picture_centre = window.get_by_label_contains("The sky:").rect().center();
+    let button =
+        |pressed| Event::PointerButton { pos: picture_centre, button: PointerButton::Secondary, pressed, modifiers: Modifiers::NONE };
     window.state_mut().viewer.selected = NaifId::SUN;
-    window.hover_at(sky);
+    window.hover_at(picture_centre);
     window.run_steps(1);
     window.event(button(true));
     window.run_steps(1);

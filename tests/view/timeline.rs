@@ -12,10 +12,10 @@ const DAY_S: f64 = 86_400.0;
 const START: &str = "2024-05-01T00:00:00Z";
 
 fn window() -> Window {
-    let mut shown = interface(NaifId(499), START);
-    shown.settings.panels.timeline_shown = true;
-    shown.settings.panels.timeline_span_s = 200.0 * DAY_S;
-    let mut window = harness(shown);
+    let mut interface = interface(NaifId(499), START);
+    interface.settings.panels.timeline_shown = true;
+    interface.settings.panels.timeline_span_s = 200.0 * DAY_S;
+    let mut window = harness(interface);
     settle(&mut window);
     window
 }
@@ -52,15 +52,15 @@ fn a_drag_moves_the_time_with_the_dates() {
 fn a_click_goes_to_a_date_or_an_event() {
     let mut window = window();
     let rect = strip(&window);
-    let at = |days: f64| rect.center() + egui::vec2((days / 200.0) as f32 * rect.width(), 0.0);
-    click(&mut window, at(40.0), false);
+    let pos_of = |days: f64| rect.center() + egui::vec2((days / 200.0) as f32 * rect.width(), 0.0);
+    click(&mut window, pos_of(40.0), false);
     window.run_steps(2);
     assert!((days(&window) - 40.0).abs() < 1.0, "{} days", days(&window));
-    // Time is in the middle again: the total eclipse of 2024-04-08 18:17:20 UT (NASA) is 62.2 days before it.
-    click(&mut window, at(-22.24 - 40.0), false);
+    // The chosen time is in the middle again: the total eclipse of 2024-04-08 18:17:20 UT (NASA) is 62.2 days before it.
+    click(&mut window, pos_of(-22.24 - 40.0), false);
     settle(&mut window);
-    let shown = window.state().viewer.view.time().to_utc_iso();
-    assert!(shown.starts_with("2024-04-08T18:17"), "{shown}");
+    let time = window.state().viewer.view.time().to_utc_iso();
+    assert!(time.starts_with("2024-04-08T18:17"), "{time}");
     assert_eq!(window.state().viewer.view.target, NaifId::SUN, "seen from the best location");
 }
 
@@ -79,8 +79,8 @@ fn keys_and_screen_readers_move_it_and_the_wheel_zooms() {
     assert!(days(&window).abs() < 0.01);
     window.key_press(Key::ArrowUp);
     window.run_steps(2);
-    let shorter = span_days(&window);
-    assert!(shorter < 190.0, "{shorter}");
+    let zoomed = span_days(&window);
+    assert!(zoomed < 190.0, "{zoomed}");
     window.key_press(Key::ArrowDown);
     window.run_steps(2);
     assert!((span_days(&window) - 200.0).abs() < 0.01);
@@ -99,5 +99,5 @@ fn keys_and_screen_readers_move_it_and_the_wheel_zooms() {
     window.run_steps(1);
     window.event(Event::Text("i".into()));
     window.run_steps(3);
-    assert!(window.query_by_role_and_label(Role::Slider, "Timeline").is_none(), "i hides it");
+    assert!(window.query_by_role_and_label(Role::Slider, "Timeline").is_none(), "i hides the timeline");
 }

@@ -35,7 +35,7 @@ fn shipped_tours_are_smooth_from_end_to_end() {
     for (name, _, text) in orrery_catalogs::TOURS {
         let tour = parse(text).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert!(tour.title == *name && tour.stops() >= 3 && (20.0..180.0).contains(&tour.length_s()), "{name}: {} s", tour.length_s());
-        let mut before = tour.at(0.0);
+        let mut previous = tour.at(0.0);
         let mut frames = 0;
         for k in 1..=(25.0 * tour.length_s()) as u32 {
             let now = tour.at(f64::from(k) / 25.0);
@@ -43,15 +43,15 @@ fn shipped_tours_are_smooth_from_end_to_end() {
             let scene = session().scene(&request);
             assert!(scene.is_ok(), "{name}, {} s: {}", f64::from(k) / 25.0, scene.err().map_or(String::new(), |e| e.to_string()));
             let body = now.view.eye.body();
-            if now.moves && before.moves && now.stop == before.stop && now.view.tracks == before.view.tracks && !now.view.tracks {
-                let ((a, ahead), (b, ahead_now)) = (camera(&before.view, body), camera(&now.view, body));
+            if now.moves && previous.moves && now.stop == previous.stop && now.view.tracks == previous.view.tracks && !now.view.tracks {
+                let ((a, forward_a), (b, forward_b)) = (camera(&previous.view, body), camera(&now.view, body));
                 frames += 1;
-                let ratio = (b.length() / a.length()).ln().abs();
-                assert!(ratio < 0.2, "{name}, {} s: the distance changes by {ratio}", f64::from(k) / 25.0);
-                let turned = ahead.cross(ahead_now).length().atan2(ahead.dot(ahead_now)).to_degrees();
+                let log_ratio = (b.length() / a.length()).ln().abs();
+                assert!(log_ratio < 0.2, "{name}, {} s: the distance changes by a factor of e^{log_ratio}", f64::from(k) / 25.0);
+                let turned = forward_a.cross(forward_b).length().atan2(forward_a.dot(forward_b)).to_degrees();
                 assert!(turned < 6.0, "{name}, {} s: the camera turns by {turned} degrees", f64::from(k) / 25.0);
             }
-            before = now;
+            previous = now;
         }
         assert!(frames > 50, "{name}: {frames} pictures between stops");
     }
@@ -73,16 +73,16 @@ fn a_camera_path_starts_and_ends_at_its_stops() {
         for at_s in [starts_s, arrives_s] {
             let (before, after) = (tour.at(at_s - 1e-7), tour.at(at_s + 1e-7));
             let body = tour.at(arrives_s).view.eye.body();
-            let ((a, ahead), (b, ahead_now)) = (camera(&before.view, body), camera(&after.view, body));
+            let ((a, forward_a), (b, forward_b)) = (camera(&before.view, body), camera(&after.view, body));
             assert!((a - b).length() < 1e-5 * a.length(), "stop {k}, {at_s} s: {a} {b}");
             // A tracked target is at its apparent position; the path ends at the position without aberration: 20 arcsec.
-            assert!((ahead - ahead_now).length() < 2e-4, "stop {k}, {at_s} s: {ahead} {ahead_now}");
+            assert!((forward_a - forward_b).length() < 2e-4, "stop {k}, {at_s} s: {forward_a} {forward_b}");
             assert!(
                 (before.view.tdb_s - after.view.tdb_s).abs() < 1e-3 * 86_400.0
                     && (before.view.fov_deg / after.view.fov_deg - 1.0).abs() < 1e-5
             );
         }
-        // Negative control: half a second before the arrival the camera is elsewhere.
+        // Negative control: one second before the arrival the camera is elsewhere.
         let (a, b) = (
             camera(&tour.at(arrives_s - 1.0).view, tour.at(arrives_s).view.eye.body()).0,
             camera(&tour.at(arrives_s).view, tour.at(arrives_s).view.eye.body()).0,
@@ -95,21 +95,21 @@ fn a_camera_path_starts_and_ends_at_its_stops() {
 
 #[test]
 fn a_tour_error_names_its_stop_and_field() {
-    let one = |fields: &str| format!(r#"{{"title":"T","stops":[{{"view":"orrery://view?target=Moon"}},{{{fields}}}]}}"#);
-    for (text, about) in [
+    let with_second_stop = |fields: &str| format!(r#"{{"title":"T","stops":[{{"view":"orrery://view?target=Moon"}},{{{fields}}}]}}"#);
+    for (text, message_part) in [
         ("[".to_owned(), "not a tour"),
         (r#"{"title":"T","stops":[]}"#.to_owned(), "at least one stop"),
         (r#"{"stops":[]}"#.to_owned(), "title"),
-        (one(r#""text":"x""#), "view"),
-        (one(r#""view":"orrery://view?target=Nibiru""#), "stop 2, view: target: "),
-        (one(r#""view":{"target":399,"fov_deg":-1}"#), "stop 2, view: fov_deg"),
-        (one(r#""view":"orrery://view?target=Moon","hold_s":-1"#), "stop 2, hold_s"),
-        (one(r#""view":"orrery://view?target=Moon","travel_s":1e9"#), "stop 2, travel_s"),
-        (one(r#""view":"orrery://view?target=Moon","time_rate":1e99"#), "stop 2, time_rate"),
-        (one(r#""view":"orrery://view?target=Moon","holds":3"#), "holds"),
+        (with_second_stop(r#""text":"x""#), "view"),
+        (with_second_stop(r#""view":"orrery://view?target=Nibiru""#), "stop 2, view: target: "),
+        (with_second_stop(r#""view":{"target":399,"fov_deg":-1}"#), "stop 2, view: fov_deg"),
+        (with_second_stop(r#""view":"orrery://view?target=Moon","hold_s":-1"#), "stop 2, hold_s"),
+        (with_second_stop(r#""view":"orrery://view?target=Moon","travel_s":1e9"#), "stop 2, travel_s"),
+        (with_second_stop(r#""view":"orrery://view?target=Moon","time_rate":1e99"#), "stop 2, time_rate"),
+        (with_second_stop(r#""view":"orrery://view?target=Moon","holds":3"#), "holds"),
     ] {
         let error = parse(&text).expect_err(&text);
-        assert!(error.contains(about) && !error.contains('\n'), "{text}: {error}");
+        assert!(error.contains(message_part) && !error.contains('\n'), "{text}: {error}");
     }
     let long = format!(r#"{{"title":"T","stops":[{}]}}"#, [r#"{"view":"orrery://view?target=Moon","hold_s":3600}"#; 2].join(","));
     assert!(parse(&long).expect_err("too long").contains("stop 2, hold_s: the tour is longer"));
@@ -169,9 +169,9 @@ fn a_tour_plays_in_the_window() {
     // Changing the time by hand.
     window.get_by_label("+d").click();
     window.run_steps(2);
-    let kept = window.state().viewer.view.tdb_s;
+    let shown_time = window.state().viewer.view.tdb_s;
     window.run_steps(5);
-    assert!(window.query_by_label("Play tour").is_some() && window.state().viewer.view.tdb_s == kept);
+    assert!(window.query_by_label("Play tour").is_some() && window.state().viewer.view.tdb_s == shown_time);
     window.key_press(egui::Key::Escape);
     window.run_steps(2);
     assert!(

@@ -22,8 +22,8 @@ fn painted() -> (Painter, Vec<egui::ClippedPrimitive>) {
     let input = egui::RawInput { screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size)), ..egui::RawInput::default() };
     context.set_pixels_per_point(SCALE);
     let mut painter = Painter::default();
-    let mut held = None;
-    let mut turn = || {
+    let mut texture_handle = None;
+    let mut run_frame = || {
         let mut output = context.run_ui(input.clone(), |ui| {
             egui::Panel::left("left").default_size(120.0).show(ui, |ui| {
                 ui.heading("Saturn");
@@ -33,7 +33,7 @@ fn painted() -> (Painter, Vec<egui::ClippedPrimitive>) {
             egui::CentralPanel::default().show(ui, |ui| {
                 let texels = (0..64u8).map(|i| egui::Color32::from_rgb(i * 4, 255 - i * 3, i)).collect();
                 let image = egui::ColorImage::new([8, 8], texels);
-                let texture = held.get_or_insert_with(|| ui.ctx().load_texture("sky", image, egui::TextureOptions::LINEAR));
+                let texture = texture_handle.get_or_insert_with(|| ui.ctx().load_texture("sky", image, egui::TextureOptions::LINEAR));
                 ui.image((texture.id(), egui::vec2(90.0, 70.0)));
                 ui.painter().circle_filled(egui::pos2(200.0, 110.0), 20.0, egui::Color32::from_rgba_unmultiplied(200, 90, 20, 128));
                 ui.painter()
@@ -46,12 +46,12 @@ fn painted() -> (Painter, Vec<egui::ClippedPrimitive>) {
         context.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point)
     };
     // egui needs one frame to lay out widths.
-    turn();
-    let primitives = turn();
+    run_frame();
+    let primitives = run_frame();
     (painter, primitives)
 }
 
-fn by_processor(painter: &Painter, primitives: &[egui::ClippedPrimitive]) -> DisplayImage {
+fn painted_by_cpu(painter: &Painter, primitives: &[egui::ClippedPrimitive]) -> DisplayImage {
     let mut pixels = vec![0; (SIZE[0] * SIZE[1]) as usize];
     painter.paint(&mut Canvas { width: SIZE[0] as usize, height: SIZE[1] as usize, pixels: &mut pixels }, SCALE, primitives);
     let rgba = pixels.into_iter().map(u32::to_be_bytes).map(|[_, r, g, b]| [r, g, b, 255]).collect();
@@ -79,7 +79,7 @@ fn the_renderers_match_the_cpu_painter() {
     let (painter, primitives) = painted();
     let plan = plan_of(&painter, &primitives);
     assert!(plan.passes.len() == 1 && plan.passes[0].draws.len() > 3, "panels, letters and a picture");
-    let painted = by_processor(&painter, &primitives);
+    let painted = painted_by_cpu(&painter, &primitives);
     let (soft, _) = SESSION.renderer().render(&plan, SESSION.library(), false).expect("drawn");
     let soft = picture(soft);
     let d = difference_of(&painted, &soft);
@@ -102,16 +102,16 @@ fn the_renderers_match_the_cpu_painter() {
 fn a_prepared_device_has_the_pipelines_of_any_window() {
     let Some(gpu) = gpu() else { return };
     // A device of its own: others draw windows with the shared one.
-    let own = orrery::render::gpu::GpuRenderer::open(true).expect("opened before");
+    let own_gpu = orrery::render::gpu::GpuRenderer::open(true).expect("opened before");
     drop(gpu);
     let (painter, primitives) = painted();
     let window = plan_of(&painter, &primitives);
-    assert_eq!(own.is_ready_for_windows(&window), Some(false), "no pipeline exists yet");
+    assert_eq!(own_gpu.is_ready_for_windows(&window), Some(false), "no pipeline exists yet");
     let smallest = plan::warm_up_interface(&*SESSION).expect("a plan");
-    own.prepare_windows(&smallest, SESSION.library()).expect("prepared");
-    assert_eq!(own.is_ready_for_windows(&window), Some(true), "a window's frame would wait for a compiler");
-    own.forget_modules();
-    assert_eq!(own.is_ready_for_windows(&window), Some(false), "pipelines of forgotten modules are kept");
+    own_gpu.prepare_windows(&smallest, SESSION.library()).expect("prepared");
+    assert_eq!(own_gpu.is_ready_for_windows(&window), Some(true), "a window's frame would wait for a compiler");
+    own_gpu.forget_modules();
+    assert_eq!(own_gpu.is_ready_for_windows(&window), Some(false), "pipelines of forgotten modules are kept");
 }
 
 #[test]
@@ -136,17 +136,17 @@ fn a_picture_kept_on_the_device_equals_the_one_read_back() {
         gpu.render(&window, SESSION.library(), false).map(|(frame, _)| frame)
     };
     assert_eq!(shown(&kept).expect("drawn").display, read.display, "another picture");
-    let none = shown(&other).expect("drawn").display;
-    assert!(none.iter().all(|p| p[..3] == [0; 3]), "the second picture is the first");
+    let second = shown(&other).expect("drawn").display;
+    assert!(second.iter().all(|p| p[..3] == [0; 3]), "the second picture is the first");
     // An unreferenced picture is dropped, and another device has neither: an error, not a wrong image.
-    let again = orrery::render::gpu::GpuRenderer::open(true).expect("opened before");
+    let other_gpu = orrery::render::gpu::GpuRenderer::open(true).expect("opened before");
     let window = |picture| {
         let mesh = egui::Mesh { texture_id: ON_GPU, ..unit_mesh() };
         let primitive = egui::ClippedPrimitive { clip_rect: egui::Rect::EVERYTHING, primitive: egui::epaint::Primitive::Mesh(mesh) };
         plan::interface(ui_primitives(&Painter::default(), size, 1.0, &[primitive], Some(picture)), size, &*SESSION).expect("a plan")
     };
-    assert!(gpu.holds(&kept) && !again.holds(&kept));
-    let why = again.render(&window(&kept), SESSION.library(), false).expect_err("another device's picture").to_string();
+    assert!(gpu.holds(&kept) && !other_gpu.holds(&kept));
+    let why = other_gpu.render(&window(&kept), SESSION.library(), false).expect_err("another device's picture").to_string();
     assert!(why.contains("another device"), "{why}");
 }
 
@@ -167,13 +167,13 @@ fn a_changed_texture_is_uploaded_again() {
     painter.set_texture(id, &delta(egui::Color32::RED, None));
     let mesh = egui::Mesh { texture_id: id, ..unit_mesh() };
     let primitives = [egui::ClippedPrimitive { clip_rect: egui::Rect::EVERYTHING, primitive: egui::epaint::Primitive::Mesh(mesh) }];
-    let first = |painter: &Painter| {
+    let first_pixel = |painter: &Painter| {
         let plan = plan::interface(ui_primitives(painter, [4, 4], 1.0, &primitives, None), [4, 4], &*SESSION).expect("a plan");
         gpu.render(&plan, SESSION.library(), false).expect("drawn").0.display[0]
     };
-    assert_eq!(first(&painter), [255, 0, 0, 255]);
+    assert_eq!(first_pixel(&painter), [255, 0, 0, 255]);
     painter.set_texture(id, &delta(egui::Color32::GREEN, Some([0, 0])));
-    assert_eq!(first(&painter), [0, 255, 0, 255]);
+    assert_eq!(first_pixel(&painter), [0, 255, 0, 255]);
 }
 
 /// A texture larger than one upload is sent in rows: each texel arrives at its place, to the last row.
@@ -195,7 +195,7 @@ fn a_large_texture_is_uploaded_completely() {
     for y0 in [0, 4064, 8136] {
         let (left, right) = (1000.0 / width as f32, 1064.0 / width as f32);
         let (top, bottom) = (y0 as f32 / height as f32, (y0 + 64) as f32 / height as f32);
-        let piece = UiPrimitive {
+        let square = UiPrimitive {
             corners_px: vec![0.0, 0.0, 64.0, 0.0, 0.0, 64.0, 64.0, 64.0],
             uvs: vec![left, top, right, top, left, bottom, right, bottom],
             colours: vec![1.0; 16],
@@ -204,7 +204,7 @@ fn a_large_texture_is_uploaded_completely() {
             sampler,
             scissor: [0, 0, 64, 64],
         };
-        let plan = plan::interface(vec![piece], size, &*SESSION).expect("a plan");
+        let plan = plan::interface(vec![square], size, &*SESSION).expect("a plan");
         let (frame, timings) = gpu.render(&plan, SESSION.library(), false).expect("drawn");
         assert_eq!(timings.sent_bytes, if y0 == 0 { u64::from(4 * width * height) } else { 0 }, "sent once");
         for (k, pixel) in (0..).zip(&frame.display) {
@@ -227,9 +227,9 @@ fn the_painter_and_the_software_pass_are_timed() {
     let mut interface = super::interface::interface(orrery::catalog::NaifId(699), "2017-05-17T00:00:00Z");
     interface.tab = Some(Tab::Effects);
     let (mut painter, mut primitives) = (Painter::default(), Vec::new());
-    for turn in 0..10 {
+    for frame in 0..10 {
         let rect = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(size[0] as f32, size[1] as f32));
-        let input = egui::RawInput { screen_rect: Some(rect), time: Some(0.3 * f64::from(turn)), ..egui::RawInput::default() };
+        let input = egui::RawInput { screen_rect: Some(rect), time: Some(0.3 * f64::from(frame)), ..egui::RawInput::default() };
         let mut output = context.run_ui(input, |ui| interface.ui(ui, &worker));
         for (id, deltas) in output.textures_delta.set.drain() {
             deltas.iter().for_each(|delta| painter.set_texture(id, delta));

@@ -214,7 +214,11 @@ fn parts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(Timed, Content),
                     let shapes = Shapes::of(&kind, coordinates).ok_or_else(|| A::Error::custom(wrong()))?;
                     // Checked here because the reader is still in the line of the geometry, which the error then names.
                     if let Some(short) = shapes.lines.iter().find(|l| l.len() < 2) {
-                        return Err(A::Error::custom(format!("a line of {} places; two are needed", short.len())));
+                        return Err(A::Error::custom(format!(
+                            "a line with {} position{}; two are needed",
+                            short.len(),
+                            if short.len() == 1 { "" } else { "s" }
+                        )));
                     }
                     parts.shapes.add(shapes);
                 }

@@ -1,6 +1,6 @@
 //! The content of a data layer: points, lines, or an image.
 
-use super::fits::SkyImage;
+use super::fits::PlacedImage;
 use super::look::ImageLook;
 use crate::catalog::NaifId;
 use crate::time::Instant;
@@ -31,7 +31,7 @@ pub struct DataLayer {
     /// Lines from the file.
     pub lines: Arc<Vec<DataLine>>,
     /// The image from the file.
-    pub image: Option<Arc<SkyImage>>,
+    pub image: Option<Arc<PlacedImage>>,
     /// SHA-256 of the file.
     pub digest: String,
 }
@@ -51,10 +51,10 @@ pub struct DataPoint {
     pub colour: Option<[u8; 3]>,
 }
 
-/// A line on the ground, straight in longitude and latitude from corner to corner.
+/// A line on the ground, straight in longitude and latitude from vertex to vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DataLine {
-    /// Planetographic latitude and east longitude, degrees; at least two corners.
+    /// Planetographic latitude and east longitude, degrees; at least two vertices.
     pub corners: Vec<[f64; 2]>,
     /// Time from which on the line is shown; `None`: always.
     pub time: Option<Instant>,
@@ -79,7 +79,8 @@ impl Content {
     pub fn line(&mut self, corners: Vec<[f64; 2]>, time: Option<Instant>) -> Result<(), String> {
         self.count(corners.len())?;
         if corners.len() < 2 {
-            return Err(format!("a line of {} places; two are needed", corners.len()));
+            let count = corners.len();
+            return Err(format!("a line with {count} position{}; two are needed", if count == 1 { "" } else { "s" }));
         }
         self.lines.push(DataLine { corners, time });
         Ok(())
@@ -93,7 +94,7 @@ impl Content {
     }
 }
 
-/// Checks a place; returns its latitude and longitude.
+/// Checks a position; returns its latitude and longitude.
 pub(super) fn place(lon_deg: f64, lat_deg: f64) -> Result<[f64; 2], String> {
     if !(-360.0..=360.0).contains(&lon_deg) {
         return Err(format!("longitude {lon_deg} is not degrees from -360 to 360"));

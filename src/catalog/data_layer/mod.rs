@@ -18,7 +18,7 @@ use super::fields::{is_name, word};
 use super::table::{TableReader, WithLine};
 use super::{Overlay, Problem, Projection};
 use crate::wording::echo_within;
-pub use fits::{ImagePlace, SkyImage};
+pub use fits::{ImagePlace, PlacedImage};
 use layer::{Content, hex_colour};
 pub use layer::{DataLayer, DataLine, DataPoint};
 pub use look::{ColourMap, ImageLook, Stretch};
@@ -132,15 +132,15 @@ impl DataLayer {
             wrong((line, "not UTF-8 text".to_owned()))
         })?;
         let on_body = self.body.is_some();
-        let outlines = |read: fn(&str) -> Result<Content, (usize, String)>| match on_body {
+        let on_body_only = |read: fn(&str) -> Result<Content, (usize, String)>| match on_body {
             true => read(text),
             false => Err((1, "its coordinates are a body's: the layer needs `body`".to_owned())),
         };
         let content = match format {
             Some(Format::Csv) => csv::read(text, on_body),
             Some(Format::VoTable) => votable::read(text, on_body),
-            Some(Format::GeoJson) => outlines(geojson::read),
-            Some(Format::Kml) => outlines(kml::read),
+            Some(Format::GeoJson) => on_body_only(geojson::read),
+            Some(Format::Kml) => on_body_only(kml::read),
             Some(Format::Fits) | None => Err((1, format!("`{}` ends in none of {}", echo_within(&self.file, 60), layer_endings()))),
         };
         let content = content.map_err(wrong)?;
@@ -156,7 +156,7 @@ impl DataLayer {
     /// The image of a layer on a body, as an overlay on the ground.
     pub(super) fn overlay(&self) -> Option<Overlay> {
         let image = self.image.as_ref().filter(|_| self.body.is_some())?;
-        let ImagePlace::Plate { west_deg, east_deg, south_deg, north_deg, .. } = image.place else { return None };
+        let ImagePlace::PlateCarree { west_deg, east_deg, south_deg, north_deg, .. } = image.place else { return None };
         Some(Overlay {
             name: self.name.clone(),
             file: self.image_name(),
@@ -259,16 +259,16 @@ mod tests {
         let rows = |flags: [&[u8]; 2]| {
             [row(flags[0], ["A & B", "2024-04-08T18:00:00Z"], [10.5, -20.0]), row(flags[1], ["", "never"], [11.0, -21.0])].concat()
         };
-        let plain = read("a.vot", None, VOTABLE).expect("read");
+        let text_layer = read("a.vot", None, VOTABLE).expect("read");
         let flagged = read("a.vot", None, &as_form("BINARY2", &rows([&[0], &[0b0001_0000]]))).expect("read");
-        assert_eq!(flagged.points, plain.points);
+        assert_eq!(flagged.points, text_layer.points);
         // BINARY has no null flags, so the text `never` is read as a time.
         let unflagged = rows([&[], &[]]);
         let refused = read("a.vot", None, &as_form("BINARY", &unflagged)).expect_err("a time");
         assert!(refused.starts_with("a.vot:") && refused.contains("row 2: field time: `never`"), "{refused}");
         let end = unflagged.len() - 9;
         let cleared = [&unflagged[..end], &[0; 4]].concat();
-        assert_eq!(read("a.vot", None, &as_form("BINARY", &cleared)).expect("read").points, plain.points);
+        assert_eq!(read("a.vot", None, &as_form("BINARY", &cleared)).expect("read").points, text_layer.points);
         let why = |from: &str, to: &str| {
             read("a.vot", None, &as_form("BINARY2", &rows([&[0], &[0b0001_0000]])).replace(from, to)).expect_err("a mistake")
         };
@@ -308,7 +308,7 @@ mod tests {
             ("[10, 20, 300]", "[10]", "a.geojson:3: field coordinates: a position is [longitude, latitude]"),
             ("[10, 20, 300]", "[[10, 20]]", "a.geojson:3: field coordinates: not those of a Point"),
             ("\"Polygon\"", "\"Circle\"", "a.geojson:4: field coordinates: not those of a Circle"),
-            ("[[170, 1], [190, 1]]", "[[170, 1]]", "a.geojson:5: a line of 1 places"),
+            ("[[170, 1], [190, 1]]", "[[170, 1]]", "a.geojson:5: a line with 1 position;"),
             ("CRS84", "EPSG::3857", "a.geojson:1: field crs: `urn:ogc:def:crs:OGC:1.3:EPSG::3857` is not longitude"),
             ("null}\n]}", "null}\n", "a.geojson:"),
         ] {
@@ -346,7 +346,7 @@ mod tests {
             ("10,20,0", "x,20", "a.kml:3: field coordinates: `x,20` is no longitude"),
             ("5,5", "5,95", "a.kml:8: field coordinates: latitude 95 is not"),
             ("2024-04<", "2024-44<", "a.kml:4: field when: `2024-44` is no date"),
-            ("0,0 1,1\n2,2", "0,0", "a.kml:5: a line of 1 places"),
+            ("0,0 1,1\n2,2", "0,0", "a.kml:5: a line with 1 position;"),
             ("<kml ", "<gpx ", "a.kml:"),
         ] {
             let error_text = why(from, to);

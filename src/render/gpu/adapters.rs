@@ -86,24 +86,24 @@ fn rank(adapter: &Adapter) -> (AdapterKind, u8, bool) {
 }
 
 /// Whether there may be hardware that only GL supports. GL drivers take long to load; on Linux they find hardware by these device nodes.
-fn gl_may_have_more() -> bool {
+fn gl_may_find_hardware() -> bool {
     !cfg!(target_os = "linux") || ["/dev/dri", "/dev/nvidiactl", "/dev/dxg"].iter().any(|node| Path::new(node).exists())
 }
 
 /// The adapters to try in order, best first.
 fn adapters_to_try() -> Vec<Candidate> {
     let mut all = candidates(Backends::all() - Backends::GL);
-    let hardware = all.iter().any(|f| f.facts.kind == AdapterKind::Hardware);
-    if all.is_empty() || (!hardware && gl_may_have_more()) {
+    let has_hardware = all.iter().any(|c| c.facts.kind == AdapterKind::Hardware);
+    if all.is_empty() || (!has_hardware && gl_may_find_hardware()) {
         all.extend(candidates(Backends::GL));
-        all.sort_by_key(|f| rank(&f.adapter));
+        all.sort_by_key(|c| rank(&c.adapter));
     }
     all
 }
 
 /// The adapters of this machine, best first; empty if no driver is installed.
 pub fn adapters() -> Vec<AdapterFacts> {
-    candidates(Backends::all()).into_iter().map(|f| f.facts).collect()
+    candidates(Backends::all()).into_iter().map(|c| c.facts).collect()
 }
 
 /// An opened device and its optional abilities.
@@ -115,12 +115,12 @@ pub(super) struct OpenedDevice {
     pub queue: Queue,
     /// Targets of 32-bit floats can be blended, with 4 samples.
     pub blends_f32: bool,
-    pub timestamps: bool,
+    pub has_timestamps: bool,
 }
 
-/// Opens the best usable adapter. `software`: drivers that draw on the CPU are accepted.
-pub(super) fn open(software: bool) -> Result<OpenedDevice, GpuError> {
-    open_first(adapters_to_try(), software)
+/// Opens the best usable adapter. `accept_software`: whether drivers that draw on the CPU are accepted.
+pub(super) fn open(accept_software: bool) -> Result<OpenedDevice, GpuError> {
+    open_first(adapters_to_try(), accept_software)
 }
 
 /// Opens a GL adapter; software drivers are accepted. [`open`] prefers any other backend.
@@ -128,15 +128,15 @@ pub(super) fn open_gl() -> Result<OpenedDevice, GpuError> {
     open_first(candidates(Backends::GL), true)
 }
 
-fn open_first(all: Vec<Candidate>, software: bool) -> Result<OpenedDevice, GpuError> {
-    let Some(best) = all.first().map(|f| &f.facts) else {
+fn open_first(candidates: Vec<Candidate>, accept_software: bool) -> Result<OpenedDevice, GpuError> {
+    let Some(best) = candidates.first().map(|c| &c.facts) else {
         return Err(GpuError::NoAdapter("no Vulkan, Metal, DX12 or GL driver answered".into()));
     };
-    if !software && best.kind == AdapterKind::Software {
+    if !accept_software && best.kind == AdapterKind::Software {
         return Err(GpuError::SoftwareDriver(best.to_string()));
     }
     let mut first_failure = None;
-    for candidate in all.into_iter().filter(|f| software || f.facts.kind != AdapterKind::Software) {
+    for candidate in candidates.into_iter().filter(|c| accept_software || c.facts.kind != AdapterKind::Software) {
         match open_device(candidate) {
             Ok(opened) => return Ok(opened),
             Err(e) => first_failure = first_failure.or(Some(e)),
@@ -146,23 +146,26 @@ fn open_first(all: Vec<Candidate>, software: bool) -> Result<OpenedDevice, GpuEr
 }
 
 fn open_device(Candidate { facts, adapter, instance }: Candidate) -> Result<OpenedDevice, GpuError> {
-    let failed = |why: String| GpuError::Adapter { adapter: facts.to_string(), why };
-    let flags = TextureFormatFeatureFlags::MULTISAMPLE_X4 | TextureFormatFeatureFlags::MULTISAMPLE_RESOLVE;
-    let half = adapter.get_texture_format_features(TextureFormat::Rgba16Float).flags;
-    if !half.contains(flags | TextureFormatFeatureFlags::BLENDABLE) {
-        return Err(failed("it cannot blend into 4 samples of half floats".into()));
+    let unusable = |why: String| GpuError::Adapter { adapter: facts.to_string(), why };
+    let required_flags = TextureFormatFeatureFlags::MULTISAMPLE_X4 | TextureFormatFeatureFlags::MULTISAMPLE_RESOLVE;
+    let half_float_flags = adapter.get_texture_format_features(TextureFormat::Rgba16Float).flags;
+    if !half_float_flags.contains(required_flags | TextureFormatFeatureFlags::BLENDABLE) {
+        return Err(unusable("it cannot blend into targets of half floats with 4 samples".into()));
     }
     let f32_features = Features::FLOAT32_BLENDABLE | Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
     let blends_f32 = adapter.features().contains(f32_features)
-        && adapter.get_texture_format_features(TextureFormat::Rgba32Float).flags.contains(flags | TextureFormatFeatureFlags::BLENDABLE);
-    let timestamps = adapter.features().contains(Features::TIMESTAMP_QUERY);
+        && adapter
+            .get_texture_format_features(TextureFormat::Rgba32Float)
+            .flags
+            .contains(required_flags | TextureFormatFeatureFlags::BLENDABLE);
+    let has_timestamps = adapter.features().contains(Features::TIMESTAMP_QUERY);
     let mut required_features = Features::empty();
     required_features.set(f32_features, blends_f32);
-    required_features.set(Features::TIMESTAMP_QUERY, timestamps);
+    required_features.set(Features::TIMESTAMP_QUERY, has_timestamps);
     let supported = adapter.limits();
     let required_limits =
         Limits { max_buffer_size: supported.max_buffer_size, ..Limits::downlevel_webgl2_defaults().using_resolution(supported) };
     let descriptor = DeviceDescriptor { label: Some("orrery"), required_features, required_limits, ..DeviceDescriptor::default() };
-    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| failed(super::one_line(&e.to_string())))?;
-    Ok(OpenedDevice { facts, instance, adapter, device, queue, blends_f32, timestamps })
+    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| unusable(super::one_line(&e.to_string())))?;
+    Ok(OpenedDevice { facts, instance, adapter, device, queue, blends_f32, has_timestamps })
 }

@@ -19,24 +19,24 @@ impl FrameBytes {
     pub(crate) fn append(&mut self, draw: &PlanDraw, align: usize) -> (Option<u32>, Vec<(u64, u64)>, Option<u64>) {
         let uniform_offset = (!draw.uniform_bytes.is_empty()).then(|| {
             self.uniforms.resize(self.uniforms.len().next_multiple_of(align), 0);
-            let at = self.uniforms.len() as u32;
+            let offset = self.uniforms.len() as u32;
             self.uniforms.extend_from_slice(&draw.uniform_bytes);
-            at
+            offset
         });
         let (vertex_attributes, indices) = match &draw.vertices {
             Vertices::Count(_) => (&[][..], None),
             Vertices::Mesh { attributes, indices } => (&attributes[..], Some(indices)),
         };
         let mut append = |values: &[f32]| {
-            let at = self.attributes.len() as u64;
+            let offset = self.attributes.len() as u64;
             self.attributes.extend_from_slice(bytemuck::cast_slice(values));
-            (at, 4 * values.len() as u64)
+            (offset, 4 * values.len() as u64)
         };
         let attributes = vertex_attributes.iter().chain(&draw.instances.attributes).map(|a| append(&a.values)).collect();
         let indices = indices.map(|indices| {
-            let at = self.indices.len() as u64;
+            let offset = self.indices.len() as u64;
             self.indices.extend_from_slice(bytemuck::cast_slice(indices));
-            at
+            offset
         });
         (uniform_offset, attributes, indices)
     }

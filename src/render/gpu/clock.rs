@@ -19,7 +19,7 @@ pub(super) struct Clock {
     /// Receives the results of the queries.
     pub resolved: Buffer,
     /// A copy of `resolved` that the CPU can map.
-    pub read: Buffer,
+    pub readback: Buffer,
 }
 
 impl Clock {
@@ -36,14 +36,14 @@ impl Clock {
         Self {
             queries: device.create_query_set(&queries),
             resolved: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
-            read: buffer(BufferUsages::COPY_DST | BufferUsages::MAP_READ),
+            readback: buffer(BufferUsages::COPY_DST | BufferUsages::MAP_READ),
         }
     }
 
     /// Milliseconds by pass of the last plan.
     pub(crate) fn read(&self, device: &Device, queue: &Queue, plan: &Plan) -> Result<Vec<(String, f64)>, GpuError> {
         let tick_ms = f64::from(queue.get_timestamp_period()) * 1e-6;
-        read_mapped(device, &self.read, u64::from(16 * timed_passes(plan)), |bytes| {
+        read_mapped(device, &self.readback, u64::from(16 * timed_passes(plan)), |bytes| {
             let ticks = bytes.as_chunks::<8>().0.iter().map(|b| u64::from_le_bytes(*b)).collect::<Vec<_>>();
             let durations_ms = ticks.chunks_exact(2).map(|t| tick_ms * t[1].saturating_sub(t[0]) as f64);
             plan.passes.iter().map(|p| p.name.to_owned()).zip(durations_ms).collect()

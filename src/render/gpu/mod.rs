@@ -27,7 +27,7 @@ pub enum GpuError {
     #[error("no graphics adapter was found ({0})")]
     NoAdapter(String),
     /// The only driver found draws on the CPU, and the caller did not accept such a driver.
-    #[error("{0} computes on the processor")]
+    #[error("{0} is a software driver, which draws on the CPU")]
     SoftwareDriver(String),
     #[error("{adapter} cannot be used: {why}")]
     Adapter { adapter: String, why: String },
@@ -37,18 +37,18 @@ pub enum GpuError {
     Memory,
     #[error("{draw}: {what}")]
     Draw { draw: String, what: String },
-    #[error("{adapter} draws no {width}x{height} pixels, {most} at most a side")]
-    Size { adapter: String, width: u32, height: u32, most: u32 },
+    #[error("{adapter} cannot draw {width}x{height} pixels; each side may have at most {max_side}")]
+    Size { adapter: String, width: u32, height: u32, max_side: u32 },
     /// The driver or wgpu refused a call.
-    #[error("the graphics driver refused: {0}")]
+    #[error("the graphics driver reported an error: {0}")]
     Refused(String),
     /// Only the software renderer can draw this plan.
-    #[error("the GPU does not draw {0}")]
+    #[error("the GPU cannot draw {0}")]
     NotDrawn(&'static str),
 }
 
 impl GpuError {
-    /// Whether the next frame would fail too, because the fault is in the device (lost, out of memory) and not in this plan.
+    /// Whether the next frame would fail too, because the cause is the device (lost, out of memory) and not this plan.
     pub fn is_final(&self) -> bool {
         !matches!(self, Self::NotDrawn(_) | Self::Size { .. } | Self::Draw { .. })
     }

@@ -36,7 +36,7 @@ pub(crate) struct PipelineKey {
     /// Components of each attribute, per-vertex attributes first.
     attributes: Vec<u32>,
     /// Number of attributes that are per vertex; the others are per instance.
-    per_vertex: usize,
+    vertex_attribute_count: usize,
     /// Bindings of textures of 32-bit floats, which cannot be filtered.
     unfiltered: Vec<u32>,
 }
@@ -55,7 +55,7 @@ impl PipelineKey {
             cull: draw.cull,
             depth: depth.then_some(draw.depth),
             attributes: vertex_attributes.iter().chain(&draw.instances.attributes).map(|a| a.components).collect(),
-            per_vertex: vertex_attributes.len(),
+            vertex_attribute_count: vertex_attributes.len(),
             unfiltered,
         }
     }
@@ -94,10 +94,10 @@ impl Pipelines {
     pub(crate) fn create(&mut self, device: &Device, keys: &[PipelineKey], modules: &impl ModuleProvider) -> Result<(), GpuError> {
         let missing: Vec<&PipelineKey> =
             keys.iter().filter(|k| !self.by_key.contains_key(*k)).collect::<HashSet<_>>().into_iter().collect();
-        let fault = |name: &ModuleId, what: String| GpuError::Draw { draw: name.to_string(), what };
+        let module_error = |name: &ModuleId, what: String| GpuError::Draw { draw: name.to_string(), what };
         let names: HashSet<&ModuleId> = missing.iter().map(|k| &k.module).filter(|n| !self.modules.contains_key(*n)).collect();
         let created = parallel_map(names.into_iter().collect(), |name| {
-            let module = modules.module(name).map_err(|e| fault(name, e.to_string()))?;
+            let module = modules.module(name).map_err(|e| module_error(name, e.to_string()))?;
             let label = module.id.to_string();
             let source = ShaderSource::Naga(Cow::Owned(module.module.clone()));
             let descriptor = ShaderModuleDescriptor { label: Some(&label), source };
@@ -106,8 +106,8 @@ impl Pipelines {
         self.modules.extend(created.into_iter().collect::<Result<Vec<_>, GpuError>>()?);
         let created = parallel_map(missing, |key| {
             let (module, layout) = &self.modules[&key.module];
-            let pipeline =
-                with_error_scopes(device, || create_pipeline(device, key, module, layout))?.map_err(|what| fault(&key.module, what))?;
+            let pipeline = with_error_scopes(device, || create_pipeline(device, key, module, layout))?
+                .map_err(|what| module_error(&key.module, what))?;
             Ok((key.clone(), Arc::new(pipeline)))
         });
         let created = created.into_iter().collect::<Result<Vec<_>, GpuError>>()?;
@@ -149,10 +149,10 @@ fn parallel_map<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -
         std::iter::from_fn(next).map(&work).collect::<Vec<R>>()
     };
     std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(run)).collect();
+        let handles: Vec<_> = (1..threads).map(|_| scope.spawn(run)).collect();
         let mut results = run();
-        for other in others {
-            results.extend(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        for handle in handles {
+            results.extend(handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
         }
         results
     })
@@ -161,7 +161,7 @@ fn parallel_map<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -
 fn bind_group_entries(layout: &Layout, unfiltered: &[u32]) -> Vec<BindGroupLayoutEntry> {
     let entry =
         |binding: u32, ty: BindingType| BindGroupLayoutEntry { binding, visibility: ShaderStages::VERTEX_FRAGMENT, ty, count: None };
-    let block = NonZeroU64::new(u64::from(layout.uniform_size)).map(|size| {
+    let uniforms = NonZeroU64::new(u64::from(layout.uniform_size)).map(|size| {
         entry(0, BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: true, min_binding_size: Some(size) })
     });
     let textures = layout.textures.iter().map(|t| {
@@ -169,7 +169,7 @@ fn bind_group_entries(layout: &Layout, unfiltered: &[u32]) -> Vec<BindGroupLayou
         entry(t.binding, BindingType::Texture { sample_type, view_dimension: TextureViewDimension::D2, multisampled: false })
     });
     let samplers = layout.samplers.iter().map(|s| entry(s.binding, BindingType::Sampler(SamplerBindingType::Filtering)));
-    block.into_iter().chain(textures).chain(samplers).collect()
+    uniforms.into_iter().chain(textures).chain(samplers).collect()
 }
 
 fn blend_state(blend: Blend) -> Option<BlendState> {
@@ -198,7 +198,7 @@ fn create_pipeline(device: &Device, key: &PipelineKey, module: &wgpu::ShaderModu
             2 => VertexFormat::Float32x2,
             3 => VertexFormat::Float32x3,
             4 => VertexFormat::Float32x4,
-            n => return Err(format!("an attribute of {n} numbers")),
+            n => return Err(format!("an attribute has {n} components; 1 to 4 are possible")),
         };
         attributes.push([VertexAttribute { format, offset: 0, shader_location: location }]);
     }
@@ -206,7 +206,7 @@ fn create_pipeline(device: &Device, key: &PipelineKey, module: &wgpu::ShaderModu
         .iter()
         .enumerate()
         .map(|(k, attribute)| {
-            let step_mode = if k < key.per_vertex { VertexStepMode::Vertex } else { VertexStepMode::Instance };
+            let step_mode = if k < key.vertex_attribute_count { VertexStepMode::Vertex } else { VertexStepMode::Instance };
             Some(VertexBufferLayout { array_stride: 4 * u64::from(key.attributes[k]), step_mode, attributes: attribute })
         })
         .collect();

@@ -40,8 +40,8 @@ impl Readback {
         let (width, height) = (texture.width(), texture.height());
         let row_bytes = width * N as u32;
         let padded_row_bytes = row_bytes.next_multiple_of(COPY_BYTES_PER_ROW_ALIGNMENT);
-        let rows = u32::try_from(BAND_BYTES / u64::from(padded_row_bytes)).unwrap_or(u32::MAX).clamp(1, height);
-        let needed = u64::from(padded_row_bytes) * u64::from(rows);
+        let rows_per_band = u32::try_from(BAND_BYTES / u64::from(padded_row_bytes)).unwrap_or(u32::MAX).clamp(1, height);
+        let needed = u64::from(padded_row_bytes) * u64::from(rows_per_band);
         if self.buffer.as_ref().is_none_or(|b| b.size() < needed) {
             let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
             self.buffer =
@@ -50,8 +50,8 @@ impl Readback {
         let Some(buffer) = &self.buffer else { return Err(GpuError::Memory) };
         let mut pixels = Vec::new();
         pixels.try_reserve_exact(width as usize * height as usize).map_err(|_| GpuError::Memory)?;
-        for top in (0..height).step_by(rows as usize) {
-            let band_rows = rows.min(height - top);
+        for top in (0..height).step_by(rows_per_band as usize) {
+            let band_rows = rows_per_band.min(height - top);
             let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.copy_texture_to_buffer(
                 TexelCopyTextureInfo { texture, mip_level: 0, origin: Origin3d { x: 0, y: top, z: 0 }, aspect: TextureAspect::All },

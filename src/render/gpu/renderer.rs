@@ -50,7 +50,6 @@ pub(super) struct State {
 }
 
 impl State {
-    /// GPU milliseconds by pass, if the adapter has timestamps.
     fn pass_times(&self, device: &Device, queue: &Queue, plan: &Plan) -> Result<Vec<(String, f64)>, GpuError> {
         self.clock.as_ref().map_or_else(|| Ok(Vec::new()), |clock| clock.read(device, queue, plan))
     }
@@ -78,13 +77,14 @@ pub struct GpuRenderer {
     pub(super) device: Device,
     pub(super) queue: Queue,
     blends_f32: bool,
-    timestamps: bool,
+    has_timestamps: bool,
     /// Samples are resolved by `resolve.wgsl`, not by the driver.
-    shader_resolve: bool,
+    resolves_by_shader: bool,
+    /// The error after which every call fails: the device was lost, or an error occurred outside a frame.
     lost: Arc<Mutex<Option<GpuError>>>,
     state: Mutex<State>,
     /// State for frames of windows, separate so that a window never waits for a view that is being drawn.
-    pub(super) windows: Mutex<State>,
+    pub(super) window_state: Mutex<State>,
     images: Mutex<GpuImages>,
 }
 
@@ -92,7 +92,7 @@ pub struct GpuRenderer {
 pub struct FrameGuard<'a>(MutexGuard<'a, State>);
 
 /// A draw with its pipeline, bind group and offsets in the frame's buffers.
-struct Prepared<'a> {
+struct PreparedDraw<'a> {
     draw: &'a PlanDraw,
     pipeline: Arc<Pipeline>,
     bind_group: BindGroup,
@@ -130,12 +130,12 @@ fn pipeline_keys(plan: &Plan, format: impl Fn(usize) -> TextureFormat) -> Vec<Pi
 }
 
 impl GpuRenderer {
-    /// Opens the best adapter. `software`: a driver that draws on the CPU is accepted.
+    /// Opens the best adapter. `accept_software`: whether a driver that draws on the CPU is accepted.
     ///
     /// # Errors
     /// No adapter, or no adapter with the features that every plan needs.
-    pub fn open(software: bool) -> Result<Self, GpuError> {
-        Ok(Self::of(open(software)?))
+    pub fn open(accept_software: bool) -> Result<Self, GpuError> {
+        Ok(Self::of(open(accept_software)?))
     }
 
     /// Opens a GL adapter; software drivers are accepted.
@@ -146,7 +146,7 @@ impl GpuRenderer {
         Ok(Self::of(open_gl()?))
     }
 
-    fn of(OpenedDevice { facts, instance, adapter, device, queue, blends_f32, timestamps }: OpenedDevice) -> Self {
+    fn of(OpenedDevice { facts, instance, adapter, device, queue, blends_f32, has_timestamps }: OpenedDevice) -> Self {
         let lost: Arc<Mutex<Option<GpuError>>> = Arc::default();
         let (on_loss, on_error) = (Arc::clone(&lost), Arc::clone(&lost));
         device.set_device_lost_callback(move |_, why| {
@@ -157,9 +157,9 @@ impl GpuRenderer {
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
             on_error.lock().get_or_insert(e.into());
         }));
-        let shader_resolve = facts.kind == AdapterKind::Software && adapter.get_info().backend != wgpu::Backend::Gl;
-        let (state, windows, images) = (Mutex::default(), Mutex::default(), Mutex::default());
-        Self { facts, instance, adapter, device, queue, blends_f32, timestamps, shader_resolve, lost, state, windows, images }
+        let resolves_by_shader = facts.kind == AdapterKind::Software && adapter.get_info().backend != wgpu::Backend::Gl;
+        let (state, window_state, images) = (Mutex::default(), Mutex::default(), Mutex::default());
+        Self { facts, instance, adapter, device, queue, blends_f32, has_timestamps, resolves_by_shader, lost, state, window_state, images }
     }
 
     pub fn facts(&self) -> &AdapterFacts {
@@ -184,7 +184,7 @@ impl GpuRenderer {
 
     /// Drops all pipelines. The caller must do this after a module's source has changed under the same name.
     pub fn forget_modules(&self) {
-        for state in [&self.state, &self.windows] {
+        for state in [&self.state, &self.window_state] {
             state.lock().pipelines = Pipelines::default();
         }
     }
@@ -215,10 +215,10 @@ impl GpuRenderer {
         keep_hdr: bool,
     ) -> Result<(Frame, GpuTimings), GpuError> {
         if keep_hdr && !self.blends_f32 {
-            return Err(GpuError::NotDrawn("linear pictures on this adapter, which has no 32-bit blending"));
+            return Err(GpuError::NotDrawn("linear images on this adapter, which cannot blend 32-bit floats"));
         }
         let start = Instant::now();
-        let (frame, mut timings) = self.checked(plan, || {
+        let (frame, mut timings) = self.run_checked(plan, || {
             let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Owned { hdr: keep_hdr })?;
             let frame = self.read_back(&mut state, keep_hdr)?;
             Ok((frame, GpuTimings { sent_bytes, passes: state.pass_times(&self.device, &self.queue, plan)?, wall_ms: 0.0 }))
@@ -246,7 +246,7 @@ impl GpuRenderer {
         modules: &impl ModuleProvider,
     ) -> Result<(GpuImage, GpuTimings), GpuError> {
         let start = Instant::now();
-        let (image, mut timings) = self.checked(plan, || {
+        let (image, mut timings) = self.run_checked(plan, || {
             let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Owned { hdr: false })?;
             // The image leaves the reusable targets; the next frame creates another target.
             let last = state.targets.pop().ok_or(GpuError::NotDrawn("a plan without passes"))?;
@@ -266,14 +266,14 @@ impl GpuRenderer {
     }
 
     /// Runs device calls that draw a plan; refuses plans that this device cannot draw, and catches the device's errors.
-    pub(super) fn checked<T>(&self, plan: &Plan, work: impl FnOnce() -> Result<T, GpuError>) -> Result<T, GpuError> {
+    pub(super) fn run_checked<T>(&self, plan: &Plan, work: impl FnOnce() -> Result<T, GpuError>) -> Result<T, GpuError> {
         self.check_lost()?;
-        let counts = |d: &PlanDraw| matches!(&d.module, ModuleId::Planet(k) if k.instructions_per_read().is_some());
-        if plan.passes.iter().flat_map(|p| &p.draws).any(counts) {
-            return Err(GpuError::NotDrawn("the picture of costs, which counts the software renderer's operations"));
+        let counts_instructions = |d: &PlanDraw| matches!(&d.module, ModuleId::Planet(k) if k.instructions_per_read().is_some());
+        if plan.passes.iter().flat_map(|p| &p.draws).any(counts_instructions) {
+            return Err(GpuError::NotDrawn("the cost view, which counts the software renderer's operations"));
         }
-        if !self.blends_f32 && plan.passes.iter().any(|p| p.format == ColourFormat::Rgba32FloatDim) {
-            return Err(GpuError::NotDrawn("light as dim as a night sky's on this adapter, which has no 32-bit blending"));
+        if !self.blends_f32 && plan.passes.iter().any(|p| p.format == ColourFormat::HdrF32) {
+            return Err(GpuError::NotDrawn("scenes as dim as a night sky on this adapter, which cannot blend 32-bit floats"));
         }
         let result = with_error_scopes(&self.device, work);
         self.check_lost()?;
@@ -286,9 +286,9 @@ impl GpuRenderer {
 
     fn format(&self, format: ColourFormat, keep_hdr: bool) -> TextureFormat {
         match format {
-            // Half floats reach 65504; the centre of the Sun's disc has radiance 58,000. Their rounding error is at most 0.12 of a display level.
-            ColourFormat::Rgba32Float if !keep_hdr => TextureFormat::Rgba16Float,
-            ColourFormat::Rgba32Float | ColourFormat::Rgba32FloatDim => TextureFormat::Rgba32Float,
+            // Half floats reach 65,504, and the centre of the Sun's disc has radiance 58,000. They round by at most 0.12 of a display level.
+            ColourFormat::Hdr if !keep_hdr => TextureFormat::Rgba16Float,
+            ColourFormat::Hdr | ColourFormat::HdrF32 => TextureFormat::Rgba32Float,
             ColourFormat::Rgba8Unorm => TextureFormat::Rgba8Unorm,
         }
     }
@@ -316,10 +316,10 @@ impl GpuRenderer {
         let mut keys = keys.iter();
         for (pass_index, (pass, offsets)) in plan.passes.iter().zip(offsets).enumerate() {
             let draws = pass.draws.iter().zip(offsets).filter(|(d, _)| is_visible(d)).zip(&mut keys);
-            let all: Result<Vec<_>, _> = draws.map(|((d, at), key)| self.prepare(state, key, pass_index, d, at)).collect();
-            prepared.push(all?);
+            prepared
+                .push(draws.map(|((d, offsets), key)| self.prepare(state, key, pass_index, d, offsets)).collect::<Result<Vec<_>, _>>()?);
         }
-        if self.timestamps && state.clock.is_none() && matches!(target, RenderTarget::Owned { .. }) {
+        if self.has_timestamps && state.clock.is_none() && matches!(target, RenderTarget::Owned { .. }) {
             state.clock = Some(Clock::new(&self.device));
         }
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -329,7 +329,7 @@ impl GpuRenderer {
         if let Some(clock) = &state.clock {
             let timed = timed_passes(plan);
             encoder.resolve_query_set(&clock.queries, 0..2 * timed, &clock.resolved, 0);
-            encoder.copy_buffer_to_buffer(&clock.resolved, 0, &clock.read, 0, u64::from(16 * timed));
+            encoder.copy_buffer_to_buffer(&clock.resolved, 0, &clock.readback, 0, u64::from(16 * timed));
         }
         self.queue.submit([encoder.finish()]);
         if matches!(target, RenderTarget::External(_)) {
@@ -358,7 +358,7 @@ impl GpuRenderer {
 
     /// Creates the targets of the plan's passes, reusing those of the previous frame that fit.
     fn update_targets(&self, state: &mut State, plan: &Plan, target: RenderTarget<'_>) -> Result<(), GpuError> {
-        let most = self.device.limits().max_texture_dimension_2d;
+        let max_side = self.device.limits().max_texture_dimension_2d;
         state.targets.truncate(plan.passes.len());
         for (k, pass) in plan.passes.iter().enumerate() {
             let external = match target {
@@ -368,8 +368,8 @@ impl GpuRenderer {
             let format = external
                 .map_or_else(|| self.format(pass.format, matches!(target, RenderTarget::Owned { hdr: true })), wgpu::Texture::format);
             let samples = u32::from(pass.samples);
-            if pass.width == 0 || pass.height == 0 || pass.width > most || pass.height > most {
-                return Err(GpuError::Size { adapter: self.facts.to_string(), width: pass.width, height: pass.height, most });
+            if pass.width == 0 || pass.height == 0 || pass.width > max_side || pass.height > max_side {
+                return Err(GpuError::Size { adapter: self.facts.to_string(), width: pass.width, height: pass.height, max_side });
             }
             let fits = |t: &Target| {
                 (t.width, t.height, t.format, t.samples, t.depth.is_some()) == (pass.width, pass.height, format, samples, pass.depth)
@@ -377,7 +377,7 @@ impl GpuRenderer {
             if external.is_none() && state.targets.get(k).is_some_and(fits) {
                 continue;
             }
-            let resolve_pipelines = self.shader_resolve.then_some(&mut state.resolve_pipelines);
+            let resolve_pipelines = self.resolves_by_shader.then_some(&mut state.resolve_pipelines);
             let new = Target::new(&self.device, resolve_pipelines, pass, format, samples, external);
             if k < state.targets.len() { state.targets[k] = new } else { state.targets.push(new) }
         }
@@ -391,22 +391,21 @@ impl GpuRenderer {
         pass_index: usize,
         draw: &'a PlanDraw,
         (uniform_offset, attributes, indices): (Option<u32>, Vec<(u64, u64)>, Option<u64>),
-    ) -> Result<Prepared<'a>, GpuError> {
-        let fault = |what: String| GpuError::Draw { draw: draw.label.clone(), what };
-        let pipeline = state.pipelines.get(key).ok_or_else(|| fault("has no pipeline".into()))?;
-        let missing = |binding: u32| GpuError::Draw { draw: draw.label.clone(), what: format!("binding {binding} is not supplied") };
+    ) -> Result<PreparedDraw<'a>, GpuError> {
+        let draw_error = |what: String| GpuError::Draw { draw: draw.label.clone(), what };
+        let pipeline = state.pipelines.get(key).ok_or_else(|| draw_error("has no pipeline".into()))?;
+        let missing = |binding: u32| draw_error(format!("binding {binding} is not supplied"));
         let mut views = Vec::new();
         for texture in &pipeline.layout.textures {
             let source = draw.textures.iter().find(|t| t.binding == texture.binding).ok_or_else(|| missing(texture.binding))?;
             let view = match &source.source {
-                TextureSource::Image(image) => state.uploads.view(&self.device, &self.queue, image, false).map_err(fault)?,
-                TextureSource::Persistent(image) => state.uploads.view(&self.device, &self.queue, image, true).map_err(fault)?,
+                TextureSource::Image(image) => state.uploads.view(&self.device, &self.queue, image, false).map_err(draw_error)?,
+                TextureSource::Persistent(image) => state.uploads.view(&self.device, &self.queue, image, true).map_err(draw_error)?,
                 TextureSource::OnGpu(image) => {
-                    let view = self.images.lock().get(image);
-                    view.ok_or_else(|| fault("reads a picture of another device".into()))?
+                    self.images.lock().get(image).ok_or_else(|| draw_error("reads an image of another device".into()))?
                 }
                 TextureSource::PassOutput(k) if *k < pass_index => state.targets[*k].view.clone(),
-                TextureSource::PassOutput(k) => return Err(fault(format!("reads pass {k}, which is not drawn before it"))),
+                TextureSource::PassOutput(k) => return Err(draw_error(format!("reads pass {k}, which is not drawn before it"))),
             };
             views.push((texture.binding, view));
         }
@@ -418,7 +417,8 @@ impl GpuRenderer {
         let mut entries = Vec::new();
         if pipeline.layout.uniform_size > 0 {
             let (Some(buffer), true) = (&state.buffers.uniforms, draw.uniform_bytes.len() == pipeline.layout.uniform_size as usize) else {
-                return Err(fault(format!("{} uniform bytes, of {}", draw.uniform_bytes.len(), pipeline.layout.uniform_size)));
+                let needed = pipeline.layout.uniform_size;
+                return Err(draw_error(format!("has {} uniform bytes; its module needs {needed}", draw.uniform_bytes.len())));
             };
             let size = std::num::NonZeroU64::new(u64::from(pipeline.layout.uniform_size));
             entries.push(BindGroupEntry { binding: 0, resource: BindingResource::Buffer(BufferBinding { buffer, offset: 0, size }) });
@@ -427,10 +427,10 @@ impl GpuRenderer {
         entries.extend(samplers.iter().map(|(binding, s)| BindGroupEntry { binding: *binding, resource: BindingResource::Sampler(s) }));
         let descriptor = BindGroupDescriptor { label: Some(&draw.label), layout: &pipeline.bind_group_layout, entries: &entries };
         let bind_group = self.device.create_bind_group(&descriptor);
-        Ok(Prepared { draw, pipeline, bind_group, uniform_offset, attributes, indices })
+        Ok(PreparedDraw { draw, pipeline, bind_group, uniform_offset, attributes, indices })
     }
 
-    fn encode(&self, encoder: &mut wgpu::CommandEncoder, state: &State, pass: &Pass, draws: &[Prepared<'_>], k: usize) {
+    fn encode(&self, encoder: &mut wgpu::CommandEncoder, state: &State, pass: &Pass, draws: &[PreparedDraw<'_>], k: usize) {
         let target = &state.targets[k];
         let [r, g, b, a] = pass.clear.map(f64::from);
         let (view, resolve_target, store) = match (&target.multisampled, &target.resolve) {
@@ -451,50 +451,50 @@ impl GpuRenderer {
             stencil_ops: None,
         });
         let clock = state.clock.as_ref().filter(|_| (k as u32) < MAX_TIMED);
-        let (begins, ends) = (2 * k as u32, 2 * k as u32 + 1);
-        let timestamp_writes = |begins: Option<u32>, ends: Option<u32>| {
+        let (begin_query, end_query) = (2 * k as u32, 2 * k as u32 + 1);
+        let timestamp_writes = |begin: Option<u32>, end: Option<u32>| {
             clock.map(|c| RenderPassTimestampWrites {
                 query_set: &c.queries,
-                beginning_of_pass_write_index: begins,
-                end_of_pass_write_index: ends,
+                beginning_of_pass_write_index: begin,
+                end_of_pass_write_index: end,
             })
         };
-        let mut rendering = encoder.begin_render_pass(&RenderPassDescriptor {
+        let mut render_pass = encoder.begin_render_pass(&RenderPassDescriptor {
             label: Some(pass.name),
             color_attachments: &[Some(colour)],
             depth_stencil_attachment,
-            timestamp_writes: timestamp_writes(Some(begins), target.resolve.is_none().then_some(ends)),
+            timestamp_writes: timestamp_writes(Some(begin_query), target.resolve.is_none().then_some(end_query)),
             occlusion_query_set: None,
             multiview_mask: None,
         });
-        for p in draws {
-            let [x0, y0, x1, y1] = p.draw.scissor;
+        for prepared in draws {
+            let [x0, y0, x1, y1] = prepared.draw.scissor;
             let (x1, y1) = (x1.min(pass.width), y1.min(pass.height));
             if x0 >= x1 || y0 >= y1 {
                 continue;
             }
-            rendering.set_pipeline(&p.pipeline.pipeline);
-            rendering.set_bind_group(0, &p.bind_group, p.uniform_offset.as_slice());
-            rendering.set_scissor_rect(x0, y0, x1 - x0, y1 - y0);
+            render_pass.set_pipeline(&prepared.pipeline.pipeline);
+            render_pass.set_bind_group(0, &prepared.bind_group, prepared.uniform_offset.as_slice());
+            render_pass.set_scissor_rect(x0, y0, x1 - x0, y1 - y0);
             if let Some(buffer) = &state.buffers.attributes {
-                for (slot, (at, length)) in (0..).zip(&p.attributes) {
-                    rendering.set_vertex_buffer(slot, buffer.slice(*at..at + length));
+                for (slot, (at, length)) in (0..).zip(&prepared.attributes) {
+                    render_pass.set_vertex_buffer(slot, buffer.slice(*at..at + length));
                 }
             }
-            match (&p.draw.vertices, p.indices, &state.buffers.indices) {
-                (Vertices::Count(n), ..) => rendering.draw(0..*n, 0..p.draw.instances.count),
+            match (&prepared.draw.vertices, prepared.indices, &state.buffers.indices) {
+                (Vertices::Count(n), ..) => render_pass.draw(0..*n, 0..prepared.draw.instances.count),
                 (Vertices::Mesh { indices, .. }, Some(at), Some(buffer)) => {
-                    rendering.set_index_buffer(buffer.slice(at..at + 4 * indices.len() as u64), IndexFormat::Uint32);
-                    rendering.draw_indexed(0..indices.len() as u32, 0, 0..p.draw.instances.count);
+                    render_pass.set_index_buffer(buffer.slice(at..at + 4 * indices.len() as u64), IndexFormat::Uint32);
+                    render_pass.draw_indexed(0..indices.len() as u32, 0, 0..prepared.draw.instances.count);
                 }
                 _ => {}
             }
         }
         // On GL the scissor rectangle of the last draw would also clip the resolve at the end of the pass.
-        rendering.set_scissor_rect(0, 0, pass.width, pass.height);
-        drop(rendering);
+        render_pass.set_scissor_rect(0, 0, pass.width, pass.height);
+        drop(render_pass);
         if let Some(resolve) = &target.resolve {
-            resolve.encode(encoder, &target.view, timestamp_writes(None, Some(ends)));
+            resolve.encode(encoder, &target.view, timestamp_writes(None, Some(end_query)));
         }
     }
 }

@@ -27,9 +27,9 @@ pub(crate) struct ResolvePass {
 }
 
 impl ResolvePipelines {
-    pub(crate) fn resolve_pass(&mut self, device: &Device, samples: &TextureView, format: TextureFormat, count: u32) -> ResolvePass {
-        let pipeline = self.by_format.entry((format, count)).or_insert_with(|| create_pipeline(device, format, count)).clone();
-        let entries = [BindGroupEntry { binding: 0, resource: BindingResource::TextureView(samples) }];
+    pub(crate) fn resolve_pass(&mut self, device: &Device, multisampled: &TextureView, format: TextureFormat, samples: u32) -> ResolvePass {
+        let pipeline = self.by_format.entry((format, samples)).or_insert_with(|| create_pipeline(device, format, samples)).clone();
+        let entries = [BindGroupEntry { binding: 0, resource: BindingResource::TextureView(multisampled) }];
         let layout = &pipeline.get_bind_group_layout(0);
         let bind_group = device.create_bind_group(&BindGroupDescriptor { label: Some("resolve"), layout, entries: &entries });
         ResolvePass { pipeline, bind_group }
@@ -57,8 +57,8 @@ impl ResolvePass {
     }
 }
 
-fn create_pipeline(device: &Device, format: TextureFormat, count: u32) -> RenderPipeline {
-    let source = ShaderSource::Wgsl(format!("const SAMPLES: i32 = {count};\n{SHADER}").into());
+fn create_pipeline(device: &Device, format: TextureFormat, samples: u32) -> RenderPipeline {
+    let source = ShaderSource::Wgsl(format!("const SAMPLES: i32 = {samples};\n{SHADER}").into());
     let module = &device.create_shader_module(ShaderModuleDescriptor { label: Some("resolve"), source });
     let compilation_options = PipelineCompilationOptions::default();
     let target = ColorTargetState { format, blend: None, write_mask: ColorWrites::ALL };

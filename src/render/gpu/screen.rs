@@ -20,7 +20,8 @@ pub(crate) struct GpuSurface {
     surface: Surface<'static>,
     format: TextureFormat,
     alpha_mode: CompositeAlphaMode,
-    configured: Option<[u32; 2]>,
+    /// The size for which the surface is configured.
+    configured_size: Option<[u32; 2]>,
     /// Consecutive failures to configure the surface for the window's size.
     failed_resizes: u32,
 }
@@ -37,15 +38,15 @@ impl GpuRenderer {
     /// # Errors
     /// The renderer's adapter cannot present to this window.
     pub(crate) fn create_surface(&self, window: impl WindowHandle) -> Result<GpuSurface, GpuError> {
-        let refused = |why: String| GpuError::Adapter { adapter: self.facts().to_string(), why };
-        let surface = self.instance.create_surface(window).map_err(|e| refused(super::one_line(&e.to_string())))?;
+        let unusable = |why: String| GpuError::Adapter { adapter: self.facts().to_string(), why };
+        let surface = self.instance.create_surface(window).map_err(|e| unusable(super::one_line(&e.to_string())))?;
         let capabilities = surface.get_capabilities(&self.adapter);
         let is_usable = |f: &&TextureFormat| WINDOW_FORMATS.contains(f);
         let format =
-            *capabilities.formats.iter().find(is_usable).ok_or_else(|| refused("it cannot show 8-bit pixels in this window".into()))?;
-        let opaque = capabilities.alpha_modes.contains(&CompositeAlphaMode::Opaque);
-        let alpha_mode = if opaque { CompositeAlphaMode::Opaque } else { CompositeAlphaMode::Auto };
-        Ok(GpuSurface { surface, format, alpha_mode, configured: None, failed_resizes: 0 })
+            *capabilities.formats.iter().find(is_usable).ok_or_else(|| unusable("it cannot show 8-bit pixels in this window".into()))?;
+        let supports_opaque = capabilities.alpha_modes.contains(&CompositeAlphaMode::Opaque);
+        let alpha_mode = if supports_opaque { CompositeAlphaMode::Opaque } else { CompositeAlphaMode::Auto };
+        Ok(GpuSurface { surface, format, alpha_mode, configured_size: None, failed_resizes: 0 })
     }
 
     /// Draws the plan off screen, so that the first frame of a window need not wait for pipelines: some drivers compile only at the first draw.
@@ -58,8 +59,8 @@ impl GpuRenderer {
         }
         let last = plan.passes.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
         let size = Extent3d { width: last.width, height: last.height, depth_or_array_layers: 1 };
-        self.checked(plan, || {
-            let mut state = self.windows.lock();
+        self.run_checked(plan, || {
+            let mut state = self.window_state.lock();
             for format in WINDOW_FORMATS {
                 let off_screen = self.device.create_texture(&TextureDescriptor {
                     label: Some("off-screen window frame"),
@@ -80,7 +81,7 @@ impl GpuRenderer {
 
     /// Whether a frame can be drawn to a window of any supported format without waiting for the compiler; `None` while such a frame is being drawn.
     pub fn is_ready_for_windows(&self, plan: &Plan) -> Option<bool> {
-        let state = self.windows.try_lock()?;
+        let state = self.window_state.try_lock()?;
         Some(WINDOW_FORMATS.into_iter().all(|format| state.is_ready(plan, |_| format)))
     }
 
@@ -98,8 +99,8 @@ impl GpuRenderer {
     ) -> Result<bool, GpuError> {
         let last = plan.passes.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
         let size = [last.width, last.height];
-        let Some(mut state) = self.windows.try_lock() else { return Ok(false) };
-        self.checked(plan, || {
+        let Some(mut state) = self.window_state.try_lock() else { return Ok(false) };
+        self.run_checked(plan, || {
             let Some(next) = self.next_texture(surface, size)? else { return Ok(false) };
             self.submit(&mut state, plan, modules, RenderTarget::External(&next.texture))?;
             before_present();
@@ -110,16 +111,16 @@ impl GpuRenderer {
 
     /// Configures the surface for the window's size if that has changed. False if it failed for now: wgpu refuses while another thread draws.
     fn ensure_size(&self, surface: &mut GpuSurface, size: [u32; 2]) -> Result<bool, GpuError> {
-        if surface.configured == Some(size) {
+        if surface.configured_size == Some(size) {
             return Ok(true);
         }
-        surface.configured = None;
+        surface.configured_size = None;
         let configure = || with_error_scopes(&self.device, || surface.configure(self, size));
         let result = configure().or_else(|_| configure());
         self.check_lost()?;
         match result {
             Ok(()) => {
-                (surface.configured, surface.failed_resizes) = (Some(size), 0);
+                (surface.configured_size, surface.failed_resizes) = (Some(size), 0);
                 Ok(true)
             }
             Err(e) if surface.failed_resizes >= MAX_FAILED_RESIZES => Err(e),
@@ -140,12 +141,12 @@ impl GpuRenderer {
             match surface.surface.get_current_texture() {
                 CurrentSurfaceTexture::Success(next) => return Ok(Some(next)),
                 CurrentSurfaceTexture::Suboptimal(next) => {
-                    surface.configured = None;
+                    surface.configured_size = None;
                     return Ok(Some(next));
                 }
                 CurrentSurfaceTexture::Timeout | CurrentSurfaceTexture::Occluded => return Ok(None),
-                CurrentSurfaceTexture::Outdated | CurrentSurfaceTexture::Lost => surface.configured = None,
-                CurrentSurfaceTexture::Validation => return Err(GpuError::Refused("a picture for the window".into())),
+                CurrentSurfaceTexture::Outdated | CurrentSurfaceTexture::Lost => surface.configured_size = None,
+                CurrentSurfaceTexture::Validation => return Err(GpuError::Refused("no texture for the window's next frame".into())),
             }
         }
         self.check_lost()?;

@@ -16,7 +16,7 @@ pub(super) struct Target {
     pub view: TextureView,
     /// The multisampled colour, if the target has several samples per pixel.
     pub multisampled: Option<TextureView>,
-    /// `None` if the driver resolves.
+    /// The pass that resolves the samples with a shader; `None` if the driver resolves them.
     pub resolve: Option<ResolvePass>,
     pub depth: Option<TextureView>,
 }
@@ -45,8 +45,8 @@ impl Target {
         };
         let view = |t: &wgpu::Texture| t.create_view(&wgpu::TextureViewDescriptor::default());
         let attachment = TextureUsages::RENDER_ATTACHMENT;
-        let owned = || texture(format, 1, attachment | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC);
-        let colour = external.cloned().unwrap_or_else(owned);
+        let new_colour = || texture(format, 1, attachment | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC);
+        let colour = external.cloned().unwrap_or_else(new_colour);
         let usage = if resolve_pipelines.is_some() { attachment | TextureUsages::TEXTURE_BINDING } else { attachment };
         let multisampled = (samples > 1).then(|| view(&texture(format, samples, usage)));
         let resolve = resolve_pipelines.zip(multisampled.as_ref()).map(|(p, view)| p.resolve_pass(device, view, format, samples));

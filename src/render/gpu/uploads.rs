@@ -24,9 +24,11 @@ const CHUNK_BYTES: u64 = 32 << 20;
 const TABLE_FRAMES: u64 = 60;
 
 #[derive(Clone, PartialEq, Eq, Hash)]
-enum Source {
+enum TextureKey {
+    /// The address of the decoded image.
     Map(usize),
-    Table([u8; 32]),
+    /// The digest of the content, its size and its format: the same bytes can be texels of another table.
+    Table([u8; 32], [u32; 2], TexelFormat),
 }
 
 struct Uploaded {
@@ -40,7 +42,7 @@ struct Uploaded {
 
 #[derive(Default)]
 pub(crate) struct Uploads {
-    by_source: HashMap<Source, Uploaded>,
+    by_key: HashMap<TextureKey, Uploaded>,
     frame: u64,
     /// Bytes written since the last submission.
     pending_bytes: u64,
@@ -62,7 +64,7 @@ impl Uploads {
     pub(crate) fn begin_frame(&mut self) {
         self.frame += 1;
         let frame = self.frame;
-        self.by_source.retain(|_, u| match &u.decoded_map {
+        self.by_key.retain(|_, u| match &u.decoded_map {
             Some(map) => map.strong_count() > 0,
             None => u.last_used_frame + TABLE_FRAMES >= frame,
         });
@@ -70,13 +72,14 @@ impl Uploads {
         if total <= BUDGET_BYTES {
             return;
         }
-        let mut oldest: Vec<(u64, Source, u64)> = self.by_source.iter().map(|(s, u)| (u.last_used_frame, s.clone(), u.bytes)).collect();
-        oldest.sort_by_key(|(used, ..)| *used);
-        for (_, source, bytes) in oldest {
+        let mut by_last_use: Vec<(u64, TextureKey, u64)> =
+            self.by_key.iter().map(|(key, u)| (u.last_used_frame, key.clone(), u.bytes)).collect();
+        by_last_use.sort_by_key(|(last_used_frame, ..)| *last_used_frame);
+        for (_, key, bytes) in by_last_use {
             if total <= BUDGET_BYTES {
                 break;
             }
-            if let Some(evicted) = self.by_source.remove(&source) {
+            if let Some(evicted) = self.by_key.remove(&key) {
                 evicted.texture.destroy();
             }
             total -= bytes;
@@ -84,7 +87,7 @@ impl Uploads {
     }
 
     pub(crate) fn total_bytes(&self) -> u64 {
-        self.by_source.values().map(|u| u.bytes).sum()
+        self.by_key.values().map(|u| u.bytes).sum()
     }
 
     /// The view of a texture, which is uploaded first if necessary. `persistent`: the owner keeps the texture alive until its content changes.
@@ -95,13 +98,13 @@ impl Uploads {
         texture: &SharedTexture,
         persistent: bool,
     ) -> Result<TextureView, String> {
-        let source = match &texture.levels[..] {
-            [] => return Err("a texture without levels".into()),
-            [only] if !persistent => Source::Table(Sha256::digest(&only.bytes).into()),
-            _ => Source::Map(Arc::as_ptr(texture) as usize),
+        let key = match &texture.levels[..] {
+            [] => return Err("a texture has no mip level".into()),
+            [only] if !persistent => TextureKey::Table(Sha256::digest(&only.bytes).into(), [only.width, only.height], texture.format),
+            _ => TextureKey::Map(Arc::as_ptr(texture) as usize),
         };
-        let table = matches!(source, Source::Table(_));
-        if let Some(known) = self.by_source.get_mut(&source) {
+        let is_table = matches!(key, TextureKey::Table(..));
+        if let Some(known) = self.by_key.get_mut(&key) {
             known.last_used_frame = self.frame;
             return Ok(known.view.clone());
         }
@@ -109,8 +112,8 @@ impl Uploads {
         let bytes = texture.levels.iter().map(|level| level.bytes.len() as u64).sum();
         self.sent_bytes += bytes;
         let view = uploaded.create_view(&wgpu::TextureViewDescriptor::default());
-        let decoded_map = (!table).then(|| Arc::downgrade(texture));
-        self.by_source.insert(source, Uploaded { view: view.clone(), texture: uploaded, bytes, last_used_frame: self.frame, decoded_map });
+        let decoded_map = (!is_table).then(|| Arc::downgrade(texture));
+        self.by_key.insert(key, Uploaded { view: view.clone(), texture: uploaded, bytes, last_used_frame: self.frame, decoded_map });
         Ok(view)
     }
 
@@ -119,7 +122,7 @@ impl Uploads {
         let first = &texture.levels[0];
         let max_side = device.limits().max_texture_dimension_2d;
         if first.width > max_side || first.height > max_side {
-            return Err(format!("a map of {}x{} texels, of {max_side} that the adapter takes", first.width, first.height));
+            return Err(format!("a map has {}x{} texels; the adapter allows at most {max_side} per side", first.width, first.height));
         }
         let extent = |width: u32, height: u32| Extent3d { width, height, depth_or_array_layers: 1 };
         let uploaded = device.create_texture(&TextureDescriptor {

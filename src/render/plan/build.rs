@@ -46,8 +46,8 @@ impl SamplingQuality {
 
 /// The modules that a scene's plan runs, each once, so that they can be fetched ahead.
 pub fn modules(scene: &Scene) -> Vec<ModuleId> {
-    let of_draw = |d: &Draw| ModuleId::Planet(ShaderKey::for_draw(&d.features));
-    let mut all: Vec<_> = scene.draws.iter().chain(&scene.outlined).map(of_draw).collect();
+    let module_of = |d: &Draw| ModuleId::Planet(ShaderKey::for_draw(&d.features));
+    let mut all: Vec<_> = scene.draws.iter().chain(&scene.outlined).map(module_of).collect();
     all.extend(shared::modules(scene).into_iter().map(ModuleId::Simple));
     all.sort();
     all.dedup();
@@ -58,8 +58,8 @@ pub fn modules(scene: &Scene) -> Vec<ModuleId> {
 pub(super) const HDR_TARGET: &str = "light";
 pub(crate) const DISPLAY_TARGET: &str = "picture";
 
-/// If display white has less than this radiance, half a display level on black, which is 1.5e-4 of white, may be smaller than the smallest step of
-/// half floats, 2^-24.
+/// Radiance of display white below which the HDR target needs f32: half a display level on black, 1.5e-4 of white, is then smaller than the
+/// smallest step of half floats, 2^-24.
 const DIM_WHITE: f64 = 4e-4;
 
 /// Plans one frame.
@@ -108,7 +108,7 @@ pub(super) fn light_steps(
         resource: HDR_TARGET,
         width,
         height,
-        format: if scene.exposure.white() < DIM_WHITE { ColourFormat::Rgba32FloatDim } else { ColourFormat::Rgba32Float },
+        format: if scene.exposure.white() < DIM_WHITE { ColourFormat::HdrF32 } else { ColourFormat::Hdr },
         samples: sampling.samples,
         clear: background,
         depth: true,
@@ -121,34 +121,34 @@ pub(super) fn light_steps(
     let sky_images = over_hdr("sky images", sky::images(scene, provider)?);
     let mut steps = vec![background, sky, sky_images, sky_lines, over_hdr("stars", shared::stars(scene, provider)?)];
     steps.extend(faces_draw.map(|draw| over_hdr("faces", vec![draw])));
-    let of_body = |body| move |d: &Draw| d.body == body;
-    let add_bodies = |steps: &mut Vec<Step>, first: usize, draws: &[Draw]| -> Result<(), PlanError> {
-        let mut from = first;
+    let belongs_to = |body| move |d: &Draw| d.body == body;
+    let add_bodies = |steps: &mut Vec<Step>, first_draw: usize, draws: &[Draw]| -> Result<(), PlanError> {
+        let mut start = first_draw;
         for run in draws.chunk_by(|a, b| a.body == b.body) {
-            let (body, end) = (run[0].body, from + run.len());
+            let (body, end) = (run[0].body, start + run.len());
             // The layers of a ringed body need not be consecutive: moons may be between them.
-            let is_first = !scene.draws[..from].iter().any(of_body(body));
-            let is_last = !scene.draws[end..].iter().any(of_body(body));
-            from = end;
+            let is_first = !scene.draws[..start].iter().any(belongs_to(body));
+            let is_last = !scene.draws[end..].iter().any(belongs_to(body));
+            start = end;
             let limb = scene.limbs.iter().find(|l| l.body == body);
             let (occlusion, refraction) = limb.map(|l| shared::refracted_limb(scene, l, provider)).transpose()?.unzip();
             steps.extend(occlusion.flatten().filter(|_| is_first).map(|draw| over_hdr("unbent Sun", vec![draw])));
             for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
                 let draws = layers.iter().map(|draw| body_draw(draw, width, height, provider, sampling)).collect::<Result<Vec<_>, _>>()?;
                 steps.push(over_hdr(step_name(&layers[0]), draws));
-                let lines = scene.ground_lines.iter().find(|(id, _)| *id == body && layers[0].part == Part::Globe);
-                if let Some((_, pieces)) = lines {
-                    steps.push(over_hdr("ground lines", shared::lines_without_depth("ground lines", pieces, scene, provider)?));
+                let ground_lines = scene.ground_lines.iter().find(|(id, _)| *id == body && layers[0].part == Part::Globe);
+                if let Some((_, segments)) = ground_lines {
+                    steps.push(over_hdr("ground lines", shared::lines_without_depth("ground lines", segments, scene, provider)?));
                 }
             }
             steps.extend(refraction.filter(|_| is_last).map(|draw| over_hdr("refracted limb", vec![draw])));
         }
         Ok(())
     };
-    let behind = scene.corona.map_or(0, |c| c.draws_behind.min(scene.draws.len()));
-    add_bodies(&mut steps, 0, &scene.draws[..behind])?;
+    let draws_behind_corona = scene.corona.map_or(0, |c| c.draws_behind.min(scene.draws.len()));
+    add_bodies(&mut steps, 0, &scene.draws[..draws_behind_corona])?;
     steps.push(over_hdr("corona", shared::corona(scene, provider)?));
-    add_bodies(&mut steps, behind, &scene.draws[behind..])?;
+    add_bodies(&mut steps, draws_behind_corona, &scene.draws[draws_behind_corona..])?;
     steps.extend([
         over_hdr("orbits", small_bodies::orbits(scene, provider)?),
         over_hdr("lines", shared::lines(scene, provider)?),
@@ -208,8 +208,8 @@ fn cull_of(features: &DrawFeatures) -> Cull {
 }
 
 /// The attributes of shaders/lib/mesh.wesl by location: position, normal, map coordinates, height of the Sun, colour.
-fn triangles(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
-    let missing = |what: &str| PlanError::Module(format!("{}: {key} draws a mesh, and its {what} are missing", draw.name));
+fn mesh_vertices(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
+    let missing = |what: &str| PlanError::Module(format!("{}: {key} draws a mesh, but the mesh's {what} are missing", draw.name));
     let mesh = draw.uniforms.mesh.as_ref().ok_or_else(|| missing("triangles"))?;
     let model = &mesh.model;
     let attribute = |components: u32, values: &Arc<Vec<f32>>| Attribute { components, values: values.clone() };
@@ -228,8 +228,8 @@ fn triangles(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
 /// Only globes write depth; lines and points are tested against it. The layers of one body may be closer together than depth resolves, so they are
 /// drawn in the scene's order, without testing or writing depth.
 fn depth_of(part: Part) -> DepthState {
-    let globe = part == Part::Globe;
-    DepthState { test: globe, write: globe }
+    let is_globe = part == Part::Globe;
+    DepthState { test: is_globe, write: is_globe }
 }
 
 fn body_draw(
@@ -245,7 +245,7 @@ fn body_draw(
         .map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
     let (textures, samplers) = (maps::textures(draw, &layout, provider)?, maps::samplers(draw, &layout));
     let (vertices, cull) = match &module {
-        ModuleId::Planet(key) if key.features().shape == Shape::Mesh => (triangles(draw, key)?, cull_of(&draw.features)),
+        ModuleId::Planet(key) if key.features().shape == Shape::Mesh => (mesh_vertices(draw, key)?, cull_of(&draw.features)),
         _ => (Vertices::Count(6), Cull::None),
     };
     Ok(PlanDraw {

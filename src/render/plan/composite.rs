@@ -16,8 +16,9 @@ use crate::shader::ModuleId;
 use glam::{DVec2, Vec2};
 use std::sync::Arc;
 
-/// Names of the pass that combines both eyes and of the warp pass.
+/// Name of the pass that combines both eyes.
 const STEREO_TARGET: &str = "both eyes";
+/// Name of the warp pass.
 const SCREEN_TARGET: &str = "screen";
 /// Taps per pixel along each axis when the faces or a picture to be warped are resampled.
 const TAPS: f32 = 4.0;
@@ -51,10 +52,10 @@ pub fn composite_modules(composite: &Composite, warped: bool) -> Vec<ModuleId> {
 
 /// Appends passes, and shifts the pass indices that they read by the number of passes already in the plan.
 fn append(plan: &mut Plan, mut passes: Vec<Pass>) {
-    let before = plan.passes.len();
+    let passes_before = plan.passes.len();
     for texture in passes.iter_mut().flat_map(|p| &mut p.draws).flat_map(|d| &mut d.textures) {
         if let TextureSource::PassOutput(k) = &mut texture.source {
-            *k += before;
+            *k += passes_before;
         }
     }
     plan.passes.extend(passes);
@@ -64,7 +65,7 @@ fn taps(sampling: SamplingQuality) -> f32 {
     if sampling.samples > 1 { TAPS } else { DRAFT_TAPS }
 }
 
-/// Plans a picture of several frames. `screen`: the mesh that warps it, and the output size in pixels.
+/// Plans a picture of several frames. `warp`: the mesh that warps it, and the output size in pixels.
 ///
 /// # Errors
 /// The same as [`plan`].
@@ -72,14 +73,14 @@ pub fn composite(
     composite: &Composite,
     provider: &impl ResourceProvider,
     sampling: SamplingQuality,
-    screen: Option<(&WarpMesh, [u32; 2])>,
+    warp: Option<(&WarpMesh, [u32; 2])>,
 ) -> Result<Plan, PlanError> {
     let mut combined = match &composite.arrangement {
         Arrangement::Single => plan(&composite.whole, provider, sampling)?,
         Arrangement::Eyes(eyes) => plan_eyes(composite, eyes, provider, sampling)?,
         Arrangement::Faces(faces) => plan_faces(composite, faces, provider, sampling)?,
     };
-    if let Some((mesh, size)) = screen {
+    if let Some((mesh, size)) = warp {
         let (picture, picture_px) = last_pass(&combined);
         let draw = warp_draw(mesh, size, picture_px, provider, sampling)?;
         let textures = vec![TextureBinding { binding: 1, source: TextureSource::PassOutput(picture) }];
@@ -107,16 +108,16 @@ fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvide
         pictures.push(last_pass(&combined));
     }
     // Both frames are wider than an eye's picture by the left eye's column offset; the right eye's picture starts at column 0.
-    let [infinity, _] = eyes.columns;
-    let eye_px = pictures.first().map_or([1, 1], |(_, [w, h])| [w - infinity, *h]);
-    let side_by_side = eyes.layout == StereoLayout::SideBySide;
-    let size = if side_by_side { [2 * eye_px[0], eye_px[1]] } else { eye_px };
+    let [left_column_offset, _] = eyes.columns;
+    let eye_px = pictures.first().map_or([1, 1], |(_, [w, h])| [w - left_column_offset, *h]);
+    let is_side_by_side = eyes.layout == StereoLayout::SideBySide;
+    let size = if is_side_by_side { [2 * eye_px[0], eye_px[1]] } else { eye_px };
     let draw = full_screen_draw(stereo_module(eyes.layout), size, provider, |w| {
         w.vec2("columns", Vec2::from_array(eyes.columns.map(|c| c as f32)))?;
-        if side_by_side { w.f32("half_px", eye_px[0] as f32) } else { Ok(()) }
+        if is_side_by_side { w.f32("half_px", eye_px[0] as f32) } else { Ok(()) }
     })?;
-    let bound = (1..).zip(&pictures).map(|(binding, (k, _))| TextureBinding { binding, source: TextureSource::PassOutput(*k) });
-    combined.passes.push(display_pass(STEREO_TARGET, size, 1, PlanDraw { textures: bound.collect(), ..draw }));
+    let textures = (1..).zip(&pictures).map(|(binding, (k, _))| TextureBinding { binding, source: TextureSource::PassOutput(*k) });
+    combined.passes.push(display_pass(STEREO_TARGET, size, 1, PlanDraw { textures: textures.collect(), ..draw }));
     Ok(combined)
 }
 
@@ -145,12 +146,12 @@ fn plan_faces(
     let mut picture = graph::compile(&steps_with(&composite.whole, provider, single_sample, Some(draw))?, DISPLAY_TARGET)?;
     // A face that the picture does not show is never read; any pass may be bound for it.
     let pass_of = |frame: Option<usize>| hdr_passes.get(frame.unwrap_or(0)).copied().unwrap_or(0);
-    let before = combined.passes.len();
+    let passes_before = combined.passes.len();
     append(&mut combined, std::mem::take(&mut picture.passes));
-    for draw in combined.passes[before..].iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.module == module) {
-        let bound =
+    for draw in combined.passes[passes_before..].iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.module == module) {
+        let textures =
             (1..).zip(&faces.frame_of).map(|(binding, f)| TextureBinding { binding, source: TextureSource::PassOutput(pass_of(*f)) });
-        draw.textures = bound.collect();
+        draw.textures = textures.collect();
     }
     Ok(combined)
 }
@@ -194,10 +195,11 @@ fn warp_draw(
     let gradients = mesh.gradients();
     // Texels per pixel. The mesh's v and y point up; texture rows and screen rows run down.
     let texels_per_px = |per_unit: DVec2| (per_unit * picture / px_per_unit * flip_y).as_vec2();
-    let source = |k: usize| (DVec2::new(nodes[k].picture.x, 1.0 - nodes[k].picture.y) * picture).extend(nodes[k].brightness).as_vec3();
+    let texel_and_brightness =
+        |k: usize| (DVec2::new(nodes[k].picture.x, 1.0 - nodes[k].picture.y) * picture).extend(nodes[k].brightness).as_vec3();
     let attributes = vec![
         vec2_attribute(&|k| (nodes[k].screen * DVec2::new(screen.y / screen.x, 1.0)).as_vec2()),
-        Attribute { components: 3, values: Arc::new((0..nodes.len()).flat_map(|k| source(k).to_array()).collect()) },
+        Attribute { components: 3, values: Arc::new((0..nodes.len()).flat_map(|k| texel_and_brightness(k).to_array()).collect()) },
         vec2_attribute(&|k| texels_per_px(gradients[k][0])),
         vec2_attribute(&|k| -texels_per_px(gradients[k][1])),
     ];

@@ -72,27 +72,27 @@ impl Step {
 /// Topological order of the resources: each comes after those that its steps read. `by_resource`: the steps that write each resource.
 fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&Step>>, picture: &'static str) -> Result<Vec<&'static str>, GraphError> {
     #[derive(Clone, Copy, PartialEq)]
-    enum Mark {
-        Open,
+    enum VisitState {
+        InProgress,
         Done,
     }
     fn visit(
         resource: &'static str,
         by_resource: &BTreeMap<&'static str, Vec<&Step>>,
-        marks: &mut BTreeMap<&'static str, Mark>,
+        states: &mut BTreeMap<&'static str, VisitState>,
         order: &mut Vec<&'static str>,
     ) -> Result<(), GraphError> {
-        marks.insert(resource, Mark::Open);
+        states.insert(resource, VisitState::InProgress);
         for step in &by_resource[resource] {
             for read in &step.reads {
-                match marks.get(read.resource) {
-                    Some(Mark::Done) => {}
-                    Some(Mark::Open) => return Err(GraphError::Circular { step: step.name, resource: read.resource }),
-                    None => visit(read.resource, by_resource, marks, order)?,
+                match states.get(read.resource) {
+                    Some(VisitState::Done) => {}
+                    Some(VisitState::InProgress) => return Err(GraphError::Circular { step: step.name, resource: read.resource }),
+                    None => visit(read.resource, by_resource, states, order)?,
                 }
             }
         }
-        marks.insert(resource, Mark::Done);
+        states.insert(resource, VisitState::Done);
         order.push(resource);
         Ok(())
     }
@@ -131,14 +131,15 @@ pub(crate) fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, Gra
     if let Some(step) = steps.iter().find(|s| !order.contains(&s.resource())) {
         return Err(GraphError::Unconnected { step: step.name, resource: step.resource() });
     }
-    let pass_of = |resource: &str| order.iter().position(|r| *r == resource).unwrap_or(0);
+    let pass_index_of = |resource: &str| order.iter().position(|r| *r == resource).unwrap_or(0);
     let passes = order.iter().map(|resource| {
         let (_, target) = creators[resource];
         let draws = by_resource[resource].iter().flat_map(|step| {
             step.draws.iter().map(|draw| {
                 let mut draw = draw.clone();
-                let read = |r: &Read| TextureBinding { binding: r.binding, source: TextureSource::PassOutput(pass_of(r.resource)) };
-                draw.textures.extend(step.reads.iter().map(read));
+                let texture_binding =
+                    |r: &Read| TextureBinding { binding: r.binding, source: TextureSource::PassOutput(pass_index_of(r.resource)) };
+                draw.textures.extend(step.reads.iter().map(texture_binding));
                 draw
             })
         });

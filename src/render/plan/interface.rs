@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// The module of all primitives: shaders/entry/interface.wesl.
 pub const INTERFACE_MODULE: &str = "interface";
 /// The resource that the step creates.
-const WINDOW: &str = "window";
+const WINDOW_TARGET: &str = "window";
 const TEXTURE_BINDING: u32 = 1;
 const SAMPLER_BINDING: u32 = 2;
 
@@ -47,7 +47,7 @@ pub fn interface_step(
     provider: &impl ResourceProvider,
 ) -> Result<Step, PlanError> {
     let pixel_size = glam::Vec2::new(2.0 / width as f32, 2.0 / height as f32);
-    let plain = full_screen_draw(INTERFACE_MODULE, [width, height], provider, |w| w.vec2("pixel_size", pixel_size))?;
+    let template = full_screen_draw(INTERFACE_MODULE, [width, height], provider, |w| w.vec2("pixel_size", pixel_size))?;
     let draws = primitives.into_iter().map(|primitive| {
         let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
         PlanDraw {
@@ -59,11 +59,12 @@ pub fn interface_step(
             },
             blend: Blend::PremultipliedOver,
             scissor: primitive.scissor,
-            ..plain.clone()
+            ..template.clone()
         }
     });
     let black = [0.0, 0.0, 0.0, 1.0];
-    let window = Target { resource: WINDOW, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: black, depth: false };
+    let window =
+        Target { resource: WINDOW_TARGET, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: black, depth: false };
     Ok(Step { name: "interface", reads: vec![], writes: Write::New(window), draws: draws.collect() })
 }
 
@@ -72,7 +73,7 @@ pub fn interface_step(
 /// # Errors
 /// See [`interface_step`].
 pub fn interface(primitives: Vec<UiPrimitive>, size: [u32; 2], provider: &impl ResourceProvider) -> Result<Plan, PlanError> {
-    Ok(graph::compile(&[interface_step(primitives, size, provider)?], WINDOW)?)
+    Ok(graph::compile(&[interface_step(primitives, size, provider)?], WINDOW_TARGET)?)
 }
 
 /// A plan that draws one white pixel. Rendering it once creates the pipelines and buffers that every window needs.

@@ -7,7 +7,7 @@
 use super::error::PlanError;
 use super::passes::{Blend, PlanDraw, TextureBinding, TextureSource};
 use super::provider::ResourceProvider;
-use super::shared::{READS_BINDING, colour, instanced_rectangles, simple_draw};
+use super::shared::{FIRST_READ_BINDING, colour, instanced_rectangles, simple_draw};
 use crate::image::{Glyph, GlyphAtlas};
 use crate::scene::Scene;
 use crate::scene::annotation::line_texts::{PlacedText, TextLayer};
@@ -44,21 +44,21 @@ fn body_labels(labels: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<Gly
     let shadow_px = (labels.size_px / 13.0).round().max(1.0);
     let mut all = Vec::new();
     for mark in labels.marks.iter().rev() {
-        let selected = mark.body == labels.selected;
-        let text_colour = colour(if selected { SELECTED_COLOUR } else { NAME_COLOUR }).to_array();
-        let at = mark.centre_px.to_array();
+        let is_selected = mark.body == labels.selected;
+        let text_colour = colour(if is_selected { SELECTED_COLOUR } else { NAME_COLOUR }).to_array();
+        let centre = mark.centre_px.to_array();
         if mark.radius_px < MARKER_RADIUS * labels.size_px {
-            let at = [at[0] - 0.5, at[1] - 0.5];
-            all.push(glyph_quad(&glyphs.marker, at, text_colour, if selected { 1.0 } else { MARKER_OPACITY }));
+            let pen = [centre[0] - 0.5, centre[1] - 0.5];
+            all.push(glyph_quad(&glyphs.marker, pen, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
         }
-        let side = mark.named.or_else(|| selected.then_some(LabelSide::DEFAULT));
+        let side = mark.named.or_else(|| is_selected.then_some(LabelSide::DEFAULT));
         if let Some(side) = side
             && mark.radius_px < FILLS_PICTURE * f64::from(height)
         {
             let [x, y] = side.offset_px(metrics.gap_px(mark.radius_px)).to_array();
-            let width = glyphs.layout(&mark.name).last().map_or(0.0, |(along, cell)| f64::from(along + cell.advance));
-            let left = [at[0] + x - if side.left { width } else { 0.0 }, at[1] + y];
-            all.extend(text_quads(&mark.name, left, text_colour, 1.0, glyphs, shadow_px));
+            let width = glyphs.layout(&mark.name).last().map_or(0.0, |(x, cell)| f64::from(x + cell.advance));
+            let left_px = [centre[0] + x - if side.left { width } else { 0.0 }, centre[1] + y];
+            all.extend(text_quads(&mark.name, left_px, text_colour, 1.0, glyphs, shadow_px));
         }
     }
     all
@@ -150,7 +150,7 @@ pub(super) fn labels(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     let (vertices, instances) =
         instanced_rectangles::<GlyphQuad>(&all, &[(2, |s| s.corner_px.to_vec()), (4, |s| s.cell.to_vec()), (4, |s| s.colour.to_vec())]);
     let draw = simple_draw("label", scene, provider, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
-    let textures = vec![TextureBinding { binding: READS_BINDING, source: TextureSource::Image(Arc::clone(&glyphs.texture)) }];
+    let textures = vec![TextureBinding { binding: FIRST_READ_BINDING, source: TextureSource::Image(Arc::clone(&glyphs.texture)) }];
     draws.push(PlanDraw { label: "names".into(), textures, vertices, instances, blend: Blend::PremultipliedOver, ..draw });
     Ok(draws)
 }

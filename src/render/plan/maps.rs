@@ -74,8 +74,8 @@ pub(super) fn textures(draw: &Draw, layout: &Layout, provider: &impl ResourcePro
     };
     let mut all = Vec::new();
     for texture in &layout.textures {
-        let bound = |image| TextureBinding { binding: texture.binding, source: TextureSource::Image(image) };
-        all.extend(image_of(&texture.name)?.map(bound));
+        let binding_of = |image| TextureBinding { binding: texture.binding, source: TextureSource::Image(image) };
+        all.extend(image_of(&texture.name)?.map(binding_of));
     }
     Ok(all)
 }
@@ -94,8 +94,8 @@ pub(super) fn samplers(draw: &Draw, layout: &Layout) -> Vec<SamplerBinding> {
     layout.samplers.iter().filter_map(|s| Some(SamplerBinding { binding: s.binding, state: state_of(&s.name)? })).collect()
 }
 
-/// The bytes of a table of floats, little-endian.
-fn little_endian(texels: &[f32]) -> Vec<u8> {
+/// The bytes of a table of floats.
+fn little_endian_bytes(texels: &[f32]) -> Vec<u8> {
     if cfg!(target_endian = "little") {
         return bytemuck::cast_slice(texels).to_vec();
     }
@@ -104,18 +104,18 @@ fn little_endian(texels: &[f32]) -> Vec<u8> {
 
 /// The ring's profile as a texture of one level, read with `textureLoad`.
 pub fn ring_profile(table: &RingTable) -> SharedTexture {
-    let level = Level { width: table.width, height: table.height, bytes: little_endian(&table.texels) };
+    let level = Level { width: table.width, height: table.height, bytes: little_endian_bytes(&table.texels) };
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }
 
 /// Ring-shine as a texture of one level, read with `textureLoad`.
 pub fn ring_shine(table: &RingShine) -> SharedTexture {
-    let level = Level { width: ring_shine::COLUMNS as u32, height: 2 * ring_shine::ROWS as u32, bytes: little_endian(&table.texels) };
+    let level = Level { width: ring_shine::COLUMNS as u32, height: 2 * ring_shine::ROWS as u32, bytes: little_endian_bytes(&table.texels) };
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }
 
 /// The Moon's limb profile as a texture of one level, read with `textureLoad`.
 pub fn limb_table(table: &LimbTable) -> SharedTexture {
-    let level = Level { width: LIMB_COLUMNS as u32, height: LIMB_ROWS as u32, bytes: little_endian(&table.texels) };
+    let level = Level { width: LIMB_COLUMNS as u32, height: LIMB_ROWS as u32, bytes: little_endian_bytes(&table.texels) };
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }

@@ -115,10 +115,10 @@ pub struct PlanDraw {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ColourFormat {
-    /// Linear HDR target for which half floats suffice.
-    Rgba32Float,
-    /// Linear HDR target for radiances below the range of half floats, such as those of a night sky.
-    Rgba32FloatDim,
+    /// Linear HDR target. The GPU renderer may store it in half floats.
+    Hdr,
+    /// Linear HDR target that needs f32, because its radiances are below the range of half floats, such as those of a night sky.
+    HdrF32,
     /// Display-ready bytes, already encoded by the shader.
     Rgba8Unorm,
 }

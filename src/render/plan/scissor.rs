@@ -4,9 +4,9 @@ use glam::Vec4;
 
 /// The smallest pixel rectangle (x0, y0, x1, y1) that contains a rectangle in clip space, limited to the target.
 pub(super) fn scissor(rect: Vec4, width: u32, height: u32) -> [u32; 4] {
-    let across = |clip: f32, size: u32| f64::from(clip).mul_add(0.5, 0.5) * f64::from(size);
-    let (x0, x1) = (across(rect.x, width), across(rect.z, width));
-    let (y0, y1) = (across(-rect.y, height), across(-rect.w, height));
+    let to_px = |clip: f32, size: u32| f64::from(clip).mul_add(0.5, 0.5) * f64::from(size);
+    let (x0, x1) = (to_px(rect.x, width), to_px(rect.z, width));
+    let (y0, y1) = (to_px(-rect.y, height), to_px(-rect.w, height));
     // `as` saturates, so negative values become 0.
     [x0.floor() as u32, y0.floor() as u32, (x1.ceil() as u32).min(width), (y1.ceil() as u32).min(height)]
 }

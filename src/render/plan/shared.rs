@@ -23,19 +23,26 @@ use glam::{Vec2, Vec3};
 use std::sync::Arc;
 
 /// The binding of the first image that a full-screen draw reads; others follow it.
-pub(super) const READS_BINDING: u32 = 1;
+pub(super) const FIRST_READ_BINDING: u32 = 1;
 
 /// The filmic tone map is linear up to this fraction of white.
 const FILMIC_LINEAR_LIMIT: f32 = 0.8;
 
-/// Bloom: the fraction of the radiance above white that is added, and the standard deviation of its Gaussian as a fraction of the image height.
-/// Chosen by eye after the halo of a clean camera lens; not measured.
-pub(super) const BLOOM_NEAR: (f32, f32) = (0.10, 0.006);
-pub(super) const BLOOM_FAR: (f32, f32) = (0.05, 0.03);
+/// A Gaussian halo of bloom.
+pub(super) struct Halo {
+    /// Fraction of the radiance above white that is added.
+    pub fraction: f32,
+    /// Standard deviation as a fraction of the image height.
+    pub sigma: f32,
+}
+
+/// The two halos of bloom. Chosen by eye after the halo of a clean camera lens; not measured.
+pub(super) const BLOOM_NEAR: Halo = Halo { fraction: 0.10, sigma: 0.006 };
+pub(super) const BLOOM_FAR: Halo = Halo { fraction: 0.05, sigma: 0.03 };
 /// Upper limit of the radiance above white that blooms, in units of white. The Sun's disc, up to a million times white, has its own glare (`glow`).
 pub(super) const BLOOM_MAX_EXCESS: f32 = 16.0;
 /// Factor by which each of bloom's two downsampling steps reduces the sides of the image.
-const SHRINK: u32 = 4;
+const DOWNSAMPLING: u32 = 4;
 
 /// Standard deviation of the outline's blur as a fraction of the image height, and its minimum in pixels.
 const OUTLINE_SIGMA: f32 = 0.0025;
@@ -107,12 +114,12 @@ pub(super) fn full_screen_draw(
 pub(super) type InstanceAttribute<T> = (u32, fn(&T) -> Vec<f32>);
 
 /// Rectangles of two triangles, one per item, with these instance attributes.
-pub(super) fn instanced_rectangles<T>(all: &[T], attributes: &[InstanceAttribute<T>]) -> (Vertices, Instances) {
+pub(super) fn instanced_rectangles<T>(items: &[T], attributes: &[InstanceAttribute<T>]) -> (Vertices, Instances) {
     let attribute = |(components, values): &InstanceAttribute<T>| Attribute {
         components: *components,
-        values: Arc::new(all.iter().flat_map(values).collect()),
+        values: Arc::new(items.iter().flat_map(values).collect()),
     };
-    let count = u32::try_from(all.len()).unwrap_or(u32::MAX);
+    let count = u32::try_from(items.len()).unwrap_or(u32::MAX);
     (Vertices::Count(6), Instances { count, attributes: attributes.iter().map(attribute).collect() })
 }
 
@@ -128,15 +135,15 @@ fn sprite_shape(radius_px: f32) -> Vec<f32> {
 /// Point sprites, blended additively, in one draw.
 pub(super) fn sprites<T>(
     label: &str,
-    all: &[T],
+    items: &[T],
     attributes: &[InstanceAttribute<T>],
     scene: &Scene,
     provider: &impl ResourceProvider,
 ) -> Result<Vec<PlanDraw>, PlanError> {
-    if all.is_empty() {
+    if items.is_empty() {
         return Ok(Vec::new());
     }
-    let (vertices, instances) = instanced_rectangles(all, attributes);
+    let (vertices, instances) = instanced_rectangles(items, attributes);
     let draw = simple_draw("point", scene, provider, |w| {
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         w.f32("core_sigma_px", CORE_SIGMA_PX as f32)?;
@@ -161,31 +168,31 @@ pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<
 
 /// Traces of past motion, depth-tested against the bodies.
 pub(super) fn lines(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    strokes("traces", &scene.lines, DEPTH_TESTED, scene, provider)
+    segment_draws("traces", &scene.lines, DEPTH_TESTED, scene, provider)
 }
 
 /// Lines without depth test, ordered by their step.
 pub(super) fn lines_without_depth(
     label: &str,
-    pieces: &[LineSegment],
+    segments: &[LineSegment],
     scene: &Scene,
     provider: &impl ResourceProvider,
 ) -> Result<Vec<PlanDraw>, PlanError> {
-    strokes(label, pieces, DepthState { test: false, write: false }, scene, provider)
+    segment_draws(label, segments, DepthState { test: false, write: false }, scene, provider)
 }
 
-fn strokes(
+fn segment_draws(
     label: &str,
-    pieces: &[LineSegment],
+    segments: &[LineSegment],
     depth: DepthState,
     scene: &Scene,
     provider: &impl ResourceProvider,
 ) -> Result<Vec<PlanDraw>, PlanError> {
-    if pieces.is_empty() {
+    if segments.is_empty() {
         return Ok(Vec::new());
     }
     let (vertices, instances) = instanced_rectangles::<LineSegment>(
-        pieces,
+        segments,
         &[
             (3, |p| p.ends[0].to_array().to_vec()),
             (3, |p| p.ends[1].to_array().to_vec()),
@@ -242,7 +249,7 @@ pub(super) fn refracted_limb(
     limb: &RefractedLimb,
     provider: &impl ResourceProvider,
 ) -> Result<(Option<PlanDraw>, PlanDraw), PlanError> {
-    let limb_draw = |rays: &ViewRays, hides: f32| -> Result<PlanDraw, PlanError> {
+    let limb_draw = |rays: &ViewRays, occludes: bool| -> Result<PlanDraw, PlanError> {
         let draw = simple_draw("refracted_limb", scene, provider, |w| {
             w.vec4("rect_in_clip", rays.rect_in_clip)?;
             w.vec3("anchor_origin", rays.anchor_origin)?;
@@ -260,13 +267,13 @@ pub(super) fn refracted_limb(
             w.vec4_array("sun_limb", &limb.sun_limb)?;
             w.vec4_array("air_edges", &limb.air_edges)?;
             w.vec4_array("air_transmittance", &limb.air_transmittance)?;
-            w.f32("hides", hides)
+            w.f32("hides", f32::from(u8::from(occludes)))
         })?;
         let scissor = scissor(rays.rect_in_clip, scene.camera.width, scene.camera.height);
         Ok(PlanDraw { vertices: Vertices::Count(6), blend: Blend::PremultipliedOver, depth: DEPTH_TESTED, scissor, ..draw })
     };
-    let occluding = limb.unbent.as_ref().map(|rays| limb_draw(rays, 1.0)).transpose()?;
-    Ok((occluding, limb_draw(&limb.rays, 0.0)?))
+    let occluding = limb.unbent.as_ref().map(|rays| limb_draw(rays, true)).transpose()?;
+    Ok((occluding, limb_draw(&limb.rays, false)?))
 }
 
 /// Resource names of bloom's images: the near ones have a quarter, the far ones a sixteenth of the image's sides.
@@ -275,12 +282,12 @@ const FAR_HALO: [&str; 3] = ["near halo shrunk", "near halo across", "far halo"]
 
 /// A linear HDR target of one sample per pixel.
 fn linear_target(resource: &'static str, [width, height]: [u32; 2]) -> Target {
-    Target { resource, width, height, format: ColourFormat::Rgba32Float, samples: 1, clear: [0.0; 4], depth: false }
+    Target { resource, width, height, format: ColourFormat::Hdr, samples: 1, clear: [0.0; 4], depth: false }
 }
 
-/// A step that draws over a new target. The resources `reads` are bound from [`READS_BINDING`] on.
+/// A step that draws over a new target. The resources `reads` are bound from [`FIRST_READ_BINDING`] on.
 pub(super) fn screen_step(name: &'static str, reads: &[&'static str], target: Target, draw: PlanDraw) -> Step {
-    let reads = (READS_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
+    let reads = (FIRST_READ_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
     let draw = PlanDraw { scissor: [0, 0, target.width, target.height], ..draw };
     Step { name, reads, writes: Write::New(target), draws: vec![draw] }
 }
@@ -295,18 +302,19 @@ fn blur(scene: &Scene, provider: &impl ResourceProvider, axis: Vec2, sigma_px: f
 
 /// The steps of bloom: radiance above white, downsampled and blurred at two scales.
 pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: &'static str) -> Result<Vec<Step>, PlanError> {
-    let downsampled = |size: [u32; 2]| size.map(|s| s.div_ceil(SHRINK));
+    let downsampled = |size: [u32; 2]| size.map(|s| s.div_ceil(DOWNSAMPLING));
     let quarter = downsampled([scene.camera.width, scene.camera.height]);
     let sixteenth = downsampled(quarter);
-    let shrink = |exposure: f32, beyond: f32, most: f32| {
+    let shrink = |exposure: f32, threshold: f32, max_excess: f32| {
         simple_draw("shrink", scene, provider, |w| {
             w.f32("exposure", exposure)?;
-            w.f32("beyond", beyond)?;
-            w.f32("most", most)
+            w.f32("beyond", threshold)?;
+            w.f32("most", max_excess)
         })
     };
     let height = scene.camera.height as f32;
-    let [near_px, far_px] = [BLOOM_NEAR.1 * height / SHRINK as f32, BLOOM_FAR.1 * height / (SHRINK * SHRINK) as f32];
+    let [near_sigma_px, far_sigma_px] =
+        [BLOOM_NEAR.sigma * height / DOWNSAMPLING as f32, BLOOM_FAR.sigma * height / (DOWNSAMPLING * DOWNSAMPLING) as f32];
     let blur = |axis: Vec2, sigma_px: f32| blur(scene, provider, axis, sigma_px);
     Ok(vec![
         screen_step(
@@ -315,11 +323,11 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
             linear_target(NEAR_HALO[0], quarter),
             shrink(scene.exposure.factor_f32(), 1.0, BLOOM_MAX_EXCESS)?,
         ),
-        screen_step("bloom, near, across", &[NEAR_HALO[0]], linear_target(NEAR_HALO[1], quarter), blur(Vec2::X, near_px)?),
-        screen_step("bloom, near", &[NEAR_HALO[1]], linear_target(NEAR_HALO[2], quarter), blur(Vec2::Y, near_px)?),
+        screen_step("bloom, near, across", &[NEAR_HALO[0]], linear_target(NEAR_HALO[1], quarter), blur(Vec2::X, near_sigma_px)?),
+        screen_step("bloom, near", &[NEAR_HALO[1]], linear_target(NEAR_HALO[2], quarter), blur(Vec2::Y, near_sigma_px)?),
         screen_step("bloom, shrunk", &[NEAR_HALO[2]], linear_target(FAR_HALO[0], sixteenth), shrink(1.0, 0.0, f32::MAX)?),
-        screen_step("bloom, far, across", &[FAR_HALO[0]], linear_target(FAR_HALO[1], sixteenth), blur(Vec2::X, far_px)?),
-        screen_step("bloom, far", &[FAR_HALO[1]], linear_target(FAR_HALO[2], sixteenth), blur(Vec2::Y, far_px)?),
+        screen_step("bloom, far, across", &[FAR_HALO[0]], linear_target(FAR_HALO[1], sixteenth), blur(Vec2::X, far_sigma_px)?),
+        screen_step("bloom, far", &[FAR_HALO[1]], linear_target(FAR_HALO[2], sixteenth), blur(Vec2::Y, far_sigma_px)?),
     ])
 }
 
@@ -331,14 +339,14 @@ pub(super) fn tone_map_step(
     display: &'static str,
 ) -> Result<Step, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
-    let film = scene.pixel_view == PixelView::Final && scene.tone_map == ToneMap::Filmic;
+    let is_filmic = scene.pixel_view == PixelView::Final && scene.tone_map == ToneMap::Filmic;
     let (module, reads) = if scene.bloom { ("tone_map_bloom", &[hdr, NEAR_HALO[2], FAR_HALO[2]][..]) } else { ("tone_map", &[hdr][..]) };
     let draw = simple_draw(module, scene, provider, |w| {
         w.f32("exposure", scene.exposure.factor_f32())?;
-        w.f32("true_to", if film { FILMIC_LINEAR_LIMIT } else { f32::MAX })?;
+        w.f32("true_to", if is_filmic { FILMIC_LINEAR_LIMIT } else { f32::MAX })?;
         if scene.bloom {
-            w.f32("near_part", BLOOM_NEAR.0)?;
-            w.f32("far_part", BLOOM_FAR.0)?;
+            w.f32("near_part", BLOOM_NEAR.fraction)?;
+            w.f32("far_part", BLOOM_FAR.fraction)?;
         }
         Ok(())
     })?;
@@ -366,20 +374,20 @@ pub(super) fn outline_steps(
     let sigma_px = (OUTLINE_SIGMA * height as f32).max(OUTLINE_MIN_SIGMA_PX);
     let reach = (BLUR_RADIUS_SIGMAS * sigma_px).ceil() as u32 + 1;
     let [x0, y0, x1, y1] = shape.scissor;
-    let around =
+    let blurred_rect =
         [x0.saturating_sub(reach), y0.saturating_sub(reach), x1.saturating_add(reach).min(width), y1.saturating_add(reach).min(height)];
     let mask = |resource| Target { resource, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: [0.0; 4], depth: false };
     let blurred = |name, from, to, axis| -> Result<Step, PlanError> {
         let mut step = screen_step(name, &[from], mask(to), blur(scene, provider, axis, sigma_px)?);
-        step.draws.iter_mut().for_each(|d| d.scissor = around);
+        step.draws.iter_mut().for_each(|d| d.scissor = blurred_rect);
         Ok(step)
     };
     // A body's module writes depth, so the mask needs a depth target.
     let shape_target = Target { depth: true, ..mask(OUTLINE_RESOURCES[0]) };
     let line = simple_draw("outline", scene, provider, |w| w.vec3("colour", colour(SELECTED_COLOUR)))?;
-    let line = PlanDraw { blend: Blend::PremultipliedOver, scissor: around, ..line };
+    let line = PlanDraw { blend: Blend::PremultipliedOver, scissor: blurred_rect, ..line };
     let reads = [OUTLINE_RESOURCES[0], OUTLINE_RESOURCES[2]];
-    let reads = (READS_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
+    let reads = (FIRST_READ_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
     Ok(vec![
         Step { name: "outline, shape", reads: vec![], writes: Write::New(shape_target), draws: vec![shape] },
         blurred("outline, blurred across", OUTLINE_RESOURCES[0], OUTLINE_RESOURCES[1], Vec2::X)?,

@@ -11,7 +11,7 @@ use glam::Vec3;
 use std::sync::{Arc, LazyLock};
 
 /// The module of the diffuse sky: shaders/entry/sky_background.wesl.
-const MODULE: &str = "sky_background";
+const BACKGROUND_MODULE: &str = "sky_background";
 const MAP_BINDING: u32 = 1;
 const SAMPLER_BINDING: u32 = 2;
 
@@ -19,15 +19,15 @@ const SAMPLER_BINDING: u32 = 2;
 pub(crate) const SKY_DECODING: MapDecoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::Values };
 
 /// The map that is bound if the scene has no panorama.
-static BLACK: LazyLock<SharedTexture> = LazyLock::new(|| {
+static BLACK_MAP: LazyLock<SharedTexture> = LazyLock::new(|| {
     Arc::new(Texture { format: TexelFormat::Rgba8Srgb, levels: vec![Level { width: 1, height: 1, bytes: vec![0, 0, 0, 255] }] })
 });
 
 /// The diffuse sky. `opacity`: 0 in a face of a composed picture, because the face is later blended over the stars.
 pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacity: f32) -> Result<Vec<PlanDraw>, PlanError> {
     let Some(sky) = &scene.background else { return Ok(Vec::new()) };
-    let map = sky.map_file.as_ref().map_or_else(|| Ok(BLACK.clone()), |file| provider.map(file, SKY_DECODING))?;
-    let draw = simple_draw(MODULE, scene, provider, |w| {
+    let map = sky.map_file.as_ref().map_or_else(|| Ok(BLACK_MAP.clone()), |file| provider.map(file, SKY_DECODING))?;
+    let draw = simple_draw(BACKGROUND_MODULE, scene, provider, |w| {
         w.vec3("middle", sky.middle)?;
         w.vec3("across", sky.across)?;
         w.vec3("up", sky.up)?;

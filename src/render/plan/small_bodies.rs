@@ -15,25 +15,25 @@ use crate::scene::{CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_W
 use std::sync::Arc;
 
 pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    let Some(all) = &scene.minor_planets else { return Ok(Vec::new()) };
+    let Some(planets) = &scene.minor_planets else { return Ok(Vec::new()) };
     let column = |components: u32, values: &Arc<Vec<f32>>| Attribute { components, values: Arc::clone(values) };
-    let (orbits, count) = (&all.columns, u32::try_from(all.times.len()).unwrap_or(u32::MAX));
-    let attributes = vec![column(4, &orbits.perihelion), column(4, &orbits.along), column(1, &orbits.slope), column(1, &all.times)];
+    let (orbits, count) = (&planets.columns, u32::try_from(planets.times.len()).unwrap_or(u32::MAX));
+    let attributes = vec![column(4, &orbits.perihelion), column(4, &orbits.along), column(1, &orbits.slope), column(1, &planets.times)];
     let draw = simple_draw("minor_planets", scene, provider, |w| {
-        w.vec3("right", all.axes[0])?;
-        w.vec3("up", all.axes[1])?;
-        w.vec3("forward", all.axes[2])?;
-        w.vec3("camera_high", all.camera_parts[0])?;
-        w.vec3("camera_low", all.camera_parts[1])?;
-        w.vec3("velocity", all.velocity)?;
-        w.vec3("colour", all.colour)?;
+        w.vec3("right", planets.axes[0])?;
+        w.vec3("up", planets.axes[1])?;
+        w.vec3("forward", planets.axes[2])?;
+        w.vec3("camera_high", planets.camera_parts[0])?;
+        w.vec3("camera_low", planets.camera_parts[1])?;
+        w.vec3("velocity", planets.velocity)?;
+        w.vec3("colour", planets.colour)?;
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         w.vec4("point_law", [POINT_RADIUS_PX, GLARE_RADIUS_EXPONENT, MAX_RADIUS_PX, GLARE_FRACTION].map(|v| v as f32).into())?;
         w.f32("core_sigma_px", CORE_SIGMA_PX as f32)?;
         w.f32("glare_width_px", GLARE_WIDTH_PX as f32)?;
-        w.f32("flux_per_irradiance", all.flux_per_irradiance)?;
-        w.f32("peak_over_white", all.peak_over_white)?;
-        w.f32("mark_flux", all.mark_flux)?;
+        w.f32("flux_per_irradiance", planets.flux_per_irradiance)?;
+        w.f32("peak_over_white", planets.peak_over_white)?;
+        w.f32("mark_flux", planets.mark_flux)?;
         w.f32("light_time", LIGHT_TIME as f32)?;
         w.f32("near_au", NEAR_AU as f32)
     })?;

@@ -8,8 +8,8 @@ pub(crate) fn blended(blend: Blend, source: [f32; 4], target: [f32; 4]) -> [f32;
     match blend {
         Blend::Replace => source,
         Blend::PremultipliedOver => {
-            let rest = 1.0 - source[3];
-            std::array::from_fn(|k| source[k] + target[k] * rest)
+            let transmittance = 1.0 - source[3];
+            std::array::from_fn(|k| source[k] + target[k] * transmittance)
         }
         Blend::Add => std::array::from_fn(|k| source[k] + target[k]),
     }

@@ -31,7 +31,7 @@ pub(crate) struct DrawJob<'a, R: Real> {
 
 impl<R: Real> DrawJob<'_, R> {
     /// Whether a pixel that is zero in all components changes neither colour nor depth.
-    pub(super) fn drops_black(&self) -> bool {
+    pub(super) fn ignores_zero_pixels(&self) -> bool {
         let plan = &self.fragment_plan;
         let writes_late_depth = plan.depth.write && !plan.early_depth_test;
         self.blend != Blend::Replace && self.instructions_per_read.is_none() && !writes_late_depth

@@ -7,33 +7,35 @@ pub enum RenderError {
     Size { pass: String, width: u32, height: u32 },
     #[error("pass {pass}: {samples} samples per pixel; 1 and 4 are possible")]
     Samples { pass: String, samples: u8 },
-    #[error("not enough memory for {what} ({bytes} bytes): ask for a smaller picture")]
+    #[error("not enough memory for {what} ({bytes} bytes); reduce the picture size")]
     Memory { what: &'static str, bytes: u128 },
     #[error("draw {draw}: the fragment stage reads location {location} (component {component}), which the vertex stage does not write")]
     Varying { draw: String, location: u32, component: u32 },
     #[error("draw {draw}: the vertex stage writes no position")]
     NoPosition { draw: String },
-    #[error("draw {draw}: the vertex stage reads attribute {location}, which the draw does not bring")]
+    #[error("draw {draw}: the vertex stage reads attribute {location}, which the draw does not supply")]
     Attribute { draw: String, location: u32 },
-    #[error("draw {draw}: attribute {location} holds fewer values than the {count} instances need")]
+    #[error("draw {draw}: attribute {location} has fewer values than the {count} instances need")]
     Instances { draw: String, location: u32, count: u32 },
     #[error("draw {draw}: index {index} is outside the mesh's {vertices} vertices")]
     Index { draw: String, index: u32, vertices: usize },
-    #[error("draw {draw}: the module reads binding {binding}, which the draw does not bring")]
+    #[error("draw {draw}: the module reads binding {binding}, which the draw does not supply")]
     Binding { draw: String, binding: u32 },
-    #[error("draw {draw}: binding {binding} reads pass {pass}, which is not an earlier one")]
+    #[error("draw {draw}: binding {binding} reads pass {pass}, which is not an earlier pass")]
     PassOrder { draw: String, binding: u32, pass: usize },
     #[error("draw {draw}: the texture at binding {binding} cannot be read: {what}")]
     Texture { draw: String, binding: u32, what: String },
     #[error("draw {draw}: {what}")]
     Module { draw: String, what: String },
-    #[error("draw {draw}: a loop of its {stage} stage does not end, or takes too long; it was stopped. Give it a bound")]
+    #[error(
+        "draw {draw}: a loop of the {stage} stage was stopped, because it does not end or takes too long; limit its number of iterations"
+    )]
     LoopLimit { draw: String, stage: &'static str },
     #[error("the plan has no pass")]
     NoPass,
     #[error("this machine has no {0} kernels")]
     Kernels(String),
-    #[error("no threads for the renderer: {0}")]
+    #[error("the renderer's threads could not be started: {0}")]
     Threads(String),
 }
 

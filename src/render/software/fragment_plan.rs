@@ -25,7 +25,7 @@ pub(crate) enum InputSource {
 pub(crate) struct FragmentPlan {
     pub(super) input_sources: Vec<InputSource>,
     /// Indices of the program's outputs for red, green, blue and alpha.
-    pub(super) colour: [Option<usize>; 4],
+    pub(super) colour_outputs: [Option<usize>; 4],
     pub(super) depth_output: Option<usize>,
     /// Depth is tested before shading.
     pub(super) early_depth_test: bool,
@@ -35,7 +35,7 @@ pub(crate) struct FragmentPlan {
 impl FragmentPlan {
     /// `has_depth`: the pass has a depth target.
     pub(crate) fn new(inputs: &[LaneInput], outputs: &[LaneOutput], uses_discard: bool, depth: DepthState, has_depth: bool) -> Self {
-        let (mut interpolated, mut constants) = (0, 0);
+        let (mut interpolated, mut flat) = (0, 0);
         let input_sources = inputs
             .iter()
             .map(|input| match *input {
@@ -44,8 +44,8 @@ impl FragmentPlan {
                 LaneInput::FragCoord { component: 2 } => InputSource::Depth,
                 LaneInput::FragCoord { .. } => InputSource::InverseW,
                 LaneInput::Location { flat: true, .. } => {
-                    constants += 1;
-                    InputSource::Flat(constants - 1)
+                    flat += 1;
+                    InputSource::Flat(flat - 1)
                 }
                 LaneInput::Location { .. } => {
                     interpolated += 1;
@@ -56,11 +56,11 @@ impl FragmentPlan {
                 LaneInput::SampleIndex | LaneInput::VertexIndex | LaneInput::InstanceIndex => InputSource::Zero,
             })
             .collect();
-        let colour = [0, 1, 2, 3]
+        let colour_outputs = [0, 1, 2, 3]
             .map(|c| outputs.iter().position(|o| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c)));
         let depth_output = outputs.iter().position(|o| matches!(o, LaneOutput::FragDepth));
         let depth = DepthState { test: depth.test && has_depth, write: depth.write && has_depth };
-        Self { input_sources, colour, depth_output, early_depth_test: !uses_discard && depth_output.is_none(), depth }
+        Self { input_sources, colour_outputs, depth_output, early_depth_test: !uses_discard && depth_output.is_none(), depth }
     }
 
     /// Whether every covered pixel is drawn, because the draw neither discards, nor tests or writes depth.

@@ -20,6 +20,7 @@ const QUAD_LANES: usize = 4;
 
 /// Consecutive quads of one source triangle.
 struct Span<'a> {
+    /// The quads `from..to` of the batch.
     from: usize,
     to: usize,
     triangle: &'a SourceTriangle,
@@ -105,7 +106,7 @@ pub(super) fn fill<R: Real>(job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quad
     let sources = &job.fragment_plan.input_sources;
     let mut w = [R::ONE; LANES];
     if sources.iter().any(|s| matches!(s, InputSource::Interpolated(_))) {
-        for span in spans.iter().filter(|s| !s.triangle.affine) {
+        for span in spans.iter().filter(|s| !s.triangle.is_affine) {
             span.evaluate(&mut w, [&x, &y], &span.triangle.inverse_w);
             span.lanes(&mut w).iter_mut().for_each(|w| *w = w.map(|w| R::ONE / w));
         }
@@ -116,20 +117,20 @@ pub(super) fn fill<R: Real>(job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quad
             let triangle = span.triangle;
             match *source {
                 InputSource::PixelX | InputSource::PixelY => {
-                    let (axis, local) = if *source == InputSource::PixelX { (0, &x) } else { (1, &y) };
+                    let (axis, offsets) = if *source == InputSource::PixelX { (0, &x) } else { (1, &y) };
                     let origin = R::from_f64(span.origin[axis]);
-                    span.combine(lanes, local, |_, local| origin + local);
+                    span.combine(lanes, offsets, |_, offset| origin + offset);
                 }
                 InputSource::Depth => span.evaluate(lanes, [&x, &y], &triangle.depth),
                 InputSource::InverseW => span.evaluate(lanes, [&x, &y], &triangle.inverse_w),
                 InputSource::Interpolated(index) => {
                     span.evaluate(lanes, [&x, &y], &job.geometry.planes[triangle.first_plane + index]);
-                    if !triangle.affine {
+                    if !triangle.is_affine {
                         span.combine(lanes, &w, |lane, w| lane * w);
                     }
                 }
-                InputSource::Flat(index) => span.fill(lanes, R::from_f64(job.geometry.constants[triangle.first_constant + index])),
-                InputSource::FrontFacing => span.fill(lanes, R::from_mask(triangle.front)),
+                InputSource::Flat(index) => span.fill(lanes, R::from_f64(job.geometry.flat_values[triangle.first_flat_value + index])),
+                InputSource::FrontFacing => span.fill(lanes, R::from_mask(triangle.is_front_facing)),
                 InputSource::Zero => span.fill(lanes, R::ZERO),
             }
         }

@@ -6,7 +6,7 @@
 
 use super::RenderError;
 use super::exec::{ExecutionCounts, LaneMask};
-use super::lower::lower_for_inspection;
+use super::lower::{FIRST_NAMED_LOCATION, lower_for_inspection};
 use super::math::Real;
 use super::nearest::nearest_triangle;
 use super::pass::{DrawStages, PassImage, execute};
@@ -57,9 +57,9 @@ impl SoftwareRenderer {
         [width, height]: [u32; 2],
         [x, y]: [u32; 2],
     ) -> Result<Option<PixelValues>, RenderError> {
-        let fault = |what: String| RenderError::Module { draw: draw.label.clone(), what };
-        let module = modules.module(&draw.module).map_err(|e| fault(e.to_string()))?;
-        let lowered = |entry: &str| lower_for_inspection(&module.module, &module.info, entry).map_err(|e| fault(e.to_string()));
+        let module_error = |what: String| RenderError::Module { draw: draw.label.clone(), what };
+        let module = modules.module(&draw.module).map_err(|e| module_error(e.to_string()))?;
+        let lowered = |entry: &str| lower_for_inspection(&module.module, &module.info, entry).map_err(|e| module_error(e.to_string()));
         let (vertex, fragment) = (lowered("vertex_main")?.program, lowered("fragment_main")?);
         let [x0, y0, x1, y1] = draw.scissor;
         if !(x0..x1).contains(&x) || !(y0..y1).contains(&y) {
@@ -78,7 +78,7 @@ impl SoftwareRenderer {
             name: "pixel",
             width,
             height,
-            format: ColourFormat::Rgba32Float,
+            format: ColourFormat::Hdr,
             samples: 1,
             clear: [f32::NAN; 4],
             depth: false,
@@ -93,21 +93,22 @@ impl SoftwareRenderer {
             return Ok(None);
         }
         let recorded = recording.recorded.into_inner();
-        let at = |k: usize| recorded.get(k).copied().unwrap_or(f64::NAN);
+        let value = |k: usize| recorded.get(k).copied().unwrap_or(f64::NAN);
         let colour = [0, 1, 2, 3].map(|c| {
-            let is = |o: &LaneOutput| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c);
-            entry_points.fragment.outputs.iter().position(is).map_or(f64::NAN, at)
+            let is_component = |o: &LaneOutput| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c);
+            entry_points.fragment.outputs.iter().position(is_component).map_or(f64::NAN, value)
         });
-        let values = fragment.names.into_iter().map(|(name, range)| NamedValue { name, numbers: range.map(at).collect() });
+        let values = fragment.names.into_iter().map(|(name, range)| NamedValue { name, numbers: range.map(value).collect() });
         Ok(Some(PixelValues { colour, values: values.collect() }))
     }
 }
 
 /// The program without the outputs that were added for named values.
 fn without_named_outputs(mut program: Program) -> Program {
-    let own = program.outputs.iter().take_while(|o| !matches!(o, LaneOutput::Location { index: 1000.., .. })).count();
-    program.outputs.truncate(own);
-    program.output_operands.truncate(own);
+    let own_outputs =
+        program.outputs.iter().take_while(|o| !matches!(o, LaneOutput::Location { index: FIRST_NAMED_LOCATION.., .. })).count();
+    program.outputs.truncate(own_outputs);
+    program.output_operands.truncate(own_outputs);
     program
 }
 
@@ -145,8 +146,8 @@ impl<R: Real> LaneRun<R> for RecordingRun<'_, R> {
     fn run(&mut self, active: LaneMask) -> LaneMask {
         let remaining = self.run.run(active);
         if remaining >> self.stage.lane & 1 == 1 {
-            let all = (0..self.stage.inner.outputs().len()).map(|k| self.run.output(k)[self.stage.lane].f64()).collect();
-            *self.stage.recorded.lock() = all;
+            let outputs = (0..self.stage.inner.outputs().len()).map(|k| self.run.output(k)[self.stage.lane].f64()).collect();
+            *self.stage.recorded.lock() = outputs;
         }
         remaining
     }

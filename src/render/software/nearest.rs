@@ -24,12 +24,12 @@ pub(crate) fn nearest_triangle<R: Real>(
 ) -> Result<Option<Vertices>, RenderError> {
     let Vertices::Mesh { attributes, indices } = &draw.vertices else { return Ok(None) };
     let positions = clip_positions(draw, vertex)?;
-    let clip = |k: u32| positions.position(k).map(|[x, y, _, w]| DVec3::new(x, y, w));
+    let clip_xyw = |k: u32| positions.position(k).map(|[x, y, _, w]| DVec3::new(x, y, w));
     let ndc = |k: u32, size: u32| (2.0 * f64::from(k) + 1.0) / f64::from(size) - 1.0;
     let ray = DVec3::new(ndc(x, width), -ndc(y, height), 1.0);
     // The sum of the barycentric weights is 1/w, which is greatest for the nearest triangle.
-    let inverse_w = |t: &[u32]| {
-        let corners = DMat3::from_cols(clip(t[0])?, clip(t[1])?, clip(t[2])?);
+    let inverse_w = |triangle: &[u32]| {
+        let corners = DMat3::from_cols(clip_xyw(triangle[0])?, clip_xyw(triangle[1])?, clip_xyw(triangle[2])?);
         let determinant = corners.determinant();
         if determinant == 0.0 || (draw.cull == Cull::Back && determinant < 0.0) {
             return None;

@@ -16,7 +16,7 @@ use super::shade::{Batch, TileShader};
 use super::stage::{LaneProgram, LaneRun};
 use super::tiles::{TileTarget, unorm8};
 use super::timings::PassTimings;
-use super::vertex::{Assembled, assemble};
+use super::vertex::{AssembledDraw, assemble};
 use crate::render::plan::{ColourFormat, Pass, PlanDraw};
 use crate::shader::ModuleId;
 use parking_lot::Mutex;
@@ -51,7 +51,7 @@ struct FusedPass<'a, R: Real> {
     full_screen: DrawJob<'a, R>,
     overlay: PassJobs<'a, R>,
     /// The full-screen draw's result for the first pass's clear colour, if that result is the same at every pixel.
-    mapped_clear: Option<[f32; 4]>,
+    mapped_clear_colour: Option<[f32; 4]>,
     /// Set if the full-screen draw has read pixels other than its own, which makes the image invalid.
     read_other_pixels: AtomicBool,
 }
@@ -68,7 +68,7 @@ struct Bins {
 
 impl Bins {
     fn new<R: Real>(width: u32, height: u32, jobs: &[DrawJob<'_, R>]) -> Result<Self, RenderError> {
-        let (tiles_across, down) = (width.div_ceil(TILE) as usize, height.div_ceil(TILE) as usize);
+        let (tiles_across, tiles_down) = (width.div_ceil(TILE) as usize, height.div_ceil(TILE) as usize);
         let for_each_entry = |visit: &mut dyn FnMut(usize, (u32, u32))| {
             for (d, job) in jobs.iter().enumerate() {
                 for (t, triangle) in job.geometry.triangles.iter().enumerate() {
@@ -82,12 +82,12 @@ impl Bins {
             }
         };
         // The entries are counted first, so that memory is reserved once and a failure to do so is an error.
-        let mut starts = super::try_vec(tiles_across * down + 1, 0_usize, "the tiles")?;
+        let mut starts = super::try_vec(tiles_across * tiles_down + 1, 0_usize, "the tiles")?;
         for_each_entry(&mut |tile, _| starts[tile + 1] += 1);
         for k in 1..starts.len() {
             starts[k] += starts[k - 1];
         }
-        let mut entries = super::try_vec(starts[tiles_across * down], (0, 0), "the tiles' triangles")?;
+        let mut entries = super::try_vec(starts[tiles_across * tiles_down], (0, 0), "the tiles' triangles")?;
         let mut next = starts.clone();
         for_each_entry(&mut |tile, entry| {
             entries[next[tile]] = entry;
@@ -107,7 +107,7 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
     let start = Instant::now();
     let (jobs, mut timings) = prepare_pass(pass, stages)?;
     let image = match pass.format {
-        ColourFormat::Rgba32Float | ColourFormat::Rgba32FloatDim => {
+        ColourFormat::Hdr | ColourFormat::HdrF32 => {
             PassImage::Float(draw_tiles(&jobs, None, "a pass of f32 colour", |c| c, [&mut timings, &mut PassTimings::default()])?)
         }
         ColourFormat::Rgba8Unorm => {
@@ -138,9 +138,9 @@ pub(crate) fn execute_fused<R: Real>(
     }
     let full_screen = overlay.jobs.remove(0);
     overlay.bins = Bins::new(second.width, second.height, &overlay.jobs)?;
-    let mapped_clear =
+    let mapped_clear_colour =
         full_screen.fragment.is_position_independent().then(|| Worker::new(&first_jobs, None).map_clear_colour(&first_jobs, &full_screen));
-    let fused = FusedPass { full_screen, overlay, mapped_clear, read_other_pixels: AtomicBool::new(false) };
+    let fused = FusedPass { full_screen, overlay, mapped_clear_colour, read_other_pixels: AtomicBool::new(false) };
     let image = draw_tiles(&first_jobs, Some(&fused), "a pass of display bytes", unorm8, [&mut first_timings, &mut second_timings])?;
     first_timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
     Ok((!fused.read_other_pixels.into_inner()).then_some((PassImage::Unorm(image), [first_timings, second_timings])))
@@ -183,46 +183,46 @@ fn prepare_draw<'a, R: Real>(
     timings: &mut PassTimings,
 ) -> Result<DrawJob<'a, R>, RenderError> {
     let fragment = stages.fragment;
-    let Assembled { geometry, given, vertex_seconds, setup_seconds } =
+    let AssembledDraw { geometry, submitted, vertex_seconds, setup_seconds } =
         assemble(draw, stages.vertex, fragment.inputs(), pass.width, pass.height)?;
     timings.vertex_ms += 1e3 * vertex_seconds;
     timings.setup_ms += 1e3 * setup_seconds;
-    timings.given += given;
+    timings.given += submitted;
     // Each triangle that is not culled has one source triangle in the geometry.
-    timings.culled += given - geometry.source_triangles.len();
+    timings.culled += submitted - geometry.source_triangles.len();
     timings.clipped += geometry.clipped;
     timings.triangles += geometry.triangles.len();
     let fragment_plan = FragmentPlan::new(fragment.inputs(), fragment.outputs(), fragment.uses_discard(), draw.depth, pass.depth);
     Ok(DrawJob { geometry, fragment, fragment_plan, blend: draw.blend, instructions_per_read: instructions_per_read(&draw.module) })
 }
 
-/// Draws the image of a pass, or of the second of two fused passes. The memory is not initialised first, which would cost page faults for 16 MB;
+/// Draws the image of a pass, or of the second of two fused passes. The memory is not initialised first, to save one write of the image;
 /// each pixel is written once, by the thread that draws its tile.
 fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     first: &PassJobs<'_, R>,
     fused: Option<&FusedPass<'_, R>>,
-    what: &'static str,
+    allocation: &'static str,
     convert: impl Fn([f32; 4]) -> T + Sync,
     timings: [&mut PassTimings; 2],
 ) -> Result<Vec<T>, RenderError> {
     let pass = first.pass;
     let count = pass.width as usize * pass.height as usize;
     let mut image = Vec::new();
-    super::try_grow(&mut image, count, what)?;
+    super::try_grow(&mut image, count, allocation)?;
     let pixels = TilePixels::new();
     // Colour of a tile without triangles; `None` if it differs between pixels, in which case such tiles are shaded too.
-    let empty_tile_colour = fused.map_or(Some(pass.clear), |f| f.mapped_clear).map(&convert);
+    let empty_tile_colour = fused.map_or(Some(pass.clear), |f| f.mapped_clear_colour).map(&convert);
     let idle_workers: Mutex<Vec<Worker<'_, R>>> = Mutex::new(Vec::new());
-    let tile = TILE as usize;
-    image.spare_capacity_mut()[..count].par_chunks_mut(tile * pass.width as usize).enumerate().for_each(|(ty, band)| {
+    let tile_px = TILE as usize;
+    image.spare_capacity_mut()[..count].par_chunks_mut(tile_px * pass.width as usize).enumerate().for_each(|(ty, band)| {
         let fill_colour = |tx: usize| {
             let has_triangles = |bins: &Bins| !bins.tile(tx, ty).is_empty();
             empty_tile_colour.filter(|_| !has_triangles(&first.bins) && !fused.is_some_and(|f| has_triangles(&f.overlay.bins)))
         };
         let mut tiles: Vec<Vec<&mut [MaybeUninit<T>]>> =
-            (0..first.bins.tiles_across).map(|tx| Vec::with_capacity(if fill_colour(tx).is_none() { tile } else { 0 })).collect();
+            (0..first.bins.tiles_across).map(|tx| Vec::with_capacity(if fill_colour(tx).is_none() { tile_px } else { 0 })).collect();
         for row in band.chunks_mut(pass.width as usize) {
-            for (tx, part) in row.chunks_mut(tile).enumerate() {
+            for (tx, part) in row.chunks_mut(tile_px).enumerate() {
                 match fill_colour(tx) {
                     Some(colour) => part.fill(MaybeUninit::new(colour)),
                     None => tiles[tx].push(part),
@@ -244,13 +244,13 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     let [first_timings, second_timings] = timings;
     for worker in idle_workers.into_inner() {
         first_timings.shading_thread_ms += 1e3 * worker.first.shading_seconds;
-        let last = if let Some((second, _)) = worker.second {
+        let displayed_timings = if let Some((second, _)) = worker.second {
             second_timings.shading_thread_ms += 1e3 * second.shading_seconds;
             &mut *second_timings
         } else {
             &mut *first_timings
         };
-        last.resolve_thread_ms += 1e3 * worker.resolve_seconds;
+        displayed_timings.resolve_thread_ms += 1e3 * worker.resolve_seconds;
     }
     Ok(image)
 }
@@ -275,11 +275,11 @@ impl<'a, R: Real> PassWorker<'a, R> {
     fn draw(&mut self, jobs: &PassJobs<'a, R>, [tx, ty]: [usize; 2], pixels: &TilePixels, batch: &mut Batch) {
         let tile = [tx as u32 * TILE, ty as u32 * TILE];
         let mut shader = TileShader { target: &mut self.target, pixels, tile, samples: jobs.pass.samples };
-        for draw_entries in jobs.bins.tile(tx, ty).chunk_by(|a, b| a.0 == b.0) {
-            let d = draw_entries[0].0 as usize;
+        for entries_of_draw in jobs.bins.tile(tx, ty).chunk_by(|a, b| a.0 == b.0) {
+            let d = entries_of_draw[0].0 as usize;
             let job = &jobs.jobs[d];
             let run = self.runs[d].get_or_insert_with(|| job.fragment.start());
-            let triangles: Vec<u32> = draw_entries.iter().map(|(_, t)| *t).collect();
+            let triangles: Vec<u32> = entries_of_draw.iter().map(|(_, t)| *t).collect();
             shader.draw(job, &triangles, run.as_mut(), batch);
         }
     }
@@ -305,35 +305,35 @@ impl<'a, R: Real> Worker<'a, R> {
         self.second.as_ref().map_or(&self.first.target, |(second, _)| &second.target)
     }
 
-    fn draw_tile(&mut self, first: &PassJobs<'a, R>, fused: Option<&FusedPass<'a, R>>, at: [usize; 2], pixels: &TilePixels) {
+    fn draw_tile(&mut self, first: &PassJobs<'a, R>, fused: Option<&FusedPass<'a, R>>, tile_index: [usize; 2], pixels: &TilePixels) {
         let start = Instant::now();
         let pass = first.pass;
-        let depth = first.bins.tile(at[0], at[1]).iter().any(|(d, _)| first.jobs[*d as usize].fragment_plan.uses_depth());
+        let depth = first.bins.tile(tile_index[0], tile_index[1]).iter().any(|(d, _)| first.jobs[*d as usize].fragment_plan.uses_depth());
         self.first.target.clear(pass.clear, depth);
-        self.first.draw(first, at, pixels, &mut self.batch);
+        self.first.draw(first, tile_index, pixels, &mut self.batch);
         self.first.shading_seconds += start.elapsed().as_secs_f64();
         let start = Instant::now();
         self.first.target.merge_samples();
         self.resolve_seconds += start.elapsed().as_secs_f64();
         if let (Some(fused), Some((second, full_screen_run))) = (fused, &mut self.second) {
             let start = Instant::now();
-            if fused.mapped_clear.is_none() {
+            if fused.mapped_clear_colour.is_none() {
                 self.first.target.touch_all();
             }
-            second.target.clear(fused.mapped_clear.unwrap_or(fused.overlay.pass.clear), false);
-            let tile = at.map(|k| k as u32 * TILE);
+            second.target.clear(fused.mapped_clear_colour.unwrap_or(fused.overlay.pass.clear), false);
+            let tile = tile_index.map(|k| k as u32 * TILE);
             let texture =
                 TileTexture { resolved: &self.first.target, tile, size: [pass.width, pass.height], read_other_pixels: Cell::new(false) };
             let mut shader = TileShader { target: &mut second.target, pixels, tile, samples: 1 };
             for block in 0..TILE_BLOCKS {
                 let [x, y] = block_position(block);
                 let inside = tile[0] + x < pass.width && tile[1] + y < pass.height;
-                if inside && (fused.mapped_clear.is_none() || self.first.target.is_touched(block)) {
+                if inside && (fused.mapped_clear_colour.is_none() || self.first.target.is_touched(block)) {
                     shader.shade_block_with_texture(&fused.full_screen, block, &texture, full_screen_run.as_mut(), &mut self.batch);
                 }
             }
             fused.read_other_pixels.fetch_or(texture.read_other_pixels.get(), Ordering::Relaxed);
-            second.draw(&fused.overlay, at, pixels, &mut self.batch);
+            second.draw(&fused.overlay, tile_index, pixels, &mut self.batch);
             second.shading_seconds += start.elapsed().as_secs_f64();
         }
     }

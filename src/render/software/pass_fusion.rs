@@ -28,12 +28,12 @@ pub(crate) fn can_fuse_with_next_pass(plan: &Plan, k: usize) -> bool {
     let (Some(hdr), Some(display)) = (plan.passes.get(k), plan.passes.get(k + 1)) else { return false };
     let reads = |source: &TextureSource| matches!(source, TextureSource::PassOutput(read) if *read == k);
     let readers = plan.passes.iter().flat_map(|p| &p.draws).flat_map(|d| &d.textures).filter(|t| reads(&t.source)).count();
-    let first = display.draws.first();
+    let first_draw = display.draws.first();
     hdr.format != ColourFormat::Rgba8Unorm
         && display.format == ColourFormat::Rgba8Unorm
         && (hdr.width, hdr.height, 1, false) == (display.width, display.height, display.samples, display.depth)
         && readers == 1
-        && first.is_some_and(|d| d.blend == Blend::Replace && d.textures.len() == 1 && reads(&d.textures[0].source))
+        && first_draw.is_some_and(|d| d.blend == Blend::Replace && d.textures.len() == 1 && reads(&d.textures[0].source))
 }
 
 /// A resolved tile, presented as a texture of its target's size.
@@ -57,12 +57,12 @@ impl TileTexture<'_> {
     fn block<R: Real>(&self, x: &[R], y: &[R], level: &[R]) -> Option<usize> {
         let (x, y): (&[R; LANES], &[R; LANES]) = (x.try_into().ok()?, y.try_into().ok()?);
         let [dx, dy] = &*BLOCK_OFFSETS;
-        let [x0, y0] = [x[0].int(), y[0].int()];
-        let mut same = level.iter().all(|l| l.int() == 0);
+        let [x0, y0] = [x[0].lane_bits(), y[0].lane_bits()];
+        let mut is_block = level.iter().all(|l| l.lane_bits() == 0);
         for i in 0..LANES {
-            same &= (x[i].int().wrapping_sub(x0) == dx[i]) & (y[i].int().wrapping_sub(y0) == dy[i]);
+            is_block &= (x[i].lane_bits().wrapping_sub(x0) == dx[i]) & (y[i].lane_bits().wrapping_sub(y0) == dy[i]);
         }
-        block_at([x0.wrapping_sub(self.tile[0]), y0.wrapping_sub(self.tile[1])]).filter(|_| same)
+        block_at([x0.wrapping_sub(self.tile[0]), y0.wrapping_sub(self.tile[1])]).filter(|_| is_block)
     }
 }
 
@@ -102,7 +102,7 @@ impl Program {
             dependent.extend(at_targets.remove(&at).unwrap_or_default());
             let depends = |o: &Operand| matches!(o, Operand::Slot(s) if dependent.contains(s));
             let result_depends = match instr {
-                Instr::Texture { what: TextureOp::Load, args, mask, .. }
+                Instr::Texture { op: TextureOp::Load, args, mask, .. }
                     if !depends(mask) && args.last().is_none_or(|level| !depends(level)) =>
                 {
                     false

@@ -108,12 +108,12 @@ impl Program {
     pub fn op_statistics(&self) -> Vec<(Op, usize)> {
         let mut counts: Vec<(Op, usize)> = Vec::new();
         for instr in &self.lane_tape {
-            let (one, links) = match instr {
+            let (single_op, chain) = match instr {
                 Instr::Lane { op, .. } => (Some(*op), &[][..]),
-                Instr::FusedKernel { links, .. } => (None, &links[..]),
+                Instr::FusedKernel { ops, .. } => (None, &ops[..]),
                 _ => (None, &[][..]),
             };
-            for op in one.into_iter().chain(links.iter().map(|l| l.op)) {
+            for op in single_op.into_iter().chain(chain.iter().map(|fused| fused.op)) {
                 match counts.iter_mut().find(|(o, _)| *o == op) {
                     Some((_, n)) => *n += 1,
                     None => counts.push((op, 1)),
@@ -126,7 +126,7 @@ impl Program {
 
     /// Verifies every index, so that a program read from a file cannot access anything outside its registers, slots or tape.
     pub fn check(&self) -> Result<(), ProgramError> {
-        let operand = |o: &Operand| match *o {
+        let is_in_range = |o: &Operand| match *o {
             Operand::Slot(s) => u32::from(s) < self.slots,
             Operand::Reg(r) => u32::from(r) < self.registers,
         };
@@ -135,11 +135,11 @@ impl Program {
             && self.registers < 60_000
             && self.constants.len() <= self.registers as usize
             && self.outputs.len() == self.output_operands.len()
-            && self.output_operands.iter().chain(&self.discarded).all(operand)
-            && self.draw_tape.iter().all(|i| i.is_scalar())
+            && self.output_operands.iter().chain(&self.discarded).all(is_in_range)
+            && self.draw_tape.iter().all(|i| i.is_per_draw())
             && self.draw_tape.iter().chain(&self.lane_tape).all(|i| {
                 i.is_well_formed()
-                    && i.operands().iter().all(operand)
+                    && i.operands().iter().all(is_in_range)
                     && i.written_slots().iter().all(|&s| u32::from(s) < self.slots && !i.operands().contains(&Operand::Slot(s)))
                     && i.written_register().is_none_or(|r| u32::from(r) < self.registers)
                     && i.texture().is_none_or(|t| usize::from(t) < self.textures.len())

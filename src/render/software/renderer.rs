@@ -59,6 +59,7 @@ pub(super) struct EntryPoints {
 pub struct SoftwareRenderer {
     pool: rayon::ThreadPool,
     options: Options,
+    /// The decoded programs of each module.
     entry_points: Mutex<HashMap<ModuleId, Arc<EntryPoints>>>,
 }
 
@@ -108,12 +109,12 @@ impl SoftwareRenderer {
     /// A binding, attribute or varying that is missing or does not fit, with its draw or pass; insufficient memory.
     pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, keep_hdr: bool) -> Result<(Frame, Timings), RenderError> {
         match self.options.precision {
-            Precision::F32 => self.pool.install(|| self.frame::<f32>(plan, modules, keep_hdr)),
-            Precision::F64 => self.pool.install(|| self.frame::<f64>(plan, modules, keep_hdr)),
+            Precision::F32 => self.pool.install(|| self.render_as::<f32>(plan, modules, keep_hdr)),
+            Precision::F64 => self.pool.install(|| self.render_as::<f64>(plan, modules, keep_hdr)),
         }
     }
 
-    fn frame<R: Real>(&self, plan: &Plan, modules: &impl ModuleProvider, keep_hdr: bool) -> Result<(Frame, Timings), RenderError> {
+    fn render_as<R: Real>(&self, plan: &Plan, modules: &impl ModuleProvider, keep_hdr: bool) -> Result<(Frame, Timings), RenderError> {
         let start = Instant::now();
         let mut timings = Timings::default();
         let mut images: Vec<(PassImage, u32, u32)> = Vec::new();
@@ -121,7 +122,8 @@ impl SoftwareRenderer {
         while let Some(pass) = plan.passes.get(k) {
             if !keep_hdr
                 && can_fuse_with_next_pass(plan, k)
-                && let Some((image, pass_timings, prepare_ms)) = self.fused_passes::<R>([pass, &plan.passes[k + 1]], modules, &images)?
+                && let Some((image, pass_timings, prepare_ms)) =
+                    self.execute_fused_passes::<R>([pass, &plan.passes[k + 1]], modules, &images)?
             {
                 timings.prepare_ms += prepare_ms;
                 timings.passes.extend(pass_timings);
@@ -131,7 +133,7 @@ impl SoftwareRenderer {
                 k += 2;
                 continue;
             }
-            let (image, pass_timings, prepare_ms) = self.pass::<R>(pass, modules, &images)?;
+            let (image, pass_timings, prepare_ms) = self.execute_pass::<R>(pass, modules, &images)?;
             timings.prepare_ms += prepare_ms;
             timings.passes.push(pass_timings);
             images.push((image, pass.width, pass.height));
@@ -157,7 +159,7 @@ impl SoftwareRenderer {
         Ok((frame, timings))
     }
 
-    fn pass<R: Real>(
+    fn execute_pass<R: Real>(
         &self,
         pass: &Pass,
         modules: &impl ModuleProvider,
@@ -173,7 +175,7 @@ impl SoftwareRenderer {
     }
 
     /// Executes two passes as one; `None` if they cannot be fused.
-    fn fused_passes<R: Real>(
+    fn execute_fused_passes<R: Real>(
         &self,
         [first, second]: [&Pass; 2],
         modules: &impl ModuleProvider,
@@ -211,9 +213,9 @@ impl SoftwareRenderer {
         if let Some(known) = self.entry_points.lock().get(&draw.module) {
             return Ok(Arc::clone(known));
         }
-        let fault = |what: String| RenderError::Module { draw: draw.label.clone(), what };
-        let module = modules.module(&draw.module).map_err(|e| fault(e.to_string()))?;
-        let programs = programs_from_bytes(&module.tape).map_err(|e| fault(format!("its tape cannot be read: {e}")))?;
+        let module_error = |what: String| RenderError::Module { draw: draw.label.clone(), what };
+        let module = modules.module(&draw.module).map_err(|e| module_error(e.to_string()))?;
+        let programs = programs_from_bytes(&module.tape).map_err(|e| module_error(format!("its stored programs cannot be read: {e}")))?;
         let (mut vertex, mut fragment) = (None, None);
         for program in programs {
             match program.stage {
@@ -222,7 +224,7 @@ impl SoftwareRenderer {
             }
         }
         let (Some(vertex), Some(fragment)) = (vertex, fragment) else {
-            return Err(fault(format!("module {} lacks a vertex or a fragment stage", draw.module)));
+            return Err(module_error(format!("module {} lacks a vertex or a fragment stage", draw.module)));
         };
         let entry_points = Arc::new(EntryPoints { vertex, fragment });
         self.entry_points.lock().insert(draw.module.clone(), Arc::clone(&entry_points));
@@ -307,7 +309,7 @@ fn textures_of<'a>(
             },
         };
         let sampler = match texture_use.sampler_binding {
-            Some(at) => Some(draw.samplers.iter().find(|s| s.binding == at).ok_or_else(|| missing(at))?.state),
+            Some(binding) => Some(draw.samplers.iter().find(|s| s.binding == binding).ok_or_else(|| missing(binding))?.state),
             None => None,
         };
         bound.push(BoundTexture { texels, sampler });

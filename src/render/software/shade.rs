@@ -48,12 +48,12 @@ pub(crate) struct Batch {
     quads: [Quad; QUADS],
     count: usize,
     /// Colour of the last run, converted to f32; used only if the lanes are f64.
-    narrowed: [[f32; LANES]; 4],
+    f32_colour: [[f32; LANES]; 4],
 }
 
 impl Batch {
     pub(crate) fn new() -> Self {
-        Self { quads: [Quad { index: 0, coverage: 0, source_triangle: 0 }; QUADS], count: 0, narrowed: [[0.0; LANES]; 4] }
+        Self { quads: [Quad { index: 0, coverage: 0, source_triangle: 0 }; QUADS], count: 0, f32_colour: [[0.0; LANES]; 4] }
     }
 }
 
@@ -86,7 +86,7 @@ impl<R: Real> LaneRun<R> for RunWithTexture<'_, R> {
 
 /// Clears the coverage of quads that are zero in all components of all pixels, because blending them changes nothing.
 #[inline(always)]
-fn drop_black_quads(quads: &mut [Quad], colour: [&[f32]; 4]) {
+fn drop_zero_quads(quads: &mut [Quad], colour: [&[f32]; 4]) {
     let [r, g, b, a] = colour.map(|lanes| lanes.as_chunks::<4>().0);
     for ((((quad, r), g), b), a) in quads.iter_mut().zip(r).zip(g).zip(b).zip(a) {
         let mut bits = [0; 4];
@@ -135,13 +135,13 @@ impl TileShader<'_> {
     /// horizon the depth is a small difference of large terms.
     fn depth_at_samples(&self, source_triangle: &SourceTriangle) -> ([f64; 4], f64, f64) {
         let corner = self.corner_from_origin(source_triangle);
-        let mut at = [0.0; 4];
-        for (value, [sx, sy]) in at.iter_mut().zip(sample_positions(self.samples)) {
+        let mut at_samples = [0.0; 4];
+        for (value, [sx, sy]) in at_samples.iter_mut().zip(sample_positions(self.samples)) {
             // Relative to the pixel's centre, because `TilePixels` contains centres.
             let (dx, dy) = (*sx as f64 / SUBPIXEL as f64 - 0.5, *sy as f64 / SUBPIXEL as f64 - 0.5);
             *value = source_triangle.depth.at(corner[0] + dx, corner[1] + dy);
         }
-        (at, source_triangle.depth.dx, source_triangle.depth.dy)
+        (at_samples, source_triangle.depth.dx, source_triangle.depth.dy)
     }
 
     /// Offset of the tile's top-left corner from the origin of the planes.
@@ -151,14 +151,15 @@ impl TileShader<'_> {
 
     /// Depth test of a quad; returns the coverage that passes.
     fn test_quad(&mut self, index: usize, coverage: u16, depth: &([f64; 4], f64, f64), state: DepthState) -> u16 {
-        let (at, dx, dy) = depth;
+        let (at_samples, dx, dy) = depth;
         let mut passed = 0;
         for corner in 0..4 {
             let covered = coverage >> (4 * corner) & 0xf;
             if covered != 0 {
                 let pixel = index * 4 + corner;
                 let step = dx * f64::from(self.pixels.x[pixel]) + dy * f64::from(self.pixels.y[pixel]);
-                passed |= self.target.test_depth(pixel, covered, at.map(|v| (v + step) as f32), state.test, state.write) << (4 * corner);
+                passed |=
+                    self.target.test_depth(pixel, covered, at_samples.map(|v| (v + step) as f32), state.test, state.write) << (4 * corner);
             }
         }
         passed
@@ -193,7 +194,7 @@ impl TileShader<'_> {
         self.flush(job, run, batch, Some(first));
     }
 
-    /// Shades the collected quads. `block`: index of the first quad, if they are the quads of one fully covered block.
+    /// Shades, depth-tests and blends the collected quads. `block`: index of the first quad, if they are the quads of one fully covered block.
     fn flush<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, block: Option<usize>) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
@@ -227,39 +228,39 @@ impl TileShader<'_> {
         lane_inputs::fill(job, run, quads, self.pixels, self.tile);
         let remaining = run.run(active);
         let plan = &job.fragment_plan;
-        let outputs = plan.colour.map(|output| output.map(|o| run.output(o)));
-        for (narrowed, values) in batch.narrowed.iter_mut().zip(&outputs) {
+        let outputs = plan.colour_outputs.map(|output| output.map(|o| run.output(o)));
+        for (f32_values, values) in batch.f32_colour.iter_mut().zip(&outputs) {
             if let Some(f64_values) = values.filter(|v| R::as_f32(&v[..]).is_none()) {
-                narrowed.iter_mut().zip(f64_values).for_each(|(to, from)| *to = from.f64() as f32);
+                f32_values.iter_mut().zip(f64_values).for_each(|(to, from)| *to = from.f64() as f32);
             }
         }
         let colour = [0, 1, 2, 3].map(|k| match outputs[k] {
-            Some(values) => R::as_f32(&values[..]).unwrap_or(&batch.narrowed[k]),
+            Some(values) => R::as_f32(&values[..]).unwrap_or(&batch.f32_colour[k]),
             None => DEFAULT_COMPONENTS[usize::from(k == 3)].as_slice(),
         });
         // Quads that change nothing need no depth test either. They are common: most quads of a sprite have no light.
-        if block.is_none() && job.drops_black() {
-            drop_black_quads(&mut batch.quads[..count], colour);
+        if block.is_none() && job.ignores_zero_pixels() {
+            drop_zero_quads(&mut batch.quads[..count], colour);
         }
-        let mut whole_block = block.filter(|_| plan.early_depth_test);
+        let mut fully_drawn_block = block.filter(|_| plan.early_depth_test);
         if !plan.early_depth_test {
             if remaining == 0 {
                 return;
             }
             let written_depth = plan.depth_output.map(|o| run.output(o));
-            whole_block = block.filter(|first| remaining == LaneMask::MAX && self.block_passes(plan, written_depth, *first));
-            if whole_block.is_none() {
+            fully_drawn_block = block.filter(|first| remaining == LaneMask::MAX && self.test_block_depth(plan, written_depth, *first));
+            if fully_drawn_block.is_none() {
                 self.late_depth_test(job, written_depth, remaining, &mut batch.quads[..count]);
             }
         }
-        if let Some(per_read) = job.instructions_per_read {
+        if let Some(instructions_per_read) = job.instructions_per_read {
             let counts = run.counts();
-            let reads = f64::from(counts.texture_reads) * per_read;
+            let reads = f64::from(counts.texture_reads) * instructions_per_read;
             let cost = [counts.instructions as f32, reads as f32, 0.0, 0.0].map(|v| [v; LANES]);
             self.store(job, &batch.quads[..count], cost.each_ref().map(|v| v.as_slice()));
             return;
         }
-        if let Some(first) = whole_block
+        if let Some(first) = fully_drawn_block
             && self.target.store_lanes(first * 4, job.blend, colour)
         {
             return;
@@ -270,7 +271,7 @@ impl TileShader<'_> {
     /// Depth test of a complete block with the depth that the program wrote. If every sample passes, stores the depth and returns true.
     /// Otherwise, or if the program writes no depth, changes nothing and returns false. If the draw does not use depth, all samples pass.
     #[inline(always)]
-    fn block_passes<R: Real>(&mut self, plan: &FragmentPlan, depth: Option<&[R; LANES]>, first: usize) -> bool {
+    fn test_block_depth<R: Real>(&mut self, plan: &FragmentPlan, depth: Option<&[R; LANES]>, first: usize) -> bool {
         if !plan.uses_depth() {
             return true;
         }
@@ -279,10 +280,11 @@ impl TileShader<'_> {
         for (new, value) in new.iter_mut().zip(values) {
             *new = (value.f64() as f32).clamp(0.0, 1.0);
         }
-        self.target.all_pass_depth(first * 4, &new, plan.depth.test, plan.depth.write)
+        self.target.test_depth_of_all(first * 4, &new, plan.depth.test, plan.depth.write)
     }
 
     /// Late depth test: removes discarded lanes from the coverage and depth-tests the others.
+    #[inline(always)]
     fn late_depth_test<R: Real>(&mut self, job: &DrawJob<'_, R>, depth: Option<&[R; LANES]>, remaining: LaneMask, quads: &mut [Quad]) {
         let state = job.fragment_plan.depth;
         let uses_depth = job.fragment_plan.uses_depth();
@@ -294,28 +296,18 @@ impl TileShader<'_> {
             }
             match &depth {
                 Some(values) => {
-                    if quad.coverage == full {
-                        let new: [f32; 4] = std::array::from_fn(|corner| (values[q * 4 + corner].f64() as f32).clamp(0.0, 1.0));
-                        if self.target.all_pass_depth(usize::from(quad.index) * 4, &new, state.test, state.write) {
-                            continue;
-                        }
+                    // `clamp` keeps NaN, which fails every depth test.
+                    let new: [f32; 4] = std::array::from_fn(|corner| (values[q * 4 + corner].f64() as f32).clamp(0.0, 1.0));
+                    if quad.coverage == full && self.target.test_depth_of_all(usize::from(quad.index) * 4, &new, state.test, state.write) {
+                        continue;
                     }
-                    let mut passed = 0;
-                    for corner in 0..4 {
-                        let covered = quad.coverage >> (4 * corner) & 0xf;
-                        if covered != 0 {
-                            let pixel = usize::from(quad.index) * 4 + corner;
-                            // `clamp` keeps NaN, which fails every depth test.
-                            let new = [(values[q * 4 + corner].f64() as f32).clamp(0.0, 1.0); 4];
-                            passed |= self.target.test_depth(pixel, covered, new, state.test, state.write) << (4 * corner);
-                        }
-                    }
-                    quad.coverage = passed;
+                    quad.coverage =
+                        self.target.test_depth_of_quad(usize::from(quad.index) * 4, quad.coverage, &new, state.test, state.write);
                 }
                 None => {
                     let source_triangle = &job.geometry.source_triangles[quad.source_triangle as usize];
-                    let at = self.depth_at_samples(source_triangle);
-                    quad.coverage = self.test_quad(quad.index.into(), quad.coverage, &at, state);
+                    let depth_plane = self.depth_at_samples(source_triangle);
+                    quad.coverage = self.test_quad(quad.index.into(), quad.coverage, &depth_plane, state);
                 }
             }
         }
@@ -325,27 +317,27 @@ impl TileShader<'_> {
     fn store<R: Real>(&mut self, job: &DrawJob<'_, R>, quads: &[Quad], colour: [&[f32]; 4]) {
         let blend = job.blend;
         let full = full_coverage(self.samples);
-        let mut q = 0;
-        while q < quads.len() {
-            if quads[q].coverage == 0 {
-                q += 1;
+        let mut start = 0;
+        while start < quads.len() {
+            if quads[start].coverage == 0 {
+                start += 1;
                 continue;
             }
             // Consecutive fully covered quads are stored together.
-            let run_length = quads[q..]
+            let run_length = quads[start..]
                 .iter()
                 .enumerate()
-                .take_while(|(i, n)| n.coverage == full && usize::from(n.index) == usize::from(quads[q].index) + i)
+                .take_while(|(i, quad)| quad.coverage == full && usize::from(quad.index) == usize::from(quads[start].index) + i)
                 .count();
             if run_length > 0 {
-                let lanes = q * 4..(q + run_length) * 4;
+                let lanes = start * 4..(start + run_length) * 4;
                 let source = [0, 1, 2, 3].map(|k: usize| &colour[k][lanes.clone()]);
-                if self.target.store_lanes(usize::from(quads[q].index) * 4, blend, source) {
-                    q += run_length;
+                if self.target.store_lanes(usize::from(quads[start].index) * 4, blend, source) {
+                    start += run_length;
                     continue;
                 }
             }
-            for (i, quad) in quads.iter().enumerate().skip(q).take(run_length.max(1)) {
+            for (i, quad) in quads.iter().enumerate().skip(start).take(run_length.max(1)) {
                 for corner in 0..4 {
                     let covered = quad.coverage >> (4 * corner) & 0xf;
                     if covered != 0 {
@@ -359,7 +351,7 @@ impl TileShader<'_> {
                     }
                 }
             }
-            q += run_length.max(1);
+            start += run_length.max(1);
         }
     }
 }

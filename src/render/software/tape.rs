@@ -48,11 +48,12 @@ mod ops_list {
 }
 with_ops!(ops);
 
-/// One operation of a chain. Its operand number `at` is the result of the previous operation, which has no other reader. The first has `at` = 0.
+/// One operation of a chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct FusedOp {
     pub op: Op,
-    pub at: u8,
+    /// Which operand is the result of the chain's previous operation; 0 for the first operation.
+    pub chained_operand: u8,
 }
 
 /// The type of a uniform word.
@@ -75,7 +76,7 @@ pub enum TextureOp {
     Load,
 }
 
-/// One instruction. The target of a jump is the index of an instruction.
+/// One instruction. `dst` is the number of a slot or register. The target of a jump is the index of an instruction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Instr {
     /// dst slot = op(args), lane by lane; at least one argument is a slot, or `op` is Copy.
@@ -87,7 +88,7 @@ pub enum Instr {
     /// dst slot = result of a chain of operations, lane by lane. `args`: the operands of the first operation, then the remaining operands of
     /// each further operation. Occurs only for chains that have a kernel.
     FusedKernel {
-        links: Vec<FusedOp>,
+        ops: Vec<FusedOp>,
         dst: u16,
         args: Vec<Operand>,
     },
@@ -117,7 +118,7 @@ pub enum Instr {
     },
     /// Four slots (red, green, blue, alpha) = texels read by texture use `texture`.
     Texture {
-        what: TextureOp,
+        op: TextureOp,
         texture: u16,
         dst: [u16; 4],
         args: Vec<Operand>,
@@ -131,7 +132,7 @@ pub enum Instr {
         level: Operand,
     },
     /// Jumps to `target` if no lane of the mask is set.
-    SkipIfNone {
+    SkipIfNoLane {
         mask: Operand,
         target: u32,
     },
@@ -147,7 +148,8 @@ pub enum Instr {
 }
 
 impl Instr {
-    pub(crate) fn is_scalar(&self) -> bool {
+    /// Whether the instruction may be on the draw tape: it computes a register from registers.
+    pub(crate) fn is_per_draw(&self) -> bool {
         matches!(self, Self::Scalar { .. } | Self::LoadUniform { .. }) && self.operands().iter().all(|o| matches!(o, Operand::Reg(_)))
     }
 
@@ -158,8 +160,8 @@ impl Instr {
             Self::Lane { op, args, .. } => args.len() == op.arity(),
             Self::Scalar { op, args, .. } => args.len() == op.arity() && args.iter().all(is_register),
             Self::LoadUniform { index, .. } => index.iter().all(is_register),
-            Self::Texture { what, args, dst, .. } => {
-                let needed = match what {
+            Self::Texture { op, args, dst, .. } => {
+                let needed = match op {
                     TextureOp::Gradients => 6,
                     TextureOp::Filtered => 7,
                     TextureOp::Level | TextureOp::Load => 3,
@@ -168,7 +170,7 @@ impl Instr {
             }
             Self::TextureSize { axis, level, .. } => *axis <= 2 && is_register(level),
             Self::JumpIf { cond, .. } => is_register(cond),
-            Self::FusedKernel { .. } | Self::GatherUniform { .. } | Self::SkipIfNone { .. } | Self::Jump { .. } => true,
+            Self::FusedKernel { .. } | Self::GatherUniform { .. } | Self::SkipIfNoLane { .. } | Self::Jump { .. } => true,
         }
     }
 
@@ -180,7 +182,7 @@ impl Instr {
             Self::GatherUniform { index, .. } => vec![*index],
             Self::Texture { args, mask, .. } => args.iter().copied().chain([*mask]).collect(),
             Self::TextureSize { level, .. } => vec![*level],
-            Self::SkipIfNone { mask, .. } => vec![*mask],
+            Self::SkipIfNoLane { mask, .. } => vec![*mask],
             Self::JumpIf { cond, .. } => vec![*cond],
             Self::Jump { .. } => vec![],
         }
@@ -210,7 +212,7 @@ impl Instr {
 
     pub(crate) fn target(&self) -> Option<u32> {
         match self {
-            Self::SkipIfNone { target, .. } | Self::JumpIf { target, .. } | Self::Jump { target } => Some(*target),
+            Self::SkipIfNoLane { target, .. } | Self::JumpIf { target, .. } | Self::Jump { target } => Some(*target),
             _ => None,
         }
     }

@@ -12,7 +12,7 @@ use std::mem::MaybeUninit;
 const PIXELS: usize = (TILE * TILE) as usize;
 const BLOCK_WIDTH: usize = coverage::BLOCK_WIDTH as usize;
 const BLOCK_HEIGHT: usize = coverage::BLOCK_HEIGHT as usize;
-/// Entry of [`TileTarget::split`] for a pixel whose samples are all equal.
+/// Entry of [`TileTarget::split_index`] for a pixel whose samples are all equal.
 const UNSPLIT: u16 = u16::MAX;
 
 /// The samples of a tile, with pixels in lane order (see [`super::raster::coverage`]).
@@ -21,19 +21,20 @@ pub(crate) struct TileTarget {
     samples: u8,
     /// Colour of unsplit pixels, one array per component.
     colour: [Vec<f32>; 4],
-    /// Index into `split_colour`, or [`UNSPLIT`].
-    split: Vec<u16>,
+    /// Per pixel, its index in `split_colour`, or [`UNSPLIT`].
+    split_index: Vec<u16>,
+    /// Colours of the four samples of each split pixel.
     split_colour: Vec<[[f32; 4]; 4]>,
     /// The pixels of `split_colour`.
     split_pixels: Vec<u16>,
     /// Clear colour.
     clear_colour: [f32; 4],
     /// Bit `k`: block `k` was written since the last clear. The stored colours of the other blocks are stale; their pixels have `clear_colour`.
-    touched: u32,
+    touched_blocks: u32,
     /// Reversed depth per sample; with one sample per pixel only the first of four is used.
     depth: Vec<[f32; 4]>,
     /// Bit `k`: the stored depth of block `k` is valid. The stored depth of the other blocks is stale; their pixels are infinitely far.
-    has_depth: u32,
+    blocks_with_depth: u32,
 }
 
 impl TileTarget {
@@ -42,13 +43,13 @@ impl TileTarget {
         Self {
             samples,
             colour: [plane(), plane(), plane(), plane()],
-            split: vec![UNSPLIT; PIXELS],
+            split_index: vec![UNSPLIT; PIXELS],
             split_colour: Vec::new(),
             split_pixels: Vec::new(),
             clear_colour: [0.0; 4],
-            touched: 0,
+            touched_blocks: 0,
             depth: Vec::new(),
-            has_depth: 0,
+            blocks_with_depth: 0,
         }
     }
 
@@ -56,7 +57,7 @@ impl TileTarget {
     pub(crate) fn clear(&mut self, colour: [f32; 4], depth: bool) {
         self.merge_samples();
         self.clear_colour = colour;
-        (self.touched, self.has_depth) = (0, 0);
+        (self.touched_blocks, self.blocks_with_depth) = (0, 0);
         if depth && self.depth.is_empty() {
             self.depth.resize(PIXELS, [0.0; 4]);
         }
@@ -65,8 +66,8 @@ impl TileTarget {
     /// Marks a block as written; on the first write, fills it with the clear colour.
     #[inline(always)]
     fn touch(&mut self, block: usize) {
-        if self.touched >> block & 1 == 0 {
-            self.touched |= 1 << block;
+        if self.touched_blocks >> block & 1 == 0 {
+            self.touched_blocks |= 1 << block;
             for (plane, value) in self.colour.iter_mut().zip(self.clear_colour) {
                 if let Some(pixels) = plane.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) {
                     pixels.fill(value);
@@ -86,8 +87,8 @@ impl TileTarget {
     #[inline(always)]
     fn touch_depth(&mut self, pixel: usize) {
         let block = pixel / BLOCK_PIXELS;
-        if self.has_depth >> block & 1 == 0 {
-            self.has_depth |= 1 << block;
+        if self.blocks_with_depth >> block & 1 == 0 {
+            self.blocks_with_depth |= 1 << block;
             if let Some(pixels) = self.depth.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) {
                 pixels.fill([0.0; 4]);
             }
@@ -102,9 +103,28 @@ impl TileTarget {
         let mut passed = 0;
         for s in 0..4 {
             // Branch-free: along an edge the branches would be mispredicted.
-            let hit = (covered >> s & 1 == 1) & (!test | (new[s] > stored[s]));
-            passed |= u16::from(hit) << s;
-            stored[s] = if hit & write & !new[s].is_nan() { new[s] } else { stored[s] };
+            let is_nearer = (covered >> s & 1 == 1) & (!test | (new[s] > stored[s]));
+            passed |= u16::from(is_nearer) << s;
+            stored[s] = if is_nearer & write & !new[s].is_nan() { new[s] } else { stored[s] };
+        }
+        passed
+    }
+
+    /// Depth test of the four pixels of a quad, each with one depth for all its samples. Returns the samples of `covered` (sixteen bits) that pass, and
+    /// stores their depth if `write`. All samples are computed alike, without branches, so that the loop is vectorised.
+    #[inline(always)]
+    pub(crate) fn test_depth_of_quad(&mut self, pixel: usize, covered: u16, new: &[f32; 4], test: bool, write: bool) -> u16 {
+        self.touch_depth(pixel);
+        let Some(stored) = self.depth.get_mut(pixel..pixel + 4).and_then(|pixels| pixels.as_flattened_mut().as_mut_array::<16>()) else {
+            return 0;
+        };
+        let new: [f32; 16] = std::array::from_fn(|sample| new[sample / 4]);
+        let is_nearer = new.iter().zip(&*stored).enumerate().map(|(sample, (new, stored))| u32::from(!test | (new > stored)) << sample);
+        let passed = covered & is_nearer.fold(0, |all, bit| all | bit) as u16;
+        if write {
+            for (sample, (stored, new)) in stored.iter_mut().zip(new).enumerate() {
+                *stored = if (passed >> sample & 1 == 1) & !new.is_nan() { new } else { *stored };
+            }
         }
         passed
     }
@@ -112,21 +132,21 @@ impl TileTarget {
     /// Depth test of consecutive, fully covered pixels of one block. If all samples pass, returns true and stores their depth if `write`;
     /// otherwise changes nothing.
     #[inline(always)]
-    pub(crate) fn all_pass_depth(&mut self, pixel: usize, new: &[f32], test: bool, write: bool) -> bool {
+    pub(crate) fn test_depth_of_all(&mut self, pixel: usize, new: &[f32], test: bool, write: bool) -> bool {
         self.touch_depth(pixel);
         let Some(stored) = self.depth.get_mut(pixel..pixel + new.len()) else { return false };
-        let mut all = true;
+        let mut all_pass = true;
         for (stored, new) in stored.iter().zip(new) {
             for s in stored {
-                all &= (!test & !new.is_nan()) | (*new > *s);
+                all_pass &= (!test & !new.is_nan()) | (*new > *s);
             }
         }
-        if all & write {
+        if all_pass & write {
             for (stored, new) in stored.iter_mut().zip(new) {
                 *stored = [*new; 4];
             }
         }
-        all
+        all_pass
     }
 
     /// Blends `source` into the samples of `covered`.
@@ -136,23 +156,23 @@ impl TileTarget {
         if blend != Blend::Replace && source.iter().all(|v| v.to_bits() == 0) {
             return;
         }
-        let all = if self.samples == 4 { 0xf } else { 1 };
+        let fully_covered = if self.samples == 4 { 0xf } else { 1 };
         self.touch(pixel / BLOCK_PIXELS);
-        if self.split[pixel] == UNSPLIT {
+        if self.split_index[pixel] == UNSPLIT {
             let target: [f32; 4] = std::array::from_fn(|k| self.colour[k][pixel]);
             let new = blended(blend, source, target);
-            if covered == all {
+            if covered == fully_covered {
                 for (plane, value) in self.colour.iter_mut().zip(new) {
                     plane[pixel] = value;
                 }
             } else if covered != 0 {
-                self.split[pixel] = self.split_colour.len() as u16;
+                self.split_index[pixel] = self.split_colour.len() as u16;
                 self.split_pixels.push(pixel as u16);
                 self.split_colour.push(std::array::from_fn(|s| if covered >> s & 1 == 1 { new } else { target }));
             }
             return;
         }
-        let samples = &mut self.split_colour[usize::from(self.split[pixel])];
+        let samples = &mut self.split_colour[usize::from(self.split_index[pixel])];
         for (s, target) in samples.iter_mut().enumerate() {
             if covered >> s & 1 == 1 {
                 *target = blended(blend, source, *target);
@@ -165,7 +185,7 @@ impl TileTarget {
     pub(crate) fn store_lanes(&mut self, pixel: usize, blend: Blend, source: [&[f32]; 4]) -> bool {
         let range = pixel..pixel + source[0].len();
         // No early exit, so that the compiler vectorises the loop.
-        if !self.split_pixels.is_empty() && self.split[range.clone()].iter().fold(false, |any, s| any | (*s != UNSPLIT)) {
+        if !self.split_pixels.is_empty() && self.split_index[range.clone()].iter().fold(false, |any, s| any | (*s != UNSPLIT)) {
             return false;
         }
         // Blending zeros changes nothing, so the block stays unwritten. This is common far from the centre of a glow.
@@ -175,7 +195,7 @@ impl TileTarget {
         }
         for block in range.start / BLOCK_PIXELS..range.end.div_ceil(BLOCK_PIXELS) {
             if blend == Blend::Replace && range.start <= block * BLOCK_PIXELS && (block + 1) * BLOCK_PIXELS <= range.end {
-                self.touched |= 1 << block;
+                self.touched_blocks |= 1 << block;
             }
             self.touch(block);
         }
@@ -186,10 +206,10 @@ impl TileTarget {
 
     /// Resolves the tile: sets every split pixel to the mean of its samples.
     pub(crate) fn merge_samples(&mut self) {
-        for (pixel, s) in self.split_pixels.drain(..).map(usize::from).zip(self.split_colour.drain(..)) {
-            self.split[pixel] = UNSPLIT;
+        for (pixel, samples) in self.split_pixels.drain(..).map(usize::from).zip(self.split_colour.drain(..)) {
+            self.split_index[pixel] = UNSPLIT;
             for (k, plane) in self.colour.iter_mut().enumerate() {
-                plane[pixel] = 0.25 * ((s[0][k] + s[1][k]) + (s[2][k] + s[3][k]));
+                plane[pixel] = 0.25 * ((samples[0][k] + samples[1][k]) + (samples[2][k] + samples[3][k]));
             }
         }
     }
@@ -202,7 +222,7 @@ impl TileTarget {
 
     /// Whether a block was written since the tile was started.
     pub(crate) fn is_touched(&self, block: usize) -> bool {
-        self.touched >> block & 1 == 1
+        self.touched_blocks >> block & 1 == 1
     }
 
     /// Writes every pixel of a resolved tile; `rows[y]` is the part of the tile's row `y` that lies inside the target.
@@ -241,17 +261,17 @@ impl TileTarget {
             // The pixels of a quad are two pairs, one in each of two rows.
             let (pairs, _) = converted.as_chunks::<2>();
             for (y, row) in rows.iter_mut().skip(y0).take(BLOCK_HEIGHT).enumerate() {
-                let Some(of_rows) = pairs[y / 2 * BLOCK_WIDTH..].first_chunk::<BLOCK_WIDTH>() else { continue };
+                let Some(pairs_of_rows) = pairs[y / 2 * BLOCK_WIDTH..].first_chunk::<BLOCK_WIDTH>() else { continue };
                 match row.get_mut(x0..).and_then(|row| row.first_chunk_mut::<BLOCK_WIDTH>()) {
                     Some(to) => {
                         for x in 0..BLOCK_WIDTH {
-                            to[x] = of_rows[x / 2 * 2 + y % 2][x % 2];
+                            to[x] = pairs_of_rows[x / 2 * 2 + y % 2][x % 2];
                         }
                     }
                     // The last columns, if the width is not a multiple of a block's width.
                     None => {
-                        let of_row = of_rows.iter().skip(y % 2).step_by(2).flatten();
-                        row.iter_mut().skip(x0).zip(of_row).for_each(|(to, from)| *to = *from);
+                        let row_pixels = pairs_of_rows.iter().skip(y % 2).step_by(2).flatten();
+                        row.iter_mut().skip(x0).zip(row_pixels).for_each(|(to, from)| *to = *from);
                     }
                 }
             }
@@ -292,7 +312,7 @@ mod tests {
         t.store(7, 0b1111, Blend::Add, [1.0, 0.0, 0.0, 0.0]);
         t.store(8, 0b0001, Blend::Add, [0.0; 4]);
         t.store(9, 0b0001, Blend::PremultipliedOver, [0.0; 4]);
-        assert!((t.split[8], t.split[9]) == (UNSPLIT, UNSPLIT), "nothing was blended");
+        assert!((t.split_index[8], t.split_index[9]) == (UNSPLIT, UNSPLIT), "nothing was blended");
         t.merge_samples();
         assert_eq!(pixel(&t, 7), [1.5, 1.0, 2.0, 1.0]);
         assert!(t.store_lanes(8, Blend::Replace, [&[3.0; 4]; 4]));
@@ -357,7 +377,7 @@ mod tests {
         assert_eq!(t.test_depth(200, 1, [0.5; 4], true, true), 0);
         t.clear([0.0; 4], true);
         assert_eq!(t.test_depth(200, 1, [0.5; 4], true, true), 1);
-        assert!(t.all_pass_depth(204, &[0.1; 4], true, true));
+        assert!(t.test_depth_of_all(204, &[0.1; 4], true, true));
     }
 
     #[test]
@@ -380,7 +400,7 @@ mod tests {
                 start.test_depth(8, 0b1111, [0.5, 0.0, 0.5, 0.0], true, true);
                 start.test_depth(10, 0b1111, [0.3; 4], true, true);
                 let (mut one, mut four) = (start.clone(), start.clone());
-                let at_once = one.all_pass_depth(8, &new, test, write);
+                let at_once = one.test_depth_of_all(8, &new, test, write);
                 let passed: Vec<u16> = (0..4).map(|k| four.test_depth(8 + k, 0b1111, [new[k]; 4], test, write)).collect();
                 let has_no_nan = new.iter().all(|v| !v.is_nan());
                 assert_eq!(at_once, has_no_nan && passed.iter().all(|p| *p == 0b1111), "{new:?}");

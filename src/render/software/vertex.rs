@@ -18,10 +18,10 @@ const TRIANGLES_PER_PART: usize = 1024;
 
 /// The triangles of one draw, and the time that it took to prepare them.
 #[derive(Clone, Debug)]
-pub(crate) struct Assembled {
+pub(crate) struct AssembledDraw {
     pub geometry: Geometry,
     /// Number of triangles before clipping and culling.
-    pub given: usize,
+    pub submitted: usize,
     /// Wall time of the vertex program.
     pub vertex_seconds: f64,
     /// Wall time of clipping and set-up.
@@ -36,7 +36,7 @@ struct Varying {
 }
 
 /// The varyings that the fragment program reads, in the order of its location inputs.
-fn link(label: &str, outputs: &[LaneOutput], fragment_inputs: &[LaneInput]) -> Result<Vec<Varying>, RenderError> {
+fn link_varyings(label: &str, outputs: &[LaneOutput], fragment_inputs: &[LaneInput]) -> Result<Vec<Varying>, RenderError> {
     let mut varyings = Vec::new();
     for input in fragment_inputs {
         let LaneInput::Location { index, component, flat } = *input else { continue };
@@ -49,17 +49,17 @@ fn link(label: &str, outputs: &[LaneOutput], fragment_inputs: &[LaneInput]) -> R
 }
 
 /// The source of one lane input of the vertex program.
-enum Source<'a> {
+enum InputSource<'a> {
     VertexIndex,
     InstanceIndex,
     Attribute { values: &'a [f32], stride: usize, component: usize, per_instance: bool },
     Constant(f64),
 }
 
-fn source<'a>(draw: &'a PlanDraw, vertex_attributes: &'a [Attribute], input: &LaneInput) -> Result<Source<'a>, RenderError> {
+fn input_source<'a>(draw: &'a PlanDraw, vertex_attributes: &'a [Attribute], input: &LaneInput) -> Result<InputSource<'a>, RenderError> {
     Ok(match *input {
-        LaneInput::VertexIndex => Source::VertexIndex,
-        LaneInput::InstanceIndex => Source::InstanceIndex,
+        LaneInput::VertexIndex => InputSource::VertexIndex,
+        LaneInput::InstanceIndex => InputSource::InstanceIndex,
         LaneInput::Location { index, component, .. } => {
             let k = index as usize;
             let (attribute, per_instance) = match vertex_attributes.get(k) {
@@ -69,13 +69,13 @@ fn source<'a>(draw: &'a PlanDraw, vertex_attributes: &'a [Attribute], input: &La
             let attribute = attribute.ok_or_else(|| RenderError::Attribute { draw: draw.label.clone(), location: index })?;
             if component < attribute.components {
                 let (stride, component) = (attribute.components as usize, component as usize);
-                Source::Attribute { values: &attribute.values, stride, component, per_instance }
+                InputSource::Attribute { values: &attribute.values, stride, component, per_instance }
             } else {
                 // Missing components read as (0, 0, 0, 1), as on a GPU.
-                Source::Constant(if component == 3 { 1.0 } else { 0.0 })
+                InputSource::Constant(if component == 3 { 1.0 } else { 0.0 })
             }
         }
-        LaneInput::FragCoord { .. } | LaneInput::FrontFacing | LaneInput::SampleIndex => Source::Constant(0.0),
+        LaneInput::FragCoord { .. } | LaneInput::FrontFacing | LaneInput::SampleIndex => InputSource::Constant(0.0),
     })
 }
 
@@ -119,7 +119,7 @@ pub(crate) fn clip_positions<R: Real>(draw: &PlanDraw, vertex: &dyn LaneProgram<
 /// The vertex program of a draw with the validated sources of its inputs.
 struct VertexStage<'a, R: Real> {
     program: &'a dyn LaneProgram<R>,
-    sources: Vec<Source<'a>>,
+    sources: Vec<InputSource<'a>>,
     /// The program's outputs that make up a vertex's row: clip position, then the varyings.
     outputs: Vec<usize>,
     /// Number of vertices in one instance.
@@ -150,7 +150,7 @@ impl<'a, R: Real> VertexStage<'a, R> {
             let location = (vertex_attributes.len() + k) as u32;
             return Err(RenderError::Instances { draw: draw.label.clone(), location, count: draw.instances.count });
         }
-        let sources = program.inputs().iter().map(|i| source(draw, vertex_attributes, i)).collect::<Result<Vec<_>, _>>()?;
+        let sources = program.inputs().iter().map(|i| input_source(draw, vertex_attributes, i)).collect::<Result<Vec<_>, _>>()?;
         let outputs = [px, py, pz, pw].into_iter().chain(varyings.iter().map(|v| v.vertex_output)).collect();
         Ok(Self { program, sources, outputs, count, total: count.saturating_mul(instances) })
     }
@@ -165,13 +165,13 @@ impl<'a, R: Real> VertexStage<'a, R> {
             let (mut instance, mut vertex) = (first / self.count, first % self.count);
             for (lane, value) in lanes.iter_mut().enumerate() {
                 *value = match source {
-                    Source::VertexIndex => R::from_int(vertex as u32),
-                    Source::InstanceIndex => R::from_int(instance as u32),
-                    Source::Attribute { values, stride, component, per_instance } => {
+                    InputSource::VertexIndex => R::from_lane_bits(vertex as u32),
+                    InputSource::InstanceIndex => R::from_lane_bits(instance as u32),
+                    InputSource::Attribute { values, stride, component, per_instance } => {
                         let row = if *per_instance { instance } else { vertex };
                         R::from_f64(values[row * stride + component].into())
                     }
-                    Source::Constant(value) => R::from_f64(*value),
+                    InputSource::Constant(value) => R::from_f64(*value),
                 };
                 if lane + 1 < count {
                     vertex += 1;
@@ -230,44 +230,46 @@ pub(crate) fn assemble<R: Real>(
     fragment_inputs: &[LaneInput],
     width: u32,
     height: u32,
-) -> Result<Assembled, RenderError> {
+) -> Result<AssembledDraw, RenderError> {
     let start = Instant::now();
-    let varyings = link(&draw.label, vertex.outputs(), fragment_inputs)?;
+    let varyings = link_varyings(&draw.label, vertex.outputs(), fragment_inputs)?;
     let stage = VertexStage::new(draw, vertex, &varyings)?;
     let [x0, y0, x1, y1] = draw.scissor;
     let bounds = Bounds { width, height, scissor: [x0, y0, x1.min(width), y1.min(height)], cull_back: draw.cull == Cull::Back };
     let setup = TriangleSetup { bounds, varyings: &varyings };
     let instances = draw.instances.count as usize;
-    let (given, mut parts) = match &draw.vertices {
+    let (submitted, mut parts) = match &draw.vertices {
         Vertices::Mesh { indices, .. } => {
             let shaded = stage.run_all()?;
-            let per_instance = indices.len() / 3;
-            let given = per_instance.saturating_mul(instances);
+            let triangles_per_instance = indices.len() / 3;
+            let submitted = triangles_per_instance.saturating_mul(instances);
             let shading = start.elapsed().as_secs_f64();
             let part = |range: std::ops::Range<usize>| -> Result<Part, RenderError> {
                 let (start, mut geometry) = (Instant::now(), Geometry::default());
                 for triangle in range {
-                    let (instance, first) = (triangle / per_instance, triangle % per_instance * 3);
+                    let (instance, first) = (triangle / triangles_per_instance, triangle % triangles_per_instance * 3);
                     let row = |corner: usize| shaded.row(instance, indices[first + corner] as usize);
                     setup.add([row(0), row(1), row(2)], &mut geometry)?;
                 }
                 Ok((geometry, [0.0, start.elapsed().as_secs_f64()]))
             };
-            let mut parts = map_parts(given, || (), |(), range| part(range))?;
+            let mut parts = map_parts(submitted, || (), |(), range| part(range))?;
             if let Some((_, [shading_seconds, _])) = parts.first_mut() {
+                // All vertices were shaded before the first part.
                 *shading_seconds = shading;
             }
-            (given, parts)
+            (submitted, parts)
         }
         // No vertex is shared, so the triangles of a part are set up while its vertices are in the cache.
         Vertices::Count(_) => {
-            let per_instance = stage.count / 3;
-            let given = per_instance.saturating_mul(instances);
+            let triangles_per_instance = stage.count / 3;
+            let submitted = triangles_per_instance.saturating_mul(instances);
             let row_length = stage.outputs.len();
             let part = |(run, rows): &mut (Box<dyn LaneRun<R> + Send + '_>, Vec<f64>), range: std::ops::Range<usize>| {
                 let (start, mut geometry) = (Instant::now(), Geometry::default());
                 // Vertices that do not form a complete triangle are skipped.
-                let first_vertex = |triangle: usize| triangle / per_instance * stage.count + triangle % per_instance * 3;
+                let first_vertex =
+                    |triangle: usize| triangle / triangles_per_instance * stage.count + triangle % triangles_per_instance * 3;
                 let Some(last) = range.clone().last() else { return Ok((geometry, [0.0; 2])) };
                 let vertices = first_vertex(range.start)..first_vertex(last) + 3;
                 rows.clear();
@@ -285,19 +287,19 @@ pub(crate) fn assemble<R: Real>(
                 }
                 Ok((geometry, [shading, start.elapsed().as_secs_f64() - shading]))
             };
-            (given, map_parts(given, || (vertex.start(), Vec::new()), part)?)
+            (submitted, map_parts(submitted, || (vertex.start(), Vec::new()), part)?)
         }
     };
     let total_shading: f64 = parts.iter().map(|(_, [shading_seconds, _])| shading_seconds).sum();
     let total_seconds: f64 = parts.iter().map(|(_, seconds)| seconds[0] + seconds[1]).sum();
     let geometry = match &mut parts[..] {
-        [(whole, _)] => std::mem::take(whole),
+        [(only, _)] => std::mem::take(only),
         parts => Geometry::joined(parts.iter().map(|(geometry, _)| geometry))?,
     };
     let wall = start.elapsed().as_secs_f64();
     // The wall time is divided in proportion to the times of the threads.
     let vertex_seconds = if total_seconds > 0.0 { wall * total_shading / total_seconds } else { 0.0 };
-    Ok(Assembled { geometry, given, vertex_seconds, setup_seconds: wall - vertex_seconds })
+    Ok(AssembledDraw { geometry, submitted, vertex_seconds, setup_seconds: wall - vertex_seconds })
 }
 
 /// Processes a draw's triangles in parts, in parallel, and returns the parts in drawing order. `buffers` creates the buffers of one thread.

@@ -1,6 +1,6 @@
 //! Eclipse lines of the target: outlines and paths of shadows on its ground, and shadow cones in space.
 //!
-//! In: the placed target and the occluders of its Sun. Out: line segments and decisions. Always: the geometry is that of the drawn shadow
+//! In: the placed target and the bodies between it and the Sun. Out: line segments and decisions. Always: the geometry is that of the drawn shadow
 //! (`eclipse::shadow_cone`); no line is drawn on the night side. Cones are depth-tested against the bodies. Ignores relief and shape models.
 
 use crate::scene::annotation::body_lines::GroundLineBuilder;
@@ -18,15 +18,15 @@ use std::f64::consts::TAU;
 const UMBRA_COLOUR: DVec3 = DVec3::new(1.0, 0.2, 0.1);
 const PENUMBRA_COLOUR: DVec3 = DVec3::new(1.0, 0.75, 0.2);
 const PATH_COLOUR: DVec3 = DVec3::new(0.3, 0.9, 1.0);
-/// Opacity of lines on the ground.
-const OUTLINE_OPACITY: f64 = 0.95;
+/// Opacities of lines on the ground.
+const UMBRA_OPACITY: f64 = 0.95;
 const PENUMBRA_OPACITY: f64 = 0.9;
 const LIMIT_OPACITY: f64 = 0.75;
 /// Opacity of cones, whose many lines overlap.
 const CONE_OPACITY: f64 = 0.4;
-/// Number of generating lines and of rings with which a cone is drawn.
+/// Number of generating lines and of circular sections with which a cone is drawn.
 const CONE_SIDES: u32 = 8;
-const CONE_RINGS: u32 = 3;
+const CONE_SECTIONS: u32 = 4;
 
 /// The current shadow outlines, and the paths of shadows that cross the ground close to the current time.
 pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Context<'_>) {
@@ -41,7 +41,7 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Contex
         let name = &occluder.body.name;
         if let Some(path) = context.caches.shadow_paths.of(context.ephemeris, sun, receiver, occluder) {
             let limits = path.limits.iter().map(|line| (line, LIMIT_OPACITY));
-            for (line, opacity) in path.centre_line.iter().map(|line| (line, OUTLINE_OPACITY)).chain(limits) {
+            for (line, opacity) in path.centre_line.iter().map(|line| (line, UMBRA_OPACITY)).chain(limits) {
                 builder.draw_line(line, opacity, PATH_COLOUR);
             }
             if path.centre_line.is_some() || !path.limits.is_empty() {
@@ -49,7 +49,7 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Contex
             }
         }
         for (kind, colour, opacity, what) in
-            [(ConeKind::Penumbra, PENUMBRA_COLOUR, PENUMBRA_OPACITY, "penumbra"), (ConeKind::Umbra, UMBRA_COLOUR, OUTLINE_OPACITY, "umbra")]
+            [(ConeKind::Penumbra, PENUMBRA_COLOUR, PENUMBRA_OPACITY, "penumbra"), (ConeKind::Umbra, UMBRA_COLOUR, UMBRA_OPACITY, "umbra")]
         {
             let lines = cone.outline(kind);
             lines.iter().for_each(|line| builder.draw_line(line, opacity, colour));
@@ -67,14 +67,14 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Contex
 /// Collects the cone lines of one body.
 struct Cones<'a, 'b> {
     camera: &'a Camera,
-    p: &'a PlacedBody<'b>,
+    placed: &'a PlacedBody<'b>,
     segments: Vec<LineSegment>,
 }
 
 impl Cones<'_, '_> {
-    /// Draws a curve in space, in body axes and units of the equatorial radius. `derivative_bound`: limit of both derivatives.
+    /// Draws a curve in space, in body axes and units of the equatorial radius. `derivative_bound`: upper bound of its first and second derivative.
     fn draw_line(&mut self, point: &dyn Fn(f64) -> DVec3, parts: u32, derivative_bound: f64, colour: DVec3) {
-        let placement = &self.p.placement;
+        let placement = &self.placed.placement;
         let radius_km = placement.radii_km.x;
         let in_icrf = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (point(t) * radius_km);
         let curve = Curve { camera: self.camera, point: &in_icrf, derivative_bound: derivative_bound * radius_km, tolerance_factor: 1.0 };
@@ -96,9 +96,9 @@ impl Cones<'_, '_> {
             let turns = f64::from(k) / f64::from(CONE_SIDES);
             self.draw_line(&|t| at(turns, t), 1, length(TAU * turns), colour);
         }
-        for k in 0..=CONE_RINGS {
-            let part = f64::from(k) / f64::from(CONE_RINGS + 1);
-            // The derivatives of a ring are bounded by the largest distance of its points from its centre.
+        for k in 0..CONE_SECTIONS {
+            let part = f64::from(k) / f64::from(CONE_SECTIONS);
+            // The derivatives of a section are bounded by the largest distance of its points from its centre.
             let middle = 0.5 * (at(0.0, part) + at(0.5, part));
             let reach = (0..8).map(|k| at(f64::from(k) / 8.0, part).distance(middle)).fold(0.0, f64::max);
             self.draw_line(&|t| at(t, part), 8, 1.2 * TAU * TAU * reach, colour);
@@ -107,12 +107,12 @@ impl Cones<'_, '_> {
 }
 
 /// Shadow cones in space: the cone of each body whose penumbra meets the target, drawn up to the target, and the target's own cone.
-pub(crate) fn in_space(context: Context<'_>, camera: &Camera, p: &PlacedBody<'_>) -> (Vec<LineSegment>, Decision) {
+pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBody<'_>) -> (Vec<LineSegment>, Decision) {
     let decided = |on, reason| Decision { feature: "eclipse-cones", on, reason, tier: None };
     let receiver_axis_candidates =
-        sun_occluders::receiver(context, p).and_then(|(receiver, sun, all)| Some((receiver, Axis::of(receiver, sun)?, all)));
+        sun_occluders::receiver(context, placed).and_then(|(receiver, sun, all)| Some((receiver, Axis::of(receiver, sun)?, all)));
     let Some((receiver, axis, candidates)) = receiver_axis_candidates else { return (Vec::new(), decided(false, "it has no Sun".into())) };
-    let mut cones = Cones { camera, p, segments: Vec::new() };
+    let mut cones = Cones { camera, placed, segments: Vec::new() };
     let mut casters = vec![receiver.body.name.as_str()];
     target_shadow(&mut cones, axis, receiver);
     for occluder in candidates {
@@ -122,10 +122,11 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, p: &PlacedBody<'_>
         }
         casters.push(&occluder.body.name);
         for (kind, colour) in [(ConeKind::Penumbra, PENUMBRA_COLOUR), (ConeKind::Umbra, UMBRA_COLOUR)] {
-            let to_middle = occluder.along;
+            let to_target_centre = occluder.along;
             let length = |angle: f64| {
                 let line = cone.line_at(kind, angle);
-                cone.ground_point(line).map_or(to_middle, |at| (at * p.body.radii_km / receiver.radius_km()).distance(line.from))
+                cone.ground_point(line)
+                    .map_or(to_target_centre, |at| (at * placed.body.radii_km / receiver.radius_km()).distance(line.from))
             };
             cones.draw_cone(&cone, kind, &length, colour);
         }

@@ -7,7 +7,7 @@ use crate::scene::camera;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::draw::features::{Detail, MapSet};
 use crate::scene::draw::{Draw, MapFiles, Part};
-use crate::scene::features::case::{Case, Decisions};
+use crate::scene::features::case::{BodyContext, Decisions};
 use crate::scene::features::globe;
 use crate::scene::light::{lights, photometry};
 use crate::scene::request::effects::Effect;
@@ -15,12 +15,12 @@ use crate::scene::surface::detail;
 use glam::DVec3;
 
 /// Decides on the shell of clouds.
-pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
+pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     so_far.clouds = shell(case, &mut so_far);
     so_far
 }
 
-fn shell(case: &Case<'_, '_>, so_far: &mut Decisions<'_>) -> Option<Draw> {
+fn shell(case: &BodyContext<'_, '_>, so_far: &mut Decisions<'_>) -> Option<Draw> {
     let (body, p) = (case.body(), case.placed);
     let clouds = body.clouds.as_ref()?;
     let scale = clouds::shell_scale(body, clouds);
@@ -42,11 +42,11 @@ fn shell(case: &Case<'_, '_>, so_far: &mut Decisions<'_>) -> Option<Draw> {
     so_far.chosen.cloud_detail = has_billows;
     let features = so_far.chosen.cloud_features(body, case.pixel_view())?;
     let rect = Outline::of(case.frame.camera, &shell).rect(case.frame.camera)?;
-    let mut uniforms = globe::uniforms(case, &shell, rect, MapSet::default(), &so_far.shine);
+    let mut uniforms = globe::uniforms(case, &shell, rect, MapSet::default(), &so_far.secondary_lights);
     let brightness = photometry::phase_correction(body, p.alpha, p.distance_km / body.radii_km.x);
     uniforms.air = air::uniforms(body, scale);
     air::set_ends(&mut uniforms, false);
-    uniforms.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness * case.share));
+    uniforms.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness * case.disc_fraction));
     let map_files = MapFiles { cloud: Some(clouds.map.file.clone()), ..MapFiles::default() };
     Some(Draw { body: body.id, part: Part::Clouds, name: format!("{} clouds", body.name), features, uniforms, map_files })
 }

@@ -8,32 +8,32 @@ use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{ClipRect, Placement};
 use crate::scene::draw::features::{AtmosphereModel, MapSet, PixelView, RingShadow};
 use crate::scene::draw::{Draw, MapFiles, Part};
-use crate::scene::features::case::{Case, Decisions};
+use crate::scene::features::case::{BodyContext, Decisions};
 use crate::scene::features::choice::Capabilities;
 use crate::scene::features::globe;
 use crate::scene::request::effects::Effect;
 use crate::scene::tiers;
 
 /// Whether the atmosphere can change the picture, with the reason.
-fn is_significant(case: &Case<'_, '_>, body: &Body, air: &Atmosphere, inside: bool) -> (bool, String) {
+fn is_significant(case: &BodyContext<'_, '_>, body: &Body, air: &Atmosphere, inside: bool) -> (bool, String) {
     air::is_significant(body, air, inside, case.diameter_px, case.threshold())
 }
 
 /// Whether some pixel may show the atmosphere: the camera is in it, or it is in the frame.
-fn may_be_seen(case: &Case<'_, '_>, shell: &Placement) -> bool {
+fn may_be_seen(case: &BodyContext<'_, '_>, shell: &Placement) -> bool {
     let camera = case.frame.camera;
     shell.camera_is_inside() || Outline::of(camera, shell).rect(camera).is_some() || case.rect.is_some()
 }
 
 /// Whether the body's draws may read a table of multiple scattering.
-pub(crate) fn needs_table(case: &Case<'_, '_>) -> bool {
+pub(crate) fn needs_table(case: &BodyContext<'_, '_>) -> bool {
     let body = case.body();
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &case.placed.placement)) else { return false };
     let request = case.frame.context.request;
     let drawn =
         case.effects().override_of(Effect::Atmosphere).unwrap_or_else(|| is_significant(case, body, air, shell.camera_is_inside()).0);
     // As in `features::decide`: a body that is only a point gets no atmosphere, unless neither its globe nor its rings reach the frame.
-    let reaches_decision = case.share > 0.0 || case.rect.is_none() && case.ring_view.is_none();
+    let reaches_decision = case.disc_fraction > 0.0 || case.rect.is_none() && case.ring_view.is_none();
     drawn
         && reaches_decision
         && may_be_seen(case, &shell)
@@ -41,7 +41,7 @@ pub(crate) fn needs_table(case: &Case<'_, '_>) -> bool {
 }
 
 /// Decides on the atmosphere: sets the tier for the globe's draw, and creates the draw of the sky beyond the limb.
-pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
+pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let (body, context) = (case.body(), case.frame.context);
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &case.placed.placement)) else { return so_far };
     let inside = shell.camera_is_inside();
@@ -92,7 +92,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
     let camera = case.frame.camera;
     let rect = if inside { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &shell).rect(camera) };
     let (Some(rect), Some(mut features), false) = (rect, features, rim_is_negligible) else { return so_far };
-    let mut uniforms = globe::uniforms_of_share(case, &case.placed.placement, rect, MapSet::default(), &[], 1.0);
+    let mut uniforms = globe::uniforms_of_fraction(case, &case.placed.placement, rect, MapSet::default(), &[], 1.0);
     air::set_ends(&mut uniforms, true);
     if !inside {
         uniforms.air.night = 0.0;

@@ -6,13 +6,13 @@ use crate::scene::draw::features::Eclipse;
 use crate::scene::draw::uniforms::EclipseUniforms;
 use crate::scene::eclipse::sun_occluders::{requested_model, sun_occluders};
 use crate::scene::eclipse::{occluders, uniforms};
-use crate::scene::features::case::{Case, Decisions};
+use crate::scene::features::case::{BodyContext, Decisions};
 use crate::scene::features::choice::Capabilities;
 use crate::scene::request::effects::Effect;
 use crate::scene::tiers;
 
 /// Decides which occluders shade the globe, its air and its clouds.
-pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
+pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     if Capabilities::of(case.body()).emissive {
         return so_far;
     }
@@ -28,7 +28,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
 }
 
 /// Decides which moons' shadows fall on the rings. The globe's `eclipse` effect switches these shadows too.
-pub(crate) fn decide_for_rings(case: &Case<'_, '_>, so_far: &mut Decisions<'_>, outer_km: f64) -> EclipseUniforms {
+pub(crate) fn decide_for_rings(case: &BodyContext<'_, '_>, so_far: &mut Decisions<'_>, outer_km: f64) -> EclipseUniforms {
     let (p, context) = (case.placed, case.frame.context);
     let diameter_px = 2.0 * p.body.radii_km.x / (p.distance_km * case.frame.camera.pixel_tangent());
     let reach = outer_km / p.body.radii_km.x;

@@ -1,6 +1,6 @@
 //! The inputs and the results of the decisions about one body.
 //!
-//! In: a frame and a placed body. Out: [`Case`], the input of every feature's decision; [`Decisions`], which each feature extends and passes on to
+//! In: a frame and a placed body. Out: [`BodyContext`], the input of every feature's decision; [`Decisions`], which each feature extends and passes on to
 //! the next.
 
 use crate::catalog::{Body, NaifId, Overlay, Photometry};
@@ -24,7 +24,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Inputs that the decisions about all bodies of a frame share.
+/// Inputs that the decisions about all bodies of a frame disc_fraction.
 #[derive(Clone, Copy)]
 pub(crate) struct Frame<'a> {
     pub context: Context<'a>,
@@ -37,7 +37,7 @@ pub(crate) struct Frame<'a> {
 }
 
 /// One body of a frame, with the inputs of the decisions about it.
-pub(crate) struct Case<'c, 'a> {
+pub(crate) struct BodyContext<'c, 'a> {
     pub frame: &'c Frame<'c>,
     pub placed: &'c PlacedBody<'a>,
     /// Diameter of a circle with the area of the body's outline.
@@ -49,10 +49,10 @@ pub(crate) struct Case<'c, 'a> {
     /// The geometry of the body's rings, if they may be in the picture.
     pub ring_view: Option<View<'c>>,
     /// Fraction of the body's light that is drawn as a disc; the point has the rest.
-    pub share: f64,
+    pub disc_fraction: f64,
 }
 
-impl<'c, 'a> Case<'c, 'a> {
+impl<'c, 'a> BodyContext<'c, 'a> {
     pub(crate) fn of(frame: &'c Frame<'c>, placed: &'c PlacedBody<'a>) -> Self {
         let camera = frame.camera;
         let diameter_px = match placed.outline {
@@ -63,11 +63,11 @@ impl<'c, 'a> Case<'c, 'a> {
         let model = meshes::model(frame.context, placed.body);
         let rect = model.map_or_else(|| placed.outline.rect(camera), |m| meshes::rect(camera, &placed.placement, m));
         let ring_view = ring_view(frame, placed).filter(|v| rect.is_some() || v.meets_frame());
-        let share = match frame.context.request.effects.override_of(Effect::Points) {
+        let disc_fraction = match frame.context.request.effects.override_of(Effect::Points) {
             Some(false) => 1.0,
             _ => point::disc_share(diameter_px),
         };
-        Self { frame, placed, diameter_px, rect, model, ring_view, share }
+        Self { frame, placed, diameter_px, rect, model, ring_view, disc_fraction }
     }
 
     pub(crate) fn body(&self) -> &'c Body {
@@ -123,7 +123,7 @@ pub(crate) struct Decisions<'c> {
     pub log: DecisionLog<'c>,
     pub chosen: FeatureSelection,
     /// Lights in addition to the Sun, strongest first.
-    pub shine: Vec<LightOn>,
+    pub secondary_lights: Vec<LightOn>,
     pub eclipse: EclipseUniforms,
     /// Ring uniforms of the globe's draw: shadow and ring-shine.
     pub ring: RingUniforms,
@@ -143,7 +143,7 @@ impl<'c> Decisions<'c> {
         Self {
             log,
             chosen: FeatureSelection::default(),
-            shine: Vec::new(),
+            secondary_lights: Vec::new(),
             eclipse: EclipseUniforms::default(),
             ring: RingUniforms::default(),
             overlays: Vec::new(),
@@ -157,9 +157,9 @@ impl<'c> Decisions<'c> {
 }
 
 /// Decides on one feature, given the decisions before it, and returns them all.
-pub(crate) type Feature = for<'c> fn(&Case<'c, '_>, Decisions<'c>) -> Decisions<'c>;
+pub(crate) type Feature = for<'c> fn(&BodyContext<'c, '_>, Decisions<'c>) -> Decisions<'c>;
 
 /// Runs the decisions of a list of features in order; each reads the decisions before it.
-pub(crate) fn decide_in_order<'c>(features: &[Feature], case: &Case<'c, '_>, so_far: Decisions<'c>) -> Decisions<'c> {
+pub(crate) fn decide_in_order<'c>(features: &[Feature], case: &BodyContext<'c, '_>, so_far: Decisions<'c>) -> Decisions<'c> {
     features.iter().fold(so_far, |so_far, feature| feature(case, so_far))
 }

@@ -75,7 +75,7 @@ pub struct FeatureSelection {
     /// Number of images over the ground.
     pub overlays: u8,
     /// Number of lights in addition to the Sun.
-    pub shine: u8,
+    pub secondary_light_count: u8,
     pub eclipse: Eclipse,
     /// The eclipse of the sunlight on the body's rings.
     pub ring_eclipse: Eclipse,
@@ -133,12 +133,12 @@ impl FeatureSelection {
             detail: if self.detail && mesh.is_none() && self.shows_detail(view) { available.detail } else { Detail::None },
             custom_surface: if self.custom_surface { available.custom_surface } else { 0 },
             overlays: self.overlays.min(body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8),
-            lights: match (available.emissive, self.lit_by_rings(body), self.shine) {
+            lights: match (available.emissive, self.lit_by_rings(body), self.secondary_light_count) {
                 (true, ..) => 0,
                 (false, true, _) | (false, false, 0) => 1,
                 // The number of lights is rounded up to the maximum, which halves the number of these keys; the last light may be black.
                 (false, false, _) if air.tier != AtmosphereModel::None && self.eclipse.occluders > 0 => MAX_LIGHTS,
-                (false, false, shine) => (1 + shine).min(MAX_LIGHTS),
+                (false, false, secondary) => (1 + secondary).min(MAX_LIGHTS),
             },
             eclipse: if available.emissive { Eclipse::default() } else { self.eclipse },
             // Under an atmosphere in an eclipse the ring's shadow is left out; `leave_out_rare_pairs` records this.

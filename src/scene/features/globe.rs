@@ -6,7 +6,7 @@ use crate::scene::camera::{self, AnchorForm, ClipRect};
 use crate::scene::draw::features::MapSet;
 use crate::scene::draw::uniforms::{DrawUniforms, EclipseUniforms, Light};
 use crate::scene::eclipse::occluders::limb_law;
-use crate::scene::features::case::Case;
+use crate::scene::features::case::BodyContext;
 use crate::scene::features::choice::Capabilities;
 use crate::scene::light::lights::{self, LightOn};
 use crate::scene::light::photometry;
@@ -19,23 +19,23 @@ const WAVE_SLOPE_SQ: f64 = 0.0286;
 
 /// The uniforms of a draw of the globe, or of a shell that has its own placement.
 pub(crate) fn uniforms(
-    case: &Case<'_, '_>,
+    case: &BodyContext<'_, '_>,
     placement: &camera::Placement,
     rect: ClipRect,
     maps: MapSet,
-    shine: &[LightOn],
+    secondary_lights: &[LightOn],
 ) -> DrawUniforms {
-    uniforms_of_share(case, placement, rect, maps, shine, case.share)
+    uniforms_of_fraction(case, placement, rect, maps, secondary_lights, case.disc_fraction)
 }
 
-/// Like [`uniforms`], with `share` as the fraction of the body's light that this draw shows.
-pub(crate) fn uniforms_of_share(
-    case: &Case<'_, '_>,
+/// Like [`uniforms`], with `fraction` as the fraction of the body's light that this draw shows.
+pub(crate) fn uniforms_of_fraction(
+    case: &BodyContext<'_, '_>,
     placement: &camera::Placement,
     rect: ClipRect,
     maps: MapSet,
-    shine: &[LightOn],
-    share: f64,
+    secondary_lights: &[LightOn],
+    fraction: f64,
 ) -> DrawUniforms {
     let (camera, p, body) = (case.frame.camera, case.placed, case.body());
     let rays = camera.view_rays(placement, rect, AnchorForm::Auto);
@@ -58,21 +58,24 @@ pub(crate) fn uniforms_of_share(
         let alpha = crate::ephemeris::angle_rad(l.direction, -p.placement.centre_km);
         photometry::phase_correction(body, alpha, p.distance_km / body.radii_km.x) / brightness.max(1e-6)
     };
-    let in_body = |l: &LightOn| Light {
+    let to_body_frame = |l: &LightOn| Light {
         direction_in_body: camera::narrow((p.body_from_icrf * l.direction).normalize()),
         irradiance: camera::narrow(l.irradiance * if l.from == NaifId::SUN { 1.0 } else { phase_ratio(l) }),
     };
-    let lights =
-        if emissive { Vec::new() } else { std::iter::once(&lights::sunlight(p.sun_from_body_km)).chain(shine).map(in_body).collect() };
+    let lights = if emissive {
+        Vec::new()
+    } else {
+        std::iter::once(&lights::sunlight(p.sun_from_body_km)).chain(secondary_lights).map(to_body_frame).collect()
+    };
     let mut uniforms = DrawUniforms {
         axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
-        albedo: camera::narrow(reflectance * p.radiance_scale() * share),
+        albedo: camera::narrow(reflectance * p.radiance_scale() * fraction),
         lights,
         photometric_parameter: camera::narrow_scalar(photometric_parameter),
         limb_u1: camera::narrow(u1),
         limb_u2: camera::narrow(u2),
         map_latitude_stretch: camera::narrow_scalar(body.map_latitude_stretch()),
-        night_radiance: camera::narrow(gain(&body.maps.night) * NIGHT_MAP_WHITE_RADIANCE * share),
+        night_radiance: camera::narrow(gain(&body.maps.night) * NIGHT_MAP_WHITE_RADIANCE * fraction),
         specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x),
         wave_slope_sq: camera::narrow_scalar(WAVE_SLOPE_SQ),
         normal_strength: camera::narrow_scalar(gain(&body.maps.normal).x),

@@ -23,7 +23,7 @@ use crate::scene::point::{self, BLEND_FROM_PX, BLEND_TO_PX};
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::{ground, mesh_decision, meshes, overlays};
 use crate::scene::{atmosphere, eclipse, light, rings};
-use case::{Case, Decisions, Feature, Frame, decide_in_order};
+use case::{BodyContext, Decisions, Feature, Frame, decide_in_order};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
@@ -57,7 +57,7 @@ const AIR_ONLY_FEATURES: [Feature; 2] = [eclipse::decision::decide, atmosphere::
 const MAP_FEATURES: [Feature; 3] = [ground::decide, overlays::decide, atmosphere::cloud_decision::decide];
 
 /// Leaves out rare combinations of features that would multiply the number of shader keys.
-fn leave_out_rare_pairs<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
+fn leave_out_rare_pairs<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let chosen = &mut so_far.chosen;
     if chosen.air != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
         // All combinations of ring shadow, atmosphere tier, number of occluders and eclipse model would triple the number of these keys.
@@ -68,18 +68,18 @@ fn leave_out_rare_pairs<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> D
         so_far.log.note(Effect::Detail.name(), false, "left out in an eclipse".into());
         chosen.detail = false;
     }
-    if chosen.ring_shine && !so_far.shine.is_empty() {
+    if chosen.ring_shine && !so_far.secondary_lights.is_empty() {
         // Leaves out the light that causes the smaller irradiance of the ground.
         let of_rings =
             so_far.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(case.placed.sun_from_body_km).irradiance.x;
-        let of_bodies = so_far.shine.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
+        let of_bodies = so_far.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
         if of_bodies > of_rings {
             so_far.log.note(Effect::RingShine.name(), false, "negligible beside planet-shine".into());
             chosen.ring_shine = false;
             so_far.ring.shine = None;
         } else {
             so_far.log.note(Effect::PlanetShine.name(), false, "negligible beside ring-shine".into());
-            so_far.shine.clear();
+            so_far.secondary_lights.clear();
         }
     }
     so_far
@@ -87,7 +87,7 @@ fn leave_out_rare_pairs<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> D
 
 /// Decides on all features of one body. `camera_at_centre`: the camera is at the body's centre.
 pub(crate) fn decide(frame: &Frame<'_>, placed: &PlacedBody<'_>, camera_at_centre: bool) -> DecidedBody {
-    let case = Case::of(frame, placed);
+    let case = BodyContext::of(frame, placed);
     let mut log = case.log();
     if camera_at_centre {
         return not_shown(&case, Decisions::new(log), "the camera is at its centre");
@@ -99,7 +99,7 @@ pub(crate) fn decide(frame: &Frame<'_>, placed: &PlacedBody<'_>, camera_at_centr
     log.note("visible", true, format!("{visible_part} the frame"));
     let point = point_of(&case, &mut log);
     let diameter_px = case.diameter_px;
-    if case.share <= 0.0 {
+    if case.disc_fraction <= 0.0 {
         let appearance = if point.is_some() { Appearance::Point } else { Appearance::NotShown };
         return DecidedBody { appearance, diameter_px, decisions: log.decisions, draws: Vec::new(), point };
     }
@@ -113,9 +113,9 @@ pub(crate) fn decide(frame: &Frame<'_>, placed: &PlacedBody<'_>, camera_at_centr
 /// The map files that the body's draws would read if all files were readable, and the shape of the globe's draw; `None` if the body is not drawn as a
 /// disc.
 pub(crate) fn maps_wanted(frame: &Frame<'_>, placed: &PlacedBody<'_>) -> Option<(MapFiles, Shape)> {
-    let case = Case::of(frame, placed);
+    let case = BodyContext::of(frame, placed);
     let has_mesh = meshes::is_wanted(frame.context, frame.camera, placed);
-    if case.share <= 0.0 || case.rect.is_none() && case.ring_view.is_none() && !has_mesh {
+    if case.disc_fraction <= 0.0 || case.rect.is_none() && case.ring_view.is_none() && !has_mesh {
         return None;
     }
     let decided = decide_in_order(&MAP_FEATURES, &case, Decisions::new(case.log()));
@@ -126,14 +126,14 @@ pub(crate) fn maps_wanted(frame: &Frame<'_>, placed: &PlacedBody<'_>) -> Option<
     Some((files, if has_mesh { Shape::Mesh } else { features.shape }))
 }
 
-fn not_shown(case: &Case<'_, '_>, mut decided: Decisions<'_>, reason: &str) -> DecidedBody {
+fn not_shown(case: &BodyContext<'_, '_>, mut decided: Decisions<'_>, reason: &str) -> DecidedBody {
     decided.log.note("visible", false, reason.into());
     let (appearance, decisions) = (Appearance::NotShown, decided.log.decisions);
     DecidedBody { appearance, diameter_px: case.diameter_px, decisions, draws: Vec::new(), point: None }
 }
 
 /// Decides on a body whose ground is outside the frame, but whose atmosphere may be in it.
-fn decide_air_only<'c>(case: &Case<'c, '_>, so_far: Decisions<'c>) -> DecidedBody {
+fn decide_air_only<'c>(case: &BodyContext<'c, '_>, so_far: Decisions<'c>) -> DecidedBody {
     let features: &[Feature] = if case.body().atmosphere.is_some() { &AIR_ONLY_FEATURES } else { &[] };
     let decided = decide_in_order(features, case, so_far);
     if decided.sky.is_none() {
@@ -145,8 +145,8 @@ fn decide_air_only<'c>(case: &Case<'c, '_>, so_far: Decisions<'c>) -> DecidedBod
 }
 
 /// Decides on the point that replaces a small disc, or that has part of its light.
-fn point_of(case: &Case<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
-    let (frame, p, share) = (case.frame, case.placed, case.share);
+fn point_of(case: &BodyContext<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
+    let (frame, p, share) = (case.frame, case.placed, case.disc_fraction);
     // Points are drawn after the air, so its transmittance is applied here.
     let transmittance = frame.air.filter(|a| a.body.id != p.body.id).map_or(DVec3::ONE, |a| a.transmittance(p.placement.centre_km));
     let flux = point::flux(frame.camera, p) * (1.0 - share) * transmittance;
@@ -167,7 +167,7 @@ fn point_of(case: &Case<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
 }
 
 /// The files of the maps that a set of features reads.
-fn map_files(case: &Case<'_, '_>, features: &DrawFeatures, decided: &Decisions<'_>) -> MapFiles {
+fn map_files(case: &BodyContext<'_, '_>, features: &DrawFeatures, decided: &Decisions<'_>) -> MapFiles {
     let body = case.body();
     let file = |on: bool, map: &Option<Map>| map.as_ref().filter(|_| on).map(|m| m.file.clone());
     MapFiles {
@@ -181,13 +181,13 @@ fn map_files(case: &Case<'_, '_>, features: &DrawFeatures, decided: &Decisions<'
 }
 
 /// The draw of the globe or of its mesh.
-fn globe(case: &Case<'_, '_>, decided: &Decisions<'_>, rect: ClipRect) -> Draw {
+fn globe(case: &BodyContext<'_, '_>, decided: &Decisions<'_>, rect: ClipRect) -> Draw {
     let (frame, p, body) = (case.frame, case.placed, case.body());
     // The atmosphere around the camera reddens light from outside it.
     let tint = frame.air.filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.tint(p.placement.centre_km));
     let features = decided.chosen.features(body, case.pixel_view());
-    let uniforms = globe::uniforms(case, &p.placement, rect, decided.chosen.maps, &decided.shine);
-    let factor = p.radiance_scale() * case.share * tint;
+    let uniforms = globe::uniforms(case, &p.placement, rect, decided.chosen.maps, &decided.secondary_lights);
+    let factor = p.radiance_scale() * case.disc_fraction * tint;
     let overlays = decided.overlays.iter().map(|o| overlays::uniforms(body, o, factor)).collect();
     let mut uniforms = DrawUniforms { ring: decided.ring.clone(), albedo: uniforms.albedo * camera::narrow(tint), overlays, ..uniforms };
     if let Some(model) = case.model.filter(|_| features.shape == Shape::Mesh) {
@@ -197,7 +197,7 @@ fn globe(case: &Case<'_, '_>, decided: &Decisions<'_>, rect: ClipRect) -> Draw {
 }
 
 /// Completes the draws of a body and returns them, the globe first, with the decisions about it.
-fn assemble(case: &Case<'_, '_>, globe: Option<Draw>, mut decided: Decisions<'_>) -> (Vec<Draw>, Vec<Decision>) {
+fn assemble(case: &BodyContext<'_, '_>, globe: Option<Draw>, mut decided: Decisions<'_>) -> (Vec<Draw>, Vec<Decision>) {
     let mut draws: Vec<Draw> = globe.into_iter().chain(decided.sky).chain(decided.clouds).collect();
     if draws.iter().any(|d| d.features.air.tier == AtmosphereModel::Table) && !decided.eclipse.places.is_empty() {
         decided.eclipse.spread = air_spread::tables(case.body(), &decided.eclipse);

@@ -79,7 +79,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
         for view in PixelView::ALL {
             for ellipsoid in both {
                 for maps in possible_maps(body) {
-                    for shine in 0..MAX_LIGHTS {
+                    for secondary_light_count in 0..MAX_LIGHTS {
                         for &eclipse in &eclipses {
                             // The two shadows belong to different draws, so their values are paired instead of combined.
                             let shadows = RingShadow::ALL.into_iter().zip(BodyShadow::ALL);
@@ -88,7 +88,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                 let chosen = FeatureSelection {
                                     ellipsoid,
                                     maps,
-                                    shine,
+                                    secondary_light_count,
                                     eclipse,
                                     ring_eclipse: eclipse,
                                     ring_shadow,
@@ -105,7 +105,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                     let chosen = FeatureSelection {
                                         ellipsoid,
                                         maps,
-                                        shine,
+                                        secondary_light_count,
                                         eclipse,
                                         air,
                                         ring_shadow,
@@ -138,14 +138,14 @@ mod tests {
         let (mut under_air, mut by_rings) = (0, 0);
         for body in catalog.bodies() {
             for air in air::possible_tiers(body) {
-                for (shine, ring_shine) in [(0, false), (1, false), (2, false), (0, true)] {
-                    let chosen = FeatureSelection { shine, ring_shine, air, ..FeatureSelection::default() };
+                for (secondary_light_count, ring_shine) in [(0, false), (1, false), (2, false), (0, true)] {
+                    let chosen = FeatureSelection { secondary_light_count, ring_shine, air, ..FeatureSelection::default() };
                     let plain = chosen.features(body, PixelView::Final);
                     let eclipsed = FeatureSelection { eclipse, ..chosen }.features(body, PixelView::Final);
                     assert_eq!(DrawFeatures { eclipse: plain.eclipse, lights: plain.lights, ..eclipsed }, plain, "{}", body.name);
                     let has_air = air != AtmosphereModel::None;
                     assert!(eclipsed.lights == plain.lights || has_air && plain.lights > 1 && eclipsed.lights > plain.lights);
-                    under_air += usize::from(has_air && shine > 0 && eclipsed.lights > 1 && eclipsed.eclipse == eclipse);
+                    under_air += usize::from(has_air && secondary_light_count > 0 && eclipsed.lights > 1 && eclipsed.eclipse == eclipse);
                     by_rings += usize::from(has_air && eclipsed.ring_shine && eclipsed.eclipse == eclipse);
                 }
             }
@@ -159,7 +159,7 @@ mod tests {
         let all = possible_features(&catalog);
         let sun = catalog.body(crate::catalog::NaifId::SUN).expect("the Sun");
         let everything = MapSet { albedo: true, normal: true, specular: true, night: true, cloud_shadow: true };
-        let features = FeatureSelection { ellipsoid: true, maps: everything, shine: 200, ..FeatureSelection::default() }
+        let features = FeatureSelection { ellipsoid: true, maps: everything, secondary_light_count: 200, ..FeatureSelection::default() }
             .features(sun, PixelView::Final);
         assert_eq!((features.surface, features.lights, features.maps.night), (Surface::Emissive, 0, false));
         assert!(all.contains(&features));

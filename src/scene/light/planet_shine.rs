@@ -1,13 +1,13 @@
 //! The decision on planet-shine: the reflected light of other bodies on a body's ground, in addition to sunlight.
 
 use crate::catalog::NaifId;
-use crate::scene::features::case::{Case, Decisions};
+use crate::scene::features::case::{BodyContext, Decisions};
 use crate::scene::features::choice::Capabilities;
 use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
 
 /// Selects the bodies whose reflected light lights the ground.
-pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
+pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let (body, p, threshold, reflectors) = (case.body(), case.placed, case.threshold(), case.frame.reflectors);
     if Capabilities::of(body).emissive {
         return so_far;
@@ -15,16 +15,16 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
     let log = &mut so_far.log;
     log.note("sunlight", true, format!("irradiance {:.3e} of that at 1 au", lights::sunlight(p.sun_from_body_km).irradiance.x));
     let is_forced = case.effects().override_of(Effect::PlanetShine) == Some(true);
-    let (shine, strongest) =
+    let (secondary_lights, strongest) =
         lights::planet_shine(body, p.position_km, reflectors, |radiance| is_forced || threshold.is_exceeded_by(radiance));
     let name_of = |id: NaifId| reflectors.iter().find(|r| r.body.id == id).map_or("?", |r| r.body.name.as_str());
     let reason = match strongest {
         Some((from, radiance)) => format!("the strongest, from {}, gives {}", name_of(from), threshold.description(radiance)),
         None => "no other body reflects light on it".into(),
     };
-    if log.effect(Effect::PlanetShine, !shine.is_empty(), reason) {
-        so_far.shine = shine;
+    if log.effect(Effect::PlanetShine, !secondary_lights.is_empty(), reason) {
+        so_far.secondary_lights = secondary_lights;
     }
-    so_far.chosen.shine = so_far.shine.len() as u8;
+    so_far.chosen.secondary_light_count = so_far.secondary_lights.len() as u8;
     so_far
 }

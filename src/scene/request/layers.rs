@@ -5,7 +5,7 @@ use crate::wording::{echo, suggestion_or_list};
 
 /// Declares each layer: its field, its name, and whether it is on by default.
 macro_rules! layers {
-    ($($(#[$about:meta])* $field:ident: $name:literal $usual:literal,)*) => {
+    ($($(#[$about:meta])* $field:ident: $name:literal $default:literal,)*) => {
         /// Which layers are drawn behind and over the bodies, including lens effects.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub struct Layers {
@@ -14,7 +14,7 @@ macro_rules! layers {
 
         impl Default for Layers {
             fn default() -> Self {
-                Self { $($field: $usual),* }
+                Self { $($field: $default),* }
             }
         }
 
@@ -97,10 +97,10 @@ layers! {
 impl Layers {
     /// The layers that differ from the default, such as `+orbits,-stars`.
     pub fn to_text(mut self) -> String {
-        let mut usual = Self::default();
+        let mut default = Self::default();
         let switched = Self::NAMES.into_iter().filter_map(|name| {
             let on = *self.by_name(name)?;
-            (on != *usual.by_name(name)?).then(|| format!("{}{name}", if on { '+' } else { '-' }))
+            (on != *default.by_name(name)?).then(|| format!("{}{name}", if on { '+' } else { '-' }))
         });
         switched.collect::<Vec<_>>().join(",")
     }

@@ -8,7 +8,7 @@ use crate::scene::draw::features::RingShadow;
 use crate::scene::draw::uniforms::{DrawUniforms, Light, RingUniforms};
 use crate::scene::draw::{Draw, MapFiles, Part};
 use crate::scene::eclipse;
-use crate::scene::features::case::{Case, Decisions};
+use crate::scene::features::case::{BodyContext, Decisions};
 use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
 use crate::scene::rings::view::View;
@@ -16,7 +16,7 @@ use crate::scene::tiers;
 use glam::DVec3;
 
 /// Decides on the rings, their shadow and light on the globe, and the globe's shadow on them.
-pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
+pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let Some(view) = &case.ring_view else { return so_far };
     let is_forced = case.effects().override_of(Effect::Rings) == Some(true);
     let seen = view.visible_rings(is_forced);
@@ -33,7 +33,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
 }
 
 /// Decides on the rings' shadow and light on the globe.
-fn for_globe(case: &Case<'_, '_>, view: &View<'_>, all_rings: &[&Ring], so_far: &mut Decisions<'_>) -> RingUniforms {
+fn for_globe(case: &BodyContext<'_, '_>, view: &View<'_>, all_rings: &[&Ring], so_far: &mut Decisions<'_>) -> RingUniforms {
     let sun_radius_km = case.sun().map_or(0.0, |s| s.radii_km.x);
     let (check, model) = view.ring_shadow(all_rings, sun_radius_km);
     if so_far.log.effect(Effect::RingShadow, check.on, check.reason) {
@@ -55,7 +55,7 @@ fn for_globe(case: &Case<'_, '_>, view: &View<'_>, all_rings: &[&Ring], so_far: 
 }
 
 /// The draws of the rings: the half behind the globe's centre, then the half in front of it.
-fn draws_of_halves(case: &Case<'_, '_>, view: &View<'_>, seen: &[&Ring], so_far: &mut Decisions<'_>) -> Vec<Draw> {
+fn draws_of_halves(case: &BodyContext<'_, '_>, view: &View<'_>, seen: &[&Ring], so_far: &mut Decisions<'_>) -> Vec<Draw> {
     let sun_radius_km = case.sun().map_or(0.0, |s| s.radii_km.x);
     let (check, model) = view.body_shadow(seen, sun_radius_km);
     if so_far.log.effect(Effect::BodyShadow, check.on, check.reason) {
@@ -69,7 +69,7 @@ fn draws_of_halves(case: &Case<'_, '_>, view: &View<'_>, seen: &[&Ring], so_far:
     };
     let sunlight = lights::sunlight(view.sun * view.sun_km);
     let shared = DrawUniforms {
-        albedo: camera::narrow(DVec3::splat(case.share)),
+        albedo: camera::narrow(DVec3::splat(case.disc_fraction)),
         lights: vec![Light { direction_in_body: camera::narrow(view.sun), irradiance: camera::narrow(sunlight.irradiance) }],
         ring: view.uniforms(seen, case.sun(), case.pixel_view()),
         eclipse,

@@ -4,14 +4,14 @@
 //! left out if no sunlit ground is in view.
 
 use crate::scene::draw::features::{Detail, MapSet};
-use crate::scene::features::case::{Case, Decisions};
+use crate::scene::features::case::{BodyContext, Decisions};
 use crate::scene::features::choice::{Capabilities, flattening};
 use crate::scene::light::{lights, night_lights};
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::detail;
 
 /// Decides whether the body's oblateness is drawn, and which of its maps.
-pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
+pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let (body, threshold) = (case.body(), case.threshold());
     let log = &mut so_far.log;
     let available = Capabilities::of(body);
@@ -65,7 +65,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
 const GLINT_OVER_GROUND: f64 = 100.0;
 
 /// Whether the glint of another body's light is visible; used if no sunlit ground is in view.
-fn reflected_glint(case: &Case<'_, '_>) -> (bool, String) {
+fn reflected_glint(case: &BodyContext<'_, '_>) -> (bool, String) {
     let (p, threshold) = (case.placed, case.threshold());
     let shines = case.effects().override_of(Effect::PlanetShine) != Some(false);
     let strongest = lights::planet_shine(case.body(), p.position_km, case.frame.reflectors, |_| false).1.filter(|_| shines);
@@ -81,7 +81,7 @@ const TERMINATOR_MARGIN_DEG: f64 = 2.0;
 
 /// Whether sunlit ground is in view. This is so if the angle between sub-camera and sub-solar point is less than the sum of two angles: from the sub-camera
 /// point to the horizon, and from the sub-solar point to the terminator.
-fn lit_ground(case: &Case<'_, '_>) -> (bool, String) {
+fn lit_ground(case: &BodyContext<'_, '_>) -> (bool, String) {
     let (body, p) = (case.body(), case.placed);
     let horizon_deg = (body.radii_km.min_element() / p.distance_km).min(1.0).acos().to_degrees();
     let (separation_deg, max_separation_deg) = (p.alpha.to_degrees(), 90.0 + horizon_deg + TERMINATOR_MARGIN_DEG);

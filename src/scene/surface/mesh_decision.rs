@@ -4,7 +4,7 @@ use crate::catalog::NaifId;
 use crate::mesh::Model;
 use crate::scene::decision::with_invented;
 use crate::scene::draw::uniforms::{DrawUniforms, MeshInstance};
-use crate::scene::features::case::{Case, Decisions, Frame};
+use crate::scene::features::case::{BodyContext, Decisions, Frame};
 use crate::scene::features::choice::Capabilities;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
@@ -23,7 +23,7 @@ pub(crate) fn sun_over(frame: &Frame<'_>, p: &PlacedBody<'_>) -> Option<(DVec3, 
 }
 
 /// Decides on the mesh and on its self-shadowing.
-pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
+pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let (name, body, log) = (Effect::Mesh.name(), case.body(), &mut so_far.log);
     let resources = case.frame.context.resources;
     let Some(named) = &body.mesh else {
@@ -51,7 +51,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Deci
 }
 
 /// Sets the vertex transformation, and the height of the Sun at each vertex: above the mesh's own horizon if it casts shadows on itself.
-pub(crate) fn set(uniforms: &mut DrawUniforms, case: &Case<'_, '_>, model: &Arc<Model>, self_shadow: Option<(DVec3, f64)>) {
+pub(crate) fn set(uniforms: &mut DrawUniforms, case: &BodyContext<'_, '_>, model: &Arc<Model>, self_shadow: Option<(DVec3, f64)>) {
     let (centre, matrix) = meshes::clip_from_unit_sphere(case.frame.camera, &case.placed.placement);
     uniforms.mesh_anchor = centre;
     uniforms.clip_from_unit_sphere = matrix;

@@ -7,7 +7,7 @@
 use crate::catalog::{Body, Overlay, Projection};
 use crate::scene::camera;
 use crate::scene::draw::uniforms::OverlayUniforms;
-use crate::scene::features::case::{Case, Decisions};
+use crate::scene::features::case::{BodyContext, Decisions};
 use crate::scene::purpose::Threshold;
 use crate::scene::request::effects::Effect;
 use glam::{DVec3, DVec4};
@@ -28,7 +28,7 @@ pub(crate) fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64,
 }
 
 /// Decides which overlays are drawn.
-pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
+pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let (body, name) = (case.body(), Effect::Overlays.name());
     if body.overlays.is_empty() {
         so_far.log.note(name, false, "not available for this body".into());

@@ -15,6 +15,8 @@ use egui::{Align, Layout, Panel, ScrollArea, Ui};
 const MIN_WIDTHS: [f32; 2] = [190.0, 280.0];
 /// Window width from which two panels fit, points.
 const MIN_WIDTH_FOR_TWO: f32 = 1000.0;
+/// Minimum width of the sky between two panels, points.
+const MIN_SKY_BETWEEN: f32 = 320.0;
 
 impl Tab {
     fn is_wide(self) -> bool {
@@ -99,12 +101,17 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         let name = if tab.is_wide() { "wide inspector" } else { "inspector" };
         let panel = if on_left { Panel::left(name) } else { Panel::right(name) };
         let width = valid_width(stored, tab.width_points());
-        let shown = panel.default_size(width).min_size(MIN_WIDTHS[1]).show(ui, |ui| {
+        // Between two panels some sky stays.
+        let kept_visible = interface.visible_kept(ui.ctx()).is_some();
+        let widest = if kept_visible { (ui.available_width() - MIN_SKY_BETWEEN).max(MIN_WIDTHS[1]) } else { f32::INFINITY };
+        let shown = panel.default_size(width).min_size(MIN_WIDTHS[1]).max_size(widest).show(ui, |ui| {
             heading(interface, ui, tab);
             contents(interface, ui, worker, actions, tab);
         });
         let panels = &mut interface.settings.panels;
-        remember_width(shown.response.rect.width(), if tab.is_wide() { &mut panels.wide_width } else { &mut panels.panel_width });
+        if shown.response.rect.width() < widest {
+            remember_width(shown.response.rect.width(), if tab.is_wide() { &mut panels.wide_width } else { &mut panels.panel_width });
+        }
     }
     interface.settings.panels.bodies_shown = interface.bodies_shown;
     interface.settings.panels.open = interface.tab.map(|tab| tab.name().to_owned());

@@ -4,6 +4,7 @@
 //! waiting jobs only the newest is rendered; no image waits for a task; `wake` is called once for each result. This module does not decide
 //! what is drawn.
 
+use super::freed_memory;
 use crate::render::plan::{GpuImage, SamplingQuality, SimpleDraw};
 use crate::scene::Scene;
 use crate::scene::request::ViewRequest;
@@ -13,7 +14,7 @@ use crate::view::language;
 use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::collections::VecDeque;
 use std::sync::Arc;
-use std::time::Instant as Moment;
+use std::time::{Duration, Instant as Moment};
 
 /// One image to render.
 #[derive(Clone, Debug, PartialEq)]
@@ -150,6 +151,9 @@ impl RenderWorker for InlineWorker<'_> {
     }
 }
 
+/// Time between two returns of freed pages, which hold up the next picture for some milliseconds.
+const BETWEEN_RETURNS: Duration = Duration::from_secs(20);
+
 #[derive(Default)]
 struct Work {
     job: Option<RenderJob>,
@@ -174,10 +178,15 @@ impl<'a> ThreadedWorker<'a> {
 
     /// Renders jobs until [`Self::close`] is called. Blocks, so it needs its own thread.
     pub fn draw(&self) {
+        let mut pages_returned = Moment::now();
         while let Some(job) = self.next(|work| work.job.take()) {
             let drawing = draw(self.session, job);
             locked(&self.work).done = Some(drawing);
             (self.wake)();
+            if pages_returned.elapsed() > BETWEEN_RETURNS {
+                freed_memory::return_pages();
+                pages_returned = Moment::now();
+            }
         }
     }
 

@@ -19,7 +19,7 @@ pub enum ImagePlace {
         deg_per_px: [[f64; 2]; 2],
     },
     /// On a body: its edges, planetographic latitude and east longitude.
-    Plate {
+    PlateCarree {
         /// Western edge.
         west_deg: f64,
         /// Eastern edge, greater than `west_deg`.
@@ -41,18 +41,18 @@ fn refused(header: &Header, keyword: &str, why: &str) -> WrongCard {
 /// Degrees per pixel: the CD matrix, or PC or CROTA2 with CDELT.
 fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
     let number = |keyword: &str| header.number(keyword);
-    let of = |name: &str| -> Result<[[Option<f64>; 2]; 2], WrongCard> {
-        let at = |k: &str| number(&format!("{name}{k}"));
-        Ok([[at("1_1")?, at("1_2")?], [at("2_1")?, at("2_2")?]])
+    let matrix_cards = |name: &str| -> Result<[[Option<f64>; 2]; 2], WrongCard> {
+        let element = |k: &str| number(&format!("{name}{k}"));
+        Ok([[element("1_1")?, element("1_2")?], [element("2_1")?, element("2_2")?]])
     };
-    let cd = of("CD")?;
+    let cd = matrix_cards("CD")?;
     let found = if cd.iter().flatten().any(Option::is_some) {
         cd.map(|row| row.map(|v| v.unwrap_or(0.0)))
     } else {
         let [Some(dx), Some(dy)] = [number("CDELT1")?, number("CDELT2")?] else {
             return Err((1, "CD1_1 or CDELT1 and CDELT2: missing; the image has no scale".to_owned()));
         };
-        let pc = of("PC")?;
+        let pc = matrix_cards("PC")?;
         if pc.iter().flatten().any(Option::is_some) {
             let [[a, b], [c, d]] = pc;
             [[dx * a.unwrap_or(1.0), dx * b.unwrap_or(0.0)], [dy * c.unwrap_or(0.0), dy * d.unwrap_or(1.0)]]
@@ -84,24 +84,24 @@ pub(super) fn on_sky(header: &Header) -> Result<ImagePlace, WrongCard> {
     }
     if !matches!(header.text("RADESYS"), "" | "ICRS" | "FK5") || !matches!(header.number("EQUINOX")?, None | Some(2000.0)) {
         let keyword = if matches!(header.text("RADESYS"), "" | "ICRS" | "FK5") { "EQUINOX" } else { "RADESYS" };
-        return Err(refused(header, keyword, "coordinates of ICRS or FK5 J2000 are drawn"));
+        return Err(refused(header, keyword, "only ICRS and FK5 J2000 coordinates are supported"));
     }
     if !matches!(header.number("LONPOLE")?, None | Some(180.0)) {
-        return Err(refused(header, "LONPOLE", "180 is drawn"));
+        return Err(refused(header, "LONPOLE", "only 180 is supported"));
     }
     for keyword in ["CUNIT1", "CUNIT2"] {
         if !matches!(header.text(keyword), "" | "deg") {
-            return Err(refused(header, keyword, "degrees (deg) are drawn"));
+            return Err(refused(header, keyword, "only degrees (deg) are supported"));
         }
     }
-    let need = |keyword: &str, most: f64| match header.number(keyword)? {
-        Some(v) if v.abs() <= most => Ok(v),
-        Some(v) => Err((header.card(keyword), format!("{keyword}: {v} is beyond {most}"))),
+    let required = |keyword: &str, limit: f64| match header.number(keyword)? {
+        Some(v) if v.abs() <= limit => Ok(v),
+        Some(v) => Err((header.card(keyword), format!("{keyword}: {v} is not within ±{limit}"))),
         None => Err((1, format!("{keyword} is missing"))),
     };
     Ok(ImagePlace::Tangent {
-        centre_deg: [need("CRVAL1", 360.0)?, need("CRVAL2", 90.0)?],
-        centre_px: [need("CRPIX1", 1e7)?, need("CRPIX2", 1e7)?],
+        centre_deg: [required("CRVAL1", 360.0)?, required("CRVAL2", 90.0)?],
+        centre_px: [required("CRPIX1", 1e7)?, required("CRPIX2", 1e7)?],
         deg_per_px: matrix(header)?,
     })
 }
@@ -110,13 +110,13 @@ pub(super) fn on_sky(header: &Header) -> Result<ImagePlace, WrongCard> {
 pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<ImagePlace, WrongCard> {
     let types = [header.text("CTYPE1"), header.text("CTYPE2")];
     if types == ["", ""] && width == 2 * height {
-        return Ok(ImagePlace::Plate { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
+        return Ok(ImagePlace::PlateCarree { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
     }
     let is_car = |text: &str, kinds: &[&str]| text.strip_suffix("CAR").is_some_and(|axis| kinds.contains(&axis.trim_end_matches('-')));
     // Maps of solar system bodies have `??LN` and `??LT`; GLON and RA belong to the sky.
-    let longitude = types[0].get(2..4) == Some("LN") && types[0].ends_with("-CAR");
-    let latitude = types[1].get(2..4) == Some("LT") && types[1].ends_with("-CAR");
-    if !(longitude && latitude || is_car(types[0], &["LON"]) && is_car(types[1], &["LAT"])) {
+    let has_longitude = types[0].get(2..4) == Some("LN") && types[0].ends_with("-CAR");
+    let has_latitude = types[1].get(2..4) == Some("LT") && types[1].ends_with("-CAR");
+    if !(has_longitude && has_latitude || is_car(types[0], &["LON"]) && is_car(types[1], &["LAT"])) {
         return Err(refused(
             header,
             "CTYPE1",
@@ -124,14 +124,14 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
         ));
     }
     if header.number("CRVAL2")?.unwrap_or(0.0) != 0.0 {
-        return Err(refused(header, "CRVAL2", "a plate carree is drawn whose CRVAL2 is 0: others are turned"));
+        return Err(refused(header, "CRVAL2", "only a plate carree with CRVAL2 = 0 is supported: any other value means a rotated map"));
     }
     let [[dx, b], [c, dy]] = matrix(header)?;
     if b.abs() > 1e-9 || c.abs() > 1e-9 || dy <= 0.0 {
-        return Err((header.card("CDELT2"), "a turned map, or one whose rows run south, is not drawn".to_owned()));
+        return Err((header.card("CDELT2"), "a rotated map, or one whose rows run from north to south, is not supported".to_owned()));
     }
-    let at = |keyword: &str| header.number(keyword)?.ok_or_else(|| (1, format!("{keyword} is missing")));
-    let [x, y, lon] = [at("CRPIX1")?, at("CRPIX2")?, at("CRVAL1")?];
+    let required = |keyword: &str| header.number(keyword)?.ok_or_else(|| (1, format!("{keyword} is missing")));
+    let [x, y, lon] = [required("CRPIX1")?, required("CRPIX2")?, required("CRVAL1")?];
     let edges = [0.5, f64::from(width) + 0.5].map(|px| lon + (px - x) * dx);
     let [west_deg, east_deg] = if dx < 0.0 { [edges[1], edges[0]] } else { edges };
     let [south_deg, north_deg] = [0.5, f64::from(height) + 0.5].map(|px| (px - y) * dy);
@@ -140,9 +140,9 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
     if east_deg - west_deg > 360.0 + slack || west_deg.abs() > 360.0 || south_deg < -90.0 - slack || north_deg > 90.0 + slack {
         return Err((
             header.card("CRPIX1"),
-            format!("longitudes {west_deg} to {east_deg} and latitudes {south_deg} to {north_deg} are no part of a globe"),
+            format!("longitudes {west_deg} to {east_deg} and latitudes {south_deg} to {north_deg} do not fit on a globe"),
         ));
     }
     let (east_deg, south_deg, north_deg) = (east_deg.min(west_deg + 360.0), south_deg.max(-90.0), north_deg.min(90.0));
-    Ok(ImagePlace::Plate { west_deg, east_deg, south_deg, north_deg, mirrored: dx < 0.0 })
+    Ok(ImagePlace::PlateCarree { west_deg, east_deg, south_deg, north_deg, mirrored: dx < 0.0 })
 }

@@ -46,7 +46,7 @@ impl DataType {
 
     /// Number of bytes of `count` values; bits are padded to full bytes.
     fn bytes_of(self, count: usize) -> Option<usize> {
-        let each = match self {
+        let bytes_per_value = match self {
             Self::Bit => return Some(count.div_ceil(8)),
             Self::Boolean | Self::UnsignedByte | Self::Char => 1,
             Self::Short | Self::UnicodeChar => 2,
@@ -54,7 +54,7 @@ impl DataType {
             Self::Long | Self::Double | Self::FloatComplex => 8,
             Self::DoubleComplex => 16,
         };
-        count.checked_mul(each)
+        count.checked_mul(bytes_per_value)
     }
 }
 
@@ -85,22 +85,22 @@ impl Length {
 
 /// The type, length and null value of a column.
 #[derive(Clone, Debug)]
-pub(super) struct Cell {
+pub(super) struct Column {
     data_type: DataType,
     length: Length,
     /// The number that means null.
     null: Option<String>,
 }
 
-impl Cell {
+impl Column {
     pub(super) fn new(data_type: &str, arraysize: &str, null: Option<&str>) -> Result<Self, String> {
         let known =
-            DataType::named(data_type).ok_or_else(|| format!("the datatype `{}` is none of VOTable's", echo_within(data_type, 20)))?;
-        let length = Length::of(arraysize).ok_or_else(|| format!("the arraysize `{}` is no size", echo_within(arraysize, 20)))?;
+            DataType::named(data_type).ok_or_else(|| format!("the datatype `{}` is not a VOTable type", echo_within(data_type, 20)))?;
+        let length = Length::of(arraysize).ok_or_else(|| format!("the arraysize `{}` is not valid", echo_within(arraysize, 20)))?;
         Ok(Self { data_type: known, length, null: null.map(str::to_owned) })
     }
 
-    /// The cell's text in the form of TABLEDATA.
+    /// A cell's text in the form of TABLEDATA.
     fn text(&self, bytes: &[u8]) -> String {
         // The first number of an array: no field of a point is an array.
         fn first<const N: usize>(bytes: &[u8]) -> Option<[u8; N]> {
@@ -129,56 +129,56 @@ impl Cell {
 
 /// The rows of a stream.
 pub(super) struct Rows<'a> {
-    cells: &'a [Cell],
+    columns: &'a [Column],
     bytes: Vec<u8>,
-    at: usize,
+    offset: usize,
     /// BINARY2: each row begins with a bit for each column, set where the value is null.
     has_null_flags: bool,
 }
 
 impl<'a> Rows<'a> {
     /// `text`: the content of the STREAM, which may contain blanks and line breaks.
-    pub(super) fn new(cells: &'a [Cell], text: &str, has_null_flags: bool) -> Result<Self, String> {
-        if cells.is_empty() {
+    pub(super) fn new(columns: &'a [Column], text: &str, has_null_flags: bool) -> Result<Self, String> {
+        if columns.is_empty() {
             return Err("a TABLE without a FIELD has no rows".to_owned());
         }
         let engine = GeneralPurpose::new(&STANDARD, GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent));
         let packed: String = text.split_ascii_whitespace().collect();
         let bytes = engine.decode(packed).map_err(|e| format!("its STREAM is not base64: {e}"))?;
-        Ok(Self { cells, bytes, at: 0, has_null_flags })
+        Ok(Self { columns, bytes, offset: 0, has_null_flags })
     }
 
     fn take(&mut self, count: usize) -> Option<&[u8]> {
-        let end = self.at.checked_add(count)?;
-        let taken = self.bytes.get(self.at..end)?;
-        self.at = end;
+        let end = self.offset.checked_add(count)?;
+        let taken = self.bytes.get(self.offset..end)?;
+        self.offset = end;
         Some(taken)
     }
 
     /// The next row; `None` after the last row. The error states where the stream is cut off.
     pub(super) fn next_row(&mut self) -> Result<Option<Vec<String>>, String> {
-        if self.at == self.bytes.len() {
+        if self.offset == self.bytes.len() {
             return Ok(None);
         }
-        let row_start = self.at;
+        let row_start = self.offset;
         let cut_off = || format!("the row at byte {row_start} of its STREAM is cut off");
-        let flags = if self.has_null_flags { self.take(self.cells.len().div_ceil(8)).ok_or_else(cut_off)?.to_vec() } else { Vec::new() };
-        let cells = self.cells;
-        let mut row = Vec::with_capacity(cells.len());
-        for (k, cell) in cells.iter().enumerate() {
-            let count = match cell.length {
+        let flags = if self.has_null_flags { self.take(self.columns.len().div_ceil(8)).ok_or_else(cut_off)?.to_vec() } else { Vec::new() };
+        let columns = self.columns;
+        let mut row = Vec::with_capacity(columns.len());
+        for (k, column) in columns.iter().enumerate() {
+            let count = match column.length {
                 Length::Fixed(count) => count,
-                Length::Stated(unit) => {
+                Length::Stated(values_per_count) => {
                     let stated = self.take(4).and_then(|b| b.try_into().ok()).map(i32::from_be_bytes).ok_or_else(cut_off)?;
-                    usize::try_from(stated).ok().and_then(|n| n.checked_mul(unit)).ok_or_else(cut_off)?
+                    usize::try_from(stated).ok().and_then(|n| n.checked_mul(values_per_count)).ok_or_else(cut_off)?
                 }
             };
-            let bytes = cell.data_type.bytes_of(count).and_then(|n| self.take(n)).ok_or_else(cut_off)?;
+            let bytes = column.data_type.bytes_of(count).and_then(|n| self.take(n)).ok_or_else(cut_off)?;
             let is_null = flags.get(k / 8).is_some_and(|byte| byte & (0x80 >> (k % 8)) != 0);
-            row.push(if is_null { String::new() } else { cell.text(bytes) });
+            row.push(if is_null { String::new() } else { column.text(bytes) });
         }
         // Without this check, columns of zero bytes would give rows without end.
-        if self.at == row_start { Err("its rows have no bytes".to_owned()) } else { Ok(Some(row)) }
+        if self.offset == row_start { Err("its rows have no bytes".to_owned()) } else { Ok(Some(row)) }
     }
 }
 
@@ -187,10 +187,10 @@ mod tests {
     use super::*;
     use base64::prelude::BASE64_STANDARD;
 
-    fn rows(cells: &[Cell], bytes: &[u8], has_null_flags: bool) -> Result<Vec<Vec<String>>, String> {
+    fn rows(columns: &[Column], bytes: &[u8], has_null_flags: bool) -> Result<Vec<Vec<String>>, String> {
         let text = BASE64_STANDARD.encode(bytes);
-        let broken: String = text.as_bytes().chunks(7).map(|part| format!("{}\n ", String::from_utf8_lossy(part))).collect();
-        let mut rows = Rows::new(cells, &broken, has_null_flags)?;
+        let wrapped: String = text.as_bytes().chunks(7).map(|part| format!("{}\n ", String::from_utf8_lossy(part))).collect();
+        let mut rows = Rows::new(columns, &wrapped, has_null_flags)?;
         let mut all = Vec::new();
         while let Some(row) = rows.next_row()? {
             all.push(row);
@@ -198,23 +198,23 @@ mod tests {
         Ok(all)
     }
 
-    fn cell(data_type: &str, arraysize: &str) -> Cell {
-        Cell::new(data_type, arraysize, None).expect("a type")
+    fn column(data_type: &str, arraysize: &str) -> Column {
+        Column::new(data_type, arraysize, None).expect("a type")
     }
 
     #[test]
     fn each_type_and_size_is_read() {
-        let cells = [
-            cell("double", ""),
-            cell("float", "2"),
-            cell("short", ""),
-            cell("char", "*"),
-            cell("char", "4"),
-            cell("unicodeChar", "3*"),
-            cell("bit", "9"),
-            cell("long", "2x*"),
-            Cell::new("int", "", Some("-99")).expect("a type"),
-            cell("unsignedByte", ""),
+        let columns = [
+            column("double", ""),
+            column("float", "2"),
+            column("short", ""),
+            column("char", "*"),
+            column("char", "4"),
+            column("unicodeChar", "3*"),
+            column("bit", "9"),
+            column("long", "2x*"),
+            Column::new("int", "", Some("-99")).expect("a type"),
+            column("unsignedByte", ""),
         ];
         let mut bytes = Vec::new();
         for _ in 0..2 {
@@ -228,27 +228,29 @@ mod tests {
             bytes.extend([&(-99_i32).to_be_bytes()[..], &[200]].concat());
         }
         let expected = ["10.25", "1.1", "-7", "abc", "xy", "\u{e9}\u{20ac}", "", "5", "", "200"];
-        assert_eq!(rows(&cells, &bytes, false).expect("rows"), [expected, expected]);
-        let cut = rows(&cells, &bytes[..bytes.len() - 1], false).expect_err("cut");
+        assert_eq!(rows(&columns, &bytes, false).expect("rows"), [expected, expected]);
+        let cut = rows(&columns, &bytes[..bytes.len() - 1], false).expect_err("cut");
         assert!(cut.starts_with(&format!("the row at byte {}", bytes.len() / 2)), "{cut}");
     }
 
     #[test]
     fn nulls_are_flagged_from_the_highest_bit() {
-        let cells: Vec<Cell> = (0..9).map(|_| cell("unsignedByte", "")).collect();
+        let columns: Vec<Column> = (0..9).map(|_| column("unsignedByte", "")).collect();
         let row = [&[0b0100_0000, 0b1000_0000][..], &[1, 2, 3, 4, 5, 6, 7, 8, 9]].concat();
-        assert_eq!(rows(&cells, &row, true).expect("a row"), [["1", "", "3", "4", "5", "6", "7", "8", ""]]);
+        assert_eq!(rows(&columns, &row, true).expect("a row"), [["1", "", "3", "4", "5", "6", "7", "8", ""]]);
     }
 
     #[test]
     fn lengths_beyond_the_stream_are_rejected() {
         for (arraysize, claimed) in [("*", i32::MAX), ("*", -1), ("1000000000x1000000000x*", 1000)] {
-            let cells = [cell("double", arraysize)];
+            let columns = [column("double", arraysize)];
             let bytes = [&claimed.to_be_bytes()[..], &[0; 64]].concat();
-            assert!(rows(&cells, &bytes, false).expect_err("a claim").contains("cut off"), "{arraysize} {claimed}");
+            assert!(rows(&columns, &bytes, false).expect_err("a claim").contains("cut off"), "{arraysize} {claimed}");
         }
-        assert!(rows(&[cell("char", "0")], b"x", false).expect_err("nothing").contains("no bytes"));
-        assert!(Rows::new(&[cell("int", "")], "A*==", false).err().expect("no base64").contains("not base64"));
-        assert!(Cell::new("quad", "", None).is_err() && Cell::new("int", "2y", None).is_err() && Cell::new("int", "*x2", None).is_err());
+        assert!(rows(&[column("char", "0")], b"x", false).expect_err("nothing").contains("no bytes"));
+        assert!(Rows::new(&[column("int", "")], "A*==", false).err().expect("no base64").contains("not base64"));
+        assert!(
+            Column::new("quad", "", None).is_err() && Column::new("int", "2y", None).is_err() && Column::new("int", "*x2", None).is_err()
+        );
     }
 }

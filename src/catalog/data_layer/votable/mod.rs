@@ -5,7 +5,7 @@
 
 mod binary;
 
-use self::binary::{Cell, Rows};
+use self::binary::{Column, Rows};
 use super::columns::Columns;
 use super::layer::Content;
 use super::xml::{Element, Listener, walk};
@@ -73,7 +73,7 @@ impl Table {
     fn read_stream(&mut self, text: &str, has_null_flags: bool) -> Result<(), String> {
         let columns = self.columns.as_ref().ok_or("a STREAM outside of BINARY")?;
         let cell = |f: &Field| {
-            Cell::new(&f.data_type, &f.arraysize, f.null.as_deref())
+            Column::new(&f.data_type, &f.arraysize, f.null.as_deref())
                 .map_err(|why| format!("field {} (line {}): {why}", echo_within(&f.name, 40), f.line))
         };
         let cells = self.fields.iter().map(cell).collect::<Result<Vec<_>, _>>()?;

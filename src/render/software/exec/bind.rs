@@ -51,8 +51,8 @@ pub(crate) enum BoundStep<R> {
         dst: usize,
         args: [usize; 3],
     },
-    /// A load from the uniform block into a register.
-    Load(Instr),
+    /// A load from the uniform block into a register: an [`Instr::LoadUniform`].
+    LoadUniform(Instr),
     Gather {
         dst: u32,
         kind: WordKind,
@@ -62,7 +62,7 @@ pub(crate) enum BoundStep<R> {
         count: u32,
     },
     Texture {
-        what: TextureOp,
+        op: TextureOp,
         texture: usize,
         dst: [u32; 4],
         /// Which of the four channels are read later.
@@ -76,7 +76,7 @@ pub(crate) enum BoundStep<R> {
         axis: u8,
         level: usize,
     },
-    SkipIfNone {
+    SkipIfNoLane {
         slot: u32,
         target: u32,
     },
@@ -118,26 +118,26 @@ pub(super) fn bind<R: Real>(program: &Program, class: KernelClass, first_registe
     for target in program.lane_tape.iter().filter_map(Instr::target) {
         is_target[target as usize] = true;
     }
-    let mut starts = Vec::with_capacity(program.lane_tape.len() + 1);
+    let mut step_of_instr = Vec::with_capacity(program.lane_tape.len() + 1);
     for (at, (instr, is_target)) in program.lane_tape.iter().zip(&is_target).enumerate() {
         // A jump target starts a new run of kernels.
         binder.can_extend_run &= !is_target;
         let step = binder.bound.steps.len() as u32;
-        starts.push(if binder.can_extend_run { step - 1 } else { step });
+        step_of_instr.push(if binder.can_extend_run { step - 1 } else { step });
         binder.bind(instr, |slot| is_read_after(program, at, slot))?;
     }
     let mut bound = binder.bound;
-    starts.push(bound.steps.len() as u32);
+    step_of_instr.push(bound.steps.len() as u32);
     for step in &mut bound.steps {
-        if let BoundStep::SkipIfNone { target, .. } | BoundStep::JumpIf { target, .. } | BoundStep::Jump { target } = step {
-            *target = starts[*target as usize];
+        if let BoundStep::SkipIfNoLane { target, .. } | BoundStep::JumpIf { target, .. } | BoundStep::Jump { target } = step {
+            *target = step_of_instr[*target as usize];
         }
     }
     Ok(bound)
 }
 
 /// Whether the value that an instruction writes into a slot is read before the next write, in tape order. Tape order suffices: a value that the
-/// next iteration of a loop needs is copied to another slot before the loop's end, and no active lane uses a read after a skipped write.
+/// next iteration of a loop needs is copied to another slot before the loop's end, and a lane whose write is skipped does not use a later read.
 fn is_read_after(program: &Program, at: usize, slot: u16) -> bool {
     let reads = |o: &Operand| *o == Operand::Slot(slot);
     for instr in &program.lane_tape[at + 1..] {
@@ -185,8 +185,8 @@ impl<R: Real> Binder<R> {
         self.bound.kernels.push(KernelStep { run, dst, operands: self.bound.operand_offsets.len() as u32 });
         self.bound.operand_offsets.extend(args);
         match self.bound.steps.last_mut() {
-            Some(BoundStep::Kernels { to: end, instructions, .. }) if self.can_extend_run => {
-                *end = to;
+            Some(BoundStep::Kernels { to: run_end, instructions, .. }) if self.can_extend_run => {
+                *run_end = to;
                 *instructions += 1;
             }
             _ => self.bound.steps.push(BoundStep::Kernels { from: to - 1, to, instructions: 1 }),
@@ -236,12 +236,12 @@ impl<R: Real> Binder<R> {
     }
 
     /// Binds a chain: one kernel if the class has chain kernels, else its operations one by one, with intermediate results in two scratch slots.
-    fn bind_chain(&mut self, links: &[FusedOp], dst: u32, args: &[Operand]) -> Result<(), String> {
+    fn bind_chain(&mut self, ops: &[FusedOp], dst: u32, args: &[Operand]) -> Result<(), String> {
         let kinds = args.iter().take(kernels::chains::MAX_OPERANDS).enumerate().map(|(k, o)| u8::from(is_per_lane(o)) << k).sum();
-        let complete = args.len() == kernels::chains::operand_count(links);
-        let found = if complete { kernels::chains::find(links, kinds) } else { None };
-        let found = found.ok_or_else(|| format!("no kernel for the chain {links:?} with these operands"))?;
-        if let Some(run) = R::chain_kernels(self.class).get(found) {
+        let is_complete = args.len() == kernels::chains::operand_count(ops);
+        let index = if is_complete { kernels::chains::find(ops, kinds) } else { None };
+        let index = index.ok_or_else(|| format!("no kernel for the chain {ops:?} with these operands"))?;
+        if let Some(run) = R::chain_kernels(self.class).get(index) {
             let offsets: Vec<u32> = args.iter().map(|o| self.offset(o)).collect();
             self.push_kernel(*run, dst, &offsets);
             return Ok(());
@@ -249,16 +249,16 @@ impl<R: Real> Binder<R> {
         let kernels_before = self.bound.kernels.len();
         let mut rest = args;
         let mut result = None;
-        for (k, link) in links.iter().enumerate() {
-            let (first, further) = rest.split_at(link.op.arity() - usize::from(result.is_some()));
-            let mut operands: SmallVec<[Operand; 3]> = first.into();
+        for (k, fused_op) in ops.iter().enumerate() {
+            let (own_operands, later_operands) = rest.split_at(fused_op.op.arity() - usize::from(result.is_some()));
+            let mut operands: SmallVec<[Operand; 3]> = own_operands.into();
             if let Some(result) = result {
-                operands.insert(usize::from(link.at), result);
+                operands.insert(usize::from(fused_op.chained_operand), result);
             }
-            rest = further;
+            rest = later_operands;
             let intermediate = self.scratch + SCRATCH - 1 - k as u32 % 2;
-            let to = if k + 1 == links.len() { dst } else { Self::slot_offset(intermediate) };
-            self.bind_operation(link.op, to, &operands)?;
+            let result_offset = if k + 1 == ops.len() { dst } else { Self::slot_offset(intermediate) };
+            self.bind_operation(fused_op.op, result_offset, &operands)?;
             result = Some(Operand::Slot(intermediate as u16));
         }
         // A chain counts as one instruction in every class, so that counts are the same on every machine.
@@ -277,22 +277,22 @@ impl<R: Real> Binder<R> {
         };
         match instr {
             Instr::Lane { op, dst, args } => self.bind_operation(*op, Self::slot_offset(u32::from(*dst)), args)?,
-            Instr::FusedKernel { links, dst, args } => self.bind_chain(links, Self::slot_offset(u32::from(*dst)), args)?,
+            Instr::FusedKernel { ops, dst, args } => self.bind_chain(ops, Self::slot_offset(u32::from(*dst)), args)?,
             Instr::Scalar { op, dst, args } => {
                 let args = [0, 1, 2].map(|k| args.get(k).or(args.first()).map_or(0, register));
-                self.emit(BoundStep::Scalar { run: R::scalar(*op, self.class.fused()), dst: usize::from(*dst), args });
+                self.emit(BoundStep::Scalar { run: R::scalar(*op, self.class.has_fma()), dst: usize::from(*dst), args });
             }
-            Instr::LoadUniform { .. } => self.emit(BoundStep::Load(instr.clone())),
+            Instr::LoadUniform { .. } => self.emit(BoundStep::LoadUniform(instr.clone())),
             Instr::GatherUniform { dst, kind, offset, index, stride, count } => {
                 let index = self.slot_of(index, &mut scratch_used)?;
                 self.emit(BoundStep::Gather { dst: u32::from(*dst), kind: *kind, offset: *offset, index, stride: *stride, count: *count });
             }
-            Instr::Texture { what, texture, dst, args, mask } => {
+            Instr::Texture { op, texture, dst, args, mask } => {
                 let mut texture_args = [TextureArg::Slot(0); 7];
                 for (k, (to, o)) in texture_args.iter_mut().zip(args).enumerate() {
                     *to = match o {
                         // A load of single texels accepts one row and one level for all lanes.
-                        Operand::Reg(r) if *what == TextureOp::Load && k > 0 => TextureArg::Register(usize::from(*r)),
+                        Operand::Reg(r) if *op == TextureOp::Load && k > 0 => TextureArg::Register(usize::from(*r)),
                         _ => TextureArg::Slot(self.slot_of(o, &mut scratch_used)?),
                     };
                 }
@@ -301,7 +301,7 @@ impl<R: Real> Binder<R> {
                     Operand::Reg(r) => Mask::Register(usize::from(*r)),
                 };
                 let (outputs_used, dst) = (dst.map(is_read), dst.map(u32::from));
-                self.emit(BoundStep::Texture { what: *what, texture: usize::from(*texture), dst, outputs_used, args: texture_args, mask });
+                self.emit(BoundStep::Texture { op: *op, texture: usize::from(*texture), dst, outputs_used, args: texture_args, mask });
             }
             Instr::TextureSize { dst, texture, axis, level } => {
                 self.emit(BoundStep::TextureSize {
@@ -311,9 +311,9 @@ impl<R: Real> Binder<R> {
                     level: register(level),
                 });
             }
-            Instr::SkipIfNone { mask, target } => {
+            Instr::SkipIfNoLane { mask, target } => {
                 let slot = self.slot_of(mask, &mut scratch_used)?;
-                self.emit(BoundStep::SkipIfNone { slot, target: *target });
+                self.emit(BoundStep::SkipIfNoLane { slot, target: *target });
             }
             Instr::JumpIf { cond, when, target } => {
                 self.emit(BoundStep::JumpIf { register: register(cond), when: *when, target: *target });

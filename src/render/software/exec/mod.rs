@@ -23,7 +23,7 @@ const MAX_LOOP_INSTRUCTIONS: u32 = 1 << 25;
 /// Number of instructions that a texture read counts as in [`MAX_LOOP_INSTRUCTIONS`].
 const INSTRUCTIONS_PER_READ: u32 = 64;
 
-/// Which lanes of a batch: bit i is lane i.
+/// A set of a batch's lanes: bit i is lane i.
 pub type LaneMask = u128;
 const _: () = assert!(LANES == LaneMask::BITS as usize && LANES.is_multiple_of(kernels::CHUNK));
 
@@ -38,32 +38,32 @@ pub(crate) const LANE_BITS: [u32; 32] = {
     bits
 };
 
-/// The per-draw values of a program: the registers after the per-draw tape has run, and the uniform block for indexed reads.
+/// The values of a program for one draw: the registers after the draw tape has run, and the uniform block, which the lane tape may read.
 #[derive(Clone, Debug)]
 pub struct Prepared<R> {
     registers: Vec<R>,
-    words: Vec<u32>,
+    uniform_words: Vec<u32>,
 }
 
-fn constant<R: Real>(c: Constant) -> R {
+fn constant_value<R: Real>(c: Constant) -> R {
     match c {
         Constant::Float(x) => R::from_f64(x),
-        Constant::Int(i) => R::from_int(i),
+        Constant::Int(i) => R::from_lane_bits(i),
         Constant::Bool(b) => R::from_mask(b),
     }
 }
 
 fn uniform_word<R: Real>(words: &[u32], kind: WordKind, offset: u32, index: u32, stride: u32, count: u32) -> R {
-    let at = offset.saturating_add(index.min(count.max(1) - 1).saturating_mul(stride)) as usize / 4;
-    let bits = words.get(at).copied().unwrap_or(0);
+    let word_index = offset.saturating_add(index.min(count.max(1) - 1).saturating_mul(stride)) as usize / 4;
+    let bits = words.get(word_index).copied().unwrap_or(0);
     match kind {
         WordKind::Float => R::from_f32_bits(bits),
-        WordKind::Int => R::from_int(bits),
+        WordKind::Int => R::from_lane_bits(bits),
     }
 }
 
 /// The register that a scalar instruction writes, and its new value; `read` gives a register's value.
-fn scalar<R: Real>(instr: &Instr, fused: bool, words: &[u32], read: impl Fn(usize) -> R) -> Option<(usize, R)> {
+fn evaluate_scalar<R: Real>(instr: &Instr, fused: bool, words: &[u32], read: impl Fn(usize) -> R) -> Option<(usize, R)> {
     let read = |o: &Operand| match *o {
         Operand::Reg(r) => read(usize::from(r)),
         Operand::Slot(_) => R::ZERO,
@@ -74,7 +74,7 @@ fn scalar<R: Real>(instr: &Instr, fused: bool, words: &[u32], read: impl Fn(usiz
             Some((usize::from(*dst), kernels::eval(*op, fused, arg(0), arg(1), arg(2))))
         }
         Instr::LoadUniform { dst, kind, offset, index, stride, count } => {
-            let i = index.as_ref().map_or(0, |o| read(o).int());
+            let i = index.as_ref().map_or(0, |o| read(o).lane_bits());
             Some((usize::from(*dst), uniform_word(words, *kind, *offset, i, *stride, *count)))
         }
         _ => None,
@@ -82,31 +82,32 @@ fn scalar<R: Real>(instr: &Instr, fused: bool, words: &[u32], read: impl Fn(usiz
 }
 
 impl Program {
-    /// Runs the per-draw tape on the bytes of the uniform block (little-endian words; missing bytes read as zero). `class` determines whether
+    /// Runs the draw tape on the bytes of the uniform block (little-endian words; missing bytes read as zero). `class` determines whether
     /// products and sums are fused.
     pub fn prepare_for<R: Real>(&self, uniform_bytes: &[u8], class: KernelClass) -> Prepared<R> {
         let words: Vec<u32> = uniform_bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
         let mut registers = vec![R::ZERO; self.registers as usize];
         for (r, c) in registers.iter_mut().zip(&self.constants) {
-            *r = constant(*c);
+            *r = constant_value(*c);
         }
         for instr in &self.draw_tape {
-            if let Some((r, value)) = scalar(instr, class.fused(), &words, |r| registers[r]) {
+            if let Some((r, value)) = evaluate_scalar(instr, class.has_fma(), &words, |r| registers[r]) {
                 registers[r] = value;
             }
         }
-        Prepared { registers, words }
+        Prepared { registers, uniform_words: words }
     }
 }
 
+/// One value per lane.
 #[repr(C, align(64))]
 #[derive(Clone)]
-struct Lane<R>([R; LANES]);
+struct Row<R>([R; LANES]);
 
 /// Runs one program in one class.
 pub struct Executor<R: Real> {
     /// The program's slots, then [`SCRATCH`] slots, then the registers, packed. One allocation, so that operands are offsets from one base.
-    arena: Vec<Lane<R>>,
+    arena: Vec<Row<R>>,
     /// Row of the arena where the registers start.
     first_register: usize,
     register_count: usize,
@@ -114,7 +115,7 @@ pub struct Executor<R: Real> {
     inputs: Vec<LaneInput>,
     output_slots: Vec<u32>,
     discarded: Option<u32>,
-    fused: bool,
+    has_fma: bool,
     counts: ExecutionCounts,
     hit_loop_limit: bool,
 }
@@ -151,7 +152,7 @@ impl<R: Real> Executor<R> {
             Operand::Reg(_) => Err("an output must be a lane value".to_owned()),
         };
         Ok(Self {
-            arena: vec![Lane([R::ZERO; LANES]); first_register + (program.registers as usize).div_ceil(LANES)],
+            arena: vec![Row([R::ZERO; LANES]); first_register + (program.registers as usize).div_ceil(LANES)],
             first_register,
             register_count: program.registers as usize,
             bound,
@@ -160,7 +161,7 @@ impl<R: Real> Executor<R> {
             inputs: program.inputs.clone(),
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
             discarded: program.discarded.as_ref().map(slot).transpose()?,
-            fused: class.fused(),
+            has_fma: class.has_fma(),
         })
     }
 
@@ -205,7 +206,7 @@ impl<R: Real> Executor<R> {
         if self.hit_loop_limit {
             return 0;
         }
-        active & !self.discarded.map_or(0, |s| self.mask(s))
+        active & !self.discarded.map_or(0, |s| self.mask_of(s))
     }
 
     /// Whether the last run was stopped at the loop limit.
@@ -218,7 +219,7 @@ impl<R: Real> Executor<R> {
         self.counts
     }
 
-    fn mask(&self, slot: u32) -> LaneMask {
+    fn mask_of(&self, slot: u32) -> LaneMask {
         let mut bits = 0u128;
         for (k, lanes) in self.arena[slot as usize].0.chunks_exact(32).enumerate() {
             let mut part = 0u32;
@@ -230,7 +231,7 @@ impl<R: Real> Executor<R> {
         bits
     }
 
-    fn any(&self, slot: u32) -> bool {
+    fn is_any_lane_set(&self, slot: u32) -> bool {
         // The OR of a chunk is vectorised. Usually a lane of the first chunk is set, and the other chunks are not read.
         let (chunks, _) = self.arena[slot as usize].0.as_chunks::<{ kernels::CHUNK }>();
         chunks.iter().any(|chunk| chunk.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).mask())
@@ -268,10 +269,10 @@ impl<R: Real> Executor<R> {
     }
 
     fn interpret(&mut self, bound: &BoundProgram<R>, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
-        let mut at = 0usize;
+        let mut next_step = 0usize;
         let mut iterations = 0u32;
-        while let Some(step) = bound.steps.get(at) {
-            at += 1;
+        while let Some(step) = bound.steps.get(next_step) {
+            next_step += 1;
             let target = match step {
                 BoundStep::Kernels { from, to, instructions } => {
                     self.counts.instructions += instructions;
@@ -283,43 +284,43 @@ impl<R: Real> Executor<R> {
                     self.set_register(*dst, run(a, b, c));
                     continue;
                 }
-                BoundStep::Load(instr) => {
-                    if let Some((r, value)) = scalar(instr, self.fused, &prepared.words, |r| self.register(r)) {
+                BoundStep::LoadUniform(instr) => {
+                    if let Some((r, value)) = evaluate_scalar(instr, self.has_fma, &prepared.uniform_words, |r| self.register(r)) {
                         self.set_register(r, value);
                     }
                     continue;
                 }
                 BoundStep::Gather { dst, kind, offset, index, stride, count } => {
                     for i in 0..LANES {
-                        let k = self.arena[*index as usize].0[i].int();
-                        self.arena[*dst as usize].0[i] = uniform_word(&prepared.words, *kind, *offset, k, *stride, *count);
+                        let k = self.arena[*index as usize].0[i].lane_bits();
+                        self.arena[*dst as usize].0[i] = uniform_word(&prepared.uniform_words, *kind, *offset, k, *stride, *count);
                     }
                     continue;
                 }
-                BoundStep::Texture { what, texture, dst, outputs_used, args, mask } => {
+                BoundStep::Texture { op, texture, dst, outputs_used, args, mask } => {
                     self.counts.texture_reads += 1;
-                    self.texture(*what, *texture, (*dst, *outputs_used), *args, *mask, textures);
+                    self.texture(*op, *texture, (*dst, *outputs_used), *args, *mask, textures);
                     continue;
                 }
                 BoundStep::TextureSize { dst, texture, axis, level } => {
-                    let level = self.register(*level).int();
+                    let level = self.register(*level).lane_bits();
                     let size = if *axis > 1 { textures.levels(*texture) } else { textures.dimensions(*texture, level)[usize::from(*axis)] };
-                    self.set_register(*dst, R::from_int(size));
+                    self.set_register(*dst, R::from_lane_bits(size));
                     continue;
                 }
-                BoundStep::SkipIfNone { slot, target } if !self.any(*slot) => *target,
+                BoundStep::SkipIfNoLane { slot, target } if !self.is_any_lane_set(*slot) => *target,
                 BoundStep::JumpIf { register, when, target } if self.register(*register).mask() == *when => *target,
                 BoundStep::Jump { target } => *target,
-                BoundStep::SkipIfNone { .. } | BoundStep::JumpIf { .. } => continue,
+                BoundStep::SkipIfNoLane { .. } | BoundStep::JumpIf { .. } => continue,
             } as usize;
-            if target < at {
+            if target < next_step {
                 iterations += 1;
                 let cost = self.counts.texture_reads.saturating_mul(INSTRUCTIONS_PER_READ).saturating_add(self.counts.instructions);
                 if iterations > MAX_LOOP_ITERATIONS || cost > MAX_LOOP_INSTRUCTIONS {
                     return false;
                 }
             }
-            at = target;
+            next_step = target;
         }
         true
     }
@@ -327,7 +328,7 @@ impl<R: Real> Executor<R> {
     /// Reads a texture. `dst`: the four slots, and which of them are read later.
     fn texture(
         &mut self,
-        what: TextureOp,
+        op: TextureOp,
         texture: usize,
         (dst, outputs_used): ([u32; 4], [bool; 4]),
         args: [TextureArg; 7],
@@ -335,7 +336,7 @@ impl<R: Real> Executor<R> {
         textures: &dyn TextureUnit<R>,
     ) {
         let active = match mask {
-            Mask::Slot(s) => self.mask(s),
+            Mask::Slot(s) => self.mask_of(s),
             Mask::Register(r) if self.register(r).mask() => LaneMask::MAX,
             Mask::Register(_) => 0,
         };
@@ -351,11 +352,11 @@ impl<R: Real> Executor<R> {
             // SAFETY: as above; registers come after the slots, packed.
             TextureArg::Register(r) => unsafe { std::slice::from_ref(&*registers.add(first_register * LANES + r)) },
         };
-        if active != LaneMask::MAX && what != TextureOp::Load {
+        if active != LaneMask::MAX && op != TextureOp::Load {
             // Lanes that are not sampled are set to zero, so that the result does not depend on earlier batches of this thread.
             out.iter_mut().for_each(|o| o.fill(R::ZERO));
         }
-        match what {
+        match op {
             TextureOp::Gradients => {
                 let gradients = Gradients { du_dx: arg(2), dv_dx: arg(3), du_dy: arg(4), dv_dy: arg(5) };
                 textures.sample_gradients(texture, arg(0), arg(1), gradients, active, out);

@@ -16,7 +16,7 @@ pub trait TextureUnit<R: Real> {
     }
     /// Filtered sample at (u, v) from a mip level (fractional: trilinear).
     fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
-    /// One texel; zeros outside the level. x, y and level are bit-cast integers ([`Real::int`]); y and level have one value per lane, or one for all
+    /// One texel; zeros outside the level. x, y and level are bit-cast integers ([`Real::lane_bits`]); y and level have one value per lane, or one for all
     /// lanes. Every lane of `out` is written.
     fn load(&self, texture: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
     /// Width and height of a level in texels. `level` is clamped to the existing levels.

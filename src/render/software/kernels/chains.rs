@@ -14,7 +14,7 @@ use std::sync::LazyLock;
 /// Maximum number of operands of a chain.
 pub const MAX_OPERANDS: usize = 8;
 /// Maximum number of operations of a chain.
-pub const MAX_LINKS: usize = 8;
+pub const MAX_CHAIN_OPS: usize = 8;
 
 /// Operand kinds as bits, the first operand lowest: L = one value per lane (1), R = one value for all lanes (0).
 pub const fn kind_bits(kinds: &str) -> u8 {
@@ -159,7 +159,10 @@ pub(crate) use with_chains;
 
 macro_rules! table {
     ($($kinds:literal = $first:ident $(> $op:ident $at:literal)+,)*) => {
-        const TABLE: &[(&[FusedOp], &str)] = &[$((&[FusedOp { op: Op::$first, at: 0 } $(, FusedOp { op: Op::$op, at: $at })+], $kinds),)*];
+        const TABLE: &[(&[FusedOp], &str)] = &[$((
+            &[FusedOp { op: Op::$first, chained_operand: 0 } $(, FusedOp { op: Op::$op, chained_operand: $at })+],
+            $kinds,
+        ),)*];
     };
 }
 with_chains!(table);
@@ -170,63 +173,63 @@ pub fn all() -> &'static [(&'static [FusedOp], &'static str)] {
 }
 
 /// Number of operands of a chain.
-pub fn operand_count(links: &[FusedOp]) -> usize {
-    links.iter().map(|l| l.op.arity()).sum::<usize>() + 1 - links.len().max(1)
+pub fn operand_count(ops: &[FusedOp]) -> usize {
+    ops.iter().map(|fused| fused.op.arity()).sum::<usize>() + 1 - ops.len().max(1)
 }
 
 /// Index in [`all`] of the chain of these operations for these kinds of operands.
-pub fn find(links: &[FusedOp], kinds: u8) -> Option<usize> {
+pub fn find(ops: &[FusedOp], kinds: u8) -> Option<usize> {
     static INDEX: LazyLock<HashMap<(&'static [FusedOp], u8), usize>> =
-        LazyLock::new(|| TABLE.iter().enumerate().map(|(k, (links, kinds))| ((*links, kind_bits(kinds)), k)).collect());
-    // A separate function shortens the lifetime of the keys to that of `links`.
-    fn lookup<'a>(index: &HashMap<(&'a [FusedOp], u8), usize>, links: &'a [FusedOp], kinds: u8) -> Option<usize> {
-        index.get(&(links, kinds)).copied()
+        LazyLock::new(|| TABLE.iter().enumerate().map(|(k, (ops, kinds))| ((*ops, kind_bits(kinds)), k)).collect());
+    // A separate function shortens the lifetime of the keys to that of `ops`.
+    fn lookup<'a>(index: &HashMap<(&'a [FusedOp], u8), usize>, ops: &'a [FusedOp], kinds: u8) -> Option<usize> {
+        index.get(&(ops, kinds)).copied()
     }
-    lookup(&INDEX, links, kinds)
+    lookup(&INDEX, ops, kinds)
 }
 
 /// A chain as a type, with the function that evaluates it on one lane.
 pub(crate) trait FusedKernel {
     /// Number of operands.
     const OPERANDS: usize;
-    fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R;
+    fn eval<R: Real, const N: usize, const FMA: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R;
 }
 
 /// The first operation.
 pub(crate) struct First<A>(A);
-/// A chain and one further operation, whose operand number `AT` is the chain's result.
+/// The chain `P` and one further operation `B`, whose operand number `AT` is the chain's result.
 pub(crate) struct Then<P, B, const AT: usize>(P, B);
 
 impl<A: Eval> FusedKernel for First<A> {
     const OPERANDS: usize = A::ARITY;
     #[inline(always)]
-    fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
+    fn eval<R: Real, const N: usize, const FMA: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
         let last = A::ARITY - 1;
-        A::eval::<R, F>(x[0].at(lane), x[if last < 1 { last } else { 1 }].at(lane), x[last].at(lane))
+        A::eval::<R, FMA>(x[0].at(lane), x[if last < 1 { last } else { 1 }].at(lane), x[last].at(lane))
     }
 }
 
 impl<P: FusedKernel, B: Eval, const AT: usize> FusedKernel for Then<P, B, AT> {
     const OPERANDS: usize = P::OPERANDS + B::ARITY - 1;
     #[inline(always)]
-    fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
-        let v = P::eval::<R, N, F>(x, lane);
-        let r = if B::ARITY > 1 { x[P::OPERANDS].at(lane) } else { v };
-        let s = if B::ARITY > 2 { x[P::OPERANDS + 1].at(lane) } else { v };
+    fn eval<R: Real, const N: usize, const FMA: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
+        let chained = P::eval::<R, N, FMA>(x, lane);
+        let next = if B::ARITY > 1 { x[P::OPERANDS].at(lane) } else { chained };
+        let last = if B::ARITY > 2 { x[P::OPERANDS + 1].at(lane) } else { chained };
         match AT {
-            0 => B::eval::<R, F>(v, r, s),
-            1 => B::eval::<R, F>(r, v, s),
-            _ => B::eval::<R, F>(r, s, v),
+            0 => B::eval::<R, FMA>(chained, next, last),
+            1 => B::eval::<R, FMA>(next, chained, last),
+            _ => B::eval::<R, FMA>(next, last, chained),
         }
     }
 }
 
-/// Runs a chain over `N` lanes. `KINDS`: as [`kind_bits`]. `F`: fused multiply-add.
+/// Runs a chain over `N` lanes. `KINDS`: as [`kind_bits`].
 /// # Safety
 /// `offsets` has the offset of every operand from `base`, in elements. Each operand is valid for `N` reads, or for one if its bit in `KINDS`
 /// is not set. No operand overlaps `dst`.
 #[inline(always)]
-pub(crate) unsafe fn lanes<C: FusedKernel, R: Real, const N: usize, const KINDS: u8, const F: bool>(
+pub(crate) unsafe fn run_lanes<C: FusedKernel, R: Real, const N: usize, const KINDS: u8, const FMA: bool>(
     dst: &mut [R; N],
     base: *const R,
     offsets: *const u32,
@@ -235,12 +238,12 @@ pub(crate) unsafe fn lanes<C: FusedKernel, R: Real, const N: usize, const KINDS:
         ($k:literal) => {{
             // Unused operands repeat the first operand.
             let k = if $k < C::OPERANDS { $k } else { 0 };
-            // SAFETY: passed on to the caller.
+            // SAFETY: the caller guarantees that the offset and the operand are valid.
             unsafe { Input::<R, N>::new(base.add(*offsets.add(k) as usize), KINDS >> k & 1 == 1) }
         }};
     }
     let x = [input!(0), input!(1), input!(2), input!(3), input!(4), input!(5), input!(6), input!(7)];
-    for (lane, to) in dst.iter_mut().enumerate() {
-        *to = C::eval::<R, N, F>(&x, lane);
+    for (lane, result) in dst.iter_mut().enumerate() {
+        *result = C::eval::<R, N, FMA>(&x, lane);
     }
 }

@@ -32,18 +32,18 @@ impl KernelClass {
         let mut all = Vec::new();
         #[cfg(target_arch = "x86_64")]
         {
-            let fma = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
-            let wide = ["avx512f", "avx512dq", "avx512vl", "avx512bw"];
-            let has = |f: &str| match f {
+            let has_avx2_fma = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+            let avx512 = ["avx512f", "avx512dq", "avx512vl", "avx512bw"];
+            let has_feature = |f: &str| match f {
                 "avx512f" => is_x86_feature_detected!("avx512f"),
                 "avx512dq" => is_x86_feature_detected!("avx512dq"),
                 "avx512vl" => is_x86_feature_detected!("avx512vl"),
                 _ => is_x86_feature_detected!("avx512bw"),
             };
-            if fma && wide.iter().all(|f| has(f)) {
+            if has_avx2_fma && avx512.iter().all(|f| has_feature(f)) {
                 all.push(Self::Avx512);
             }
-            if fma {
+            if has_avx2_fma {
                 all.push(Self::Avx2Fma);
             }
             all.push(Self::Sse2);
@@ -59,8 +59,8 @@ impl KernelClass {
         static CLASS: OnceLock<KernelClass> = OnceLock::new();
         *CLASS.get_or_init(|| {
             let all = Self::available();
-            let wanted = std::env::var("ORRERY_KERNELS").ok();
-            wanted.and_then(|w| all.iter().copied().find(|c| c.name() == w)).unwrap_or(all[0])
+            let requested = std::env::var("ORRERY_KERNELS").ok();
+            requested.and_then(|name| all.iter().copied().find(|c| c.name() == name)).unwrap_or(all[0])
         })
     }
 
@@ -75,7 +75,7 @@ impl KernelClass {
     }
 
     /// Whether the class has fused multiply-add.
-    pub fn fused(self) -> bool {
+    pub fn has_fma(self) -> bool {
         matches!(self, Self::Avx512 | Self::Avx2Fma | Self::Neon)
     }
 }
@@ -85,8 +85,7 @@ pub type ScalarFn<R> = fn(R, R, R) -> R;
 
 /// The kernels of an element type.
 ///
-/// Methods of f32 and f64 instead of generic functions, because every program that uses this library would compile the generic functions, 6,500
-/// kernels, again.
+/// These are methods of f32 and f64, because generic functions (6,500 kernels) would be compiled again in every program that uses this library.
 pub trait Kernels: Sized + 'static {
     /// One operation on single values, for constant folding and the per-draw tape.
     fn scalar(op: Op, fused: bool) -> ScalarFn<Self>;

@@ -6,7 +6,7 @@ use crate::render::software::math::Real;
 /// and loops with such checks are not vectorised.
 pub(crate) struct Input<'a, R, const N: usize> {
     lanes: Option<&'a [R; N]>,
-    single: R,
+    shared: R,
 }
 
 impl<R: Real, const N: usize> Input<'_, R, N> {
@@ -15,14 +15,14 @@ impl<R: Real, const N: usize> Input<'_, R, N> {
     #[inline(always)]
     pub(crate) unsafe fn new(values: *const R, lanes: bool) -> Self {
         // SAFETY: the caller guarantees it.
-        unsafe { Self { lanes: if lanes { Some(&*values.cast()) } else { None }, single: *values } }
+        unsafe { Self { lanes: if lanes { Some(&*values.cast()) } else { None }, shared: *values } }
     }
 
     #[inline(always)]
     pub(crate) fn at(&self, i: usize) -> R {
         match self.lanes {
             Some(values) => values[i],
-            None => self.single,
+            None => self.shared,
         }
     }
 }

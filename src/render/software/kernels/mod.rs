@@ -32,10 +32,11 @@ pub fn eval<R: Real>(op: Op, fused: bool, a: R, b: R, c: R) -> R {
     R::scalar(op, fused)(a, b, c)
 }
 
+/// Computes one operation for `N` lanes. `A`, `B`, `C`: whether the operand has one value per lane.
 /// # Safety
 /// Each operand is valid for `N` reads, or for one if its flag is false, and does not overlap `dst`.
 #[inline(always)]
-unsafe fn lanes<O: Eval, R: Real, const N: usize, const A: bool, const B: bool, const C: bool, const F: bool>(
+unsafe fn run_lanes<O: Eval, R: Real, const N: usize, const A: bool, const B: bool, const C: bool, const FMA: bool>(
     dst: &mut [R; N],
     a: *const R,
     b: *const R,
@@ -44,7 +45,7 @@ unsafe fn lanes<O: Eval, R: Real, const N: usize, const A: bool, const B: bool, 
     // SAFETY: the caller guarantees validity.
     let (a, b, c) = unsafe { (Input::<R, N>::new(a, A), Input::<R, N>::new(b, B), Input::<R, N>::new(c, C)) };
     for (i, d) in dst.iter_mut().enumerate() {
-        *d = O::eval::<R, F>(a.at(i), b.at(i), c.at(i));
+        *d = O::eval::<R, FMA>(a.at(i), b.at(i), c.at(i));
     }
 }
 
@@ -66,7 +67,7 @@ unsafe fn quad_difference<R: Real, const N: usize, const STEP: usize>(dst: &mut 
 /// # Safety
 /// `offsets` has more than `k` entries, and entry `k` lies inside the allocation of `base`.
 #[inline(always)]
-unsafe fn at<R>(base: *const R, offsets: *const u32, k: usize) -> *const R {
+unsafe fn operand_at<R>(base: *const R, offsets: *const u32, k: usize) -> *const R {
     // SAFETY: the caller guarantees it.
     unsafe { base.add(*offsets.add(k) as usize) }
 }
@@ -85,35 +86,38 @@ macro_rules! class {
             use super::*;
 
             /// # Safety
-            /// As [`lanes`] for operands at their offsets; the instruction set of this class is available.
+            /// As [`run_lanes`] for operands at their offsets; the instruction set of this class is available.
             $(#[$feature])*
-            unsafe fn fixed<O: Eval, R: Real, const A: bool, const B: bool, const C: bool>(
+            unsafe fn fixed_kinds<O: Eval, R: Real, const A: bool, const B: bool, const C: bool>(
                 dst: &mut [R; LANES], base: *const R, offsets: *const u32,
             ) {
-                // SAFETY: passed on to the caller.
-                unsafe { lanes::<O, R, LANES, A, B, C, $fused>(dst, at(base, offsets, 0), at(base, offsets, 1), at(base, offsets, 2)) }
+                // SAFETY: the caller guarantees it.
+                unsafe {
+                    let (a, b, c) = (operand_at(base, offsets, 0), operand_at(base, offsets, 1), operand_at(base, offsets, 2));
+                    run_lanes::<O, R, LANES, A, B, C, $fused>(dst, a, b, c)
+                }
             }
 
             /// # Safety
-            /// As [`chains::lanes`]; the instruction set of this class is available.
+            /// As [`chains::run_lanes`]; the instruction set of this class is available.
             $(#[$feature])*
             unsafe fn chain<C: chains::FusedKernel, R: Real, const KINDS: u8>(
                 dst: &mut [R; LANES], base: *const R, offsets: *const u32,
             ) {
-                // SAFETY: passed on to the caller.
-                unsafe { chains::lanes::<C, R, LANES, KINDS, $fused>(dst, base, offsets) }
+                // SAFETY: the caller guarantees it.
+                unsafe { chains::run_lanes::<C, R, LANES, KINDS, $fused>(dst, base, offsets) }
             }
 
             /// # Safety
-            /// As [`lanes`] for operands at their offsets, all of them lane arrays; the instruction set is available.
+            /// As [`run_lanes`] for operands at their offsets, all of them lane arrays; the instruction set is available.
             $(#[$feature])*
             unsafe fn chunked<O: Eval, R: Real>(dst: &mut [R; LANES], base: *const R, offsets: *const u32) {
-                // SAFETY: passed on to the caller.
-                let (a, b, c) = unsafe { (at(base, offsets, 0), at(base, offsets, 1), at(base, offsets, 2)) };
+                // SAFETY: the caller guarantees it.
+                let (a, b, c) = unsafe { (operand_at(base, offsets, 0), operand_at(base, offsets, 1), operand_at(base, offsets, 2)) };
                 for (k, chunk) in dst.as_chunks_mut::<CHUNK>().0.iter_mut().enumerate() {
                     let k = k * CHUNK;
-                    // SAFETY: each chunk lies inside the N lanes.
-                    unsafe { lanes::<O, R, CHUNK, true, true, true, $fused>(chunk, a.add(k), b.add(k), c.add(k)) }
+                    // SAFETY: each chunk lies inside the lanes of the operands.
+                    unsafe { run_lanes::<O, R, CHUNK, true, true, true, $fused>(chunk, a.add(k), b.add(k), c.add(k)) }
                 }
             }
 
@@ -121,40 +125,40 @@ macro_rules! class {
             /// As [`quad_difference`] for the first offset; the instruction set is available.
             $(#[$feature])*
             unsafe fn dpdx<R: Real>(dst: &mut [R; LANES], base: *const R, offsets: *const u32) {
-                // SAFETY: passed on to the caller.
-                unsafe { quad_difference::<R, LANES, 1>(dst, at(base, offsets, 0)) }
+                // SAFETY: the caller guarantees it.
+                unsafe { quad_difference::<R, LANES, 1>(dst, operand_at(base, offsets, 0)) }
             }
 
             /// # Safety
             /// As [`quad_difference`] for the first offset; the instruction set is available.
             $(#[$feature])*
             unsafe fn dpdy<R: Real>(dst: &mut [R; LANES], base: *const R, offsets: *const u32) {
-                // SAFETY: passed on to the caller.
-                unsafe { quad_difference::<R, LANES, 2>(dst, at(base, offsets, 0)) }
+                // SAFETY: the caller guarantees it.
+                unsafe { quad_difference::<R, LANES, 2>(dst, operand_at(base, offsets, 0)) }
             }
 
             fn unary<O: Eval, R: Real>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
-                kinds[0].then_some(fixed::<O, R, true, false, false>)
+                kinds[0].then_some(fixed_kinds::<O, R, true, false, false>)
             }
 
             fn binary<O: Eval, R: Real>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
                 Some(match kinds {
-                    [true, true, _] => fixed::<O, R, true, true, false>,
-                    [true, false, _] => fixed::<O, R, true, false, false>,
-                    [false, true, _] => fixed::<O, R, false, true, false>,
+                    [true, true, _] => fixed_kinds::<O, R, true, true, false>,
+                    [true, false, _] => fixed_kinds::<O, R, true, false, false>,
+                    [false, true, _] => fixed_kinds::<O, R, false, true, false>,
                     _ => return None,
                 })
             }
 
             fn ternary<O: Eval, R: Real>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
                 Some(match kinds {
-                    [true, true, true] => fixed::<O, R, true, true, true>,
-                    [true, true, false] => fixed::<O, R, true, true, false>,
-                    [true, false, true] => fixed::<O, R, true, false, true>,
-                    [true, false, false] => fixed::<O, R, true, false, false>,
-                    [false, true, true] => fixed::<O, R, false, true, true>,
-                    [false, true, false] => fixed::<O, R, false, true, false>,
-                    [false, false, true] => fixed::<O, R, false, false, true>,
+                    [true, true, true] => fixed_kinds::<O, R, true, true, true>,
+                    [true, true, false] => fixed_kinds::<O, R, true, true, false>,
+                    [true, false, true] => fixed_kinds::<O, R, true, false, true>,
+                    [true, false, false] => fixed_kinds::<O, R, true, false, false>,
+                    [false, true, true] => fixed_kinds::<O, R, false, true, true>,
+                    [false, true, false] => fixed_kinds::<O, R, false, true, false>,
+                    [false, false, true] => fixed_kinds::<O, R, false, false, true>,
                     _ => return None,
                 })
             }
@@ -162,8 +166,8 @@ macro_rules! class {
             /// The kernel for operands of these kinds (true = lanes), if there is one.
             pub fn specialised<R: Real>(op: Op, kinds: [bool; 3]) -> Option<KernelFn<R>> {
                 match op {
-                    Op::Copy if kinds[0] => Some(fixed::<ops::Copy, R, true, false, false>),
-                    Op::Copy => Some(fixed::<ops::Copy, R, false, false, false>),
+                    Op::Copy if kinds[0] => Some(fixed_kinds::<ops::Copy, R, true, false, false>),
+                    Op::Copy => Some(fixed_kinds::<ops::Copy, R, false, false, false>),
                     Op::Neg => unary::<ops::Neg, R>(kinds),
                     Op::Abs => unary::<ops::Abs, R>(kinds),
                     Op::Sqrt => unary::<ops::Sqrt, R>(kinds),

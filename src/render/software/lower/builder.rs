@@ -9,11 +9,13 @@ use crate::render::software::program::Constant;
 use crate::render::software::tape::{Op, TextureOp, WordKind};
 use rustc_hash::FxHashMap as HashMap;
 
-/// The computation of a value; computations with equal keys share one value.
+/// What a value is computed from; equal computations share one value.
 #[derive(Clone, PartialEq, Eq, Hash)]
-enum Key {
+enum Computation {
     Op(Op, Vals),
+    /// Offset, count, whether it is an integer, index.
     Uniform(u32, u32, bool, Option<Val>),
+    /// Texture, axis, level.
     Size(u16, u8, Val),
 }
 
@@ -23,12 +25,12 @@ pub(crate) struct Builder {
     constant_index: HashMap<(u8, u64), u32>,
     pub draw: Vec<Step>,
     pub code: Vec<Step>,
-    next: u32,
-    labels: Label,
-    draw_available: HashMap<Key, Val>,
+    last_value: u32,
+    last_label: Label,
+    draw_available: HashMap<Computation, Val>,
     /// Available expressions of each open region, innermost last. They are kept by region, because a value from a region that may be skipped must not
     /// be used outside it.
-    available: Vec<HashMap<Key, Val>>,
+    available: Vec<HashMap<Computation, Val>>,
 }
 
 impl Builder {
@@ -42,11 +44,11 @@ impl Builder {
             Constant::Int(i) => (1, u64::from(i)),
             Constant::Bool(b) => (2, u64::from(b)),
         };
-        let at = *self.constant_index.entry(key).or_insert_with(|| {
+        let index = *self.constant_index.entry(key).or_insert_with(|| {
             self.constants.push(c);
             self.constants.len() as u32 - 1
         });
-        Val::Const(at)
+        Val::Const(index)
     }
 
     pub(crate) fn float(&mut self, x: f64) -> Val {
@@ -79,16 +81,16 @@ impl Builder {
     }
 
     pub(crate) fn fresh_lane(&mut self) -> Val {
-        self.next += 1;
-        Val::Lane(self.next)
+        self.last_value += 1;
+        Val::Lane(self.last_value)
     }
     pub(crate) fn fresh_uniform(&mut self) -> Val {
-        self.next += 1;
-        Val::Uniform(self.next)
+        self.last_value += 1;
+        Val::Uniform(self.last_value)
     }
     pub(crate) fn label(&mut self) -> Label {
-        self.labels += 1;
-        self.labels
+        self.last_label += 1;
+        self.last_label
     }
 
     pub(crate) fn open_region(&mut self) {
@@ -98,23 +100,23 @@ impl Builder {
         self.available.pop();
     }
 
-    fn find(&self, key: &Key) -> Option<Val> {
-        self.draw_available.get(key).or_else(|| self.available.iter().rev().find_map(|k| k.get(key))).copied()
+    fn find(&self, key: &Computation) -> Option<Val> {
+        self.draw_available.get(key).or_else(|| self.available.iter().rev().find_map(|region| region.get(key))).copied()
     }
 
     /// A new value at the highest rate of its operands.
     fn fresh_for(&mut self, args: &[Val]) -> Val {
-        self.next += 1;
+        self.last_value += 1;
         if args.iter().any(|a| matches!(a, Val::Lane(_))) {
-            Val::Lane(self.next)
+            Val::Lane(self.last_value)
         } else if args.iter().any(|a| matches!(a, Val::Uniform(_))) {
-            Val::Uniform(self.next)
+            Val::Uniform(self.last_value)
         } else {
-            Val::Draw(self.next)
+            Val::Draw(self.last_value)
         }
     }
 
-    fn emit(&mut self, dst: Val, key: Option<Key>, step: Step) -> Val {
+    fn emit(&mut self, dst: Val, key: Option<Computation>, step: Step) -> Val {
         if matches!(dst, Val::Draw(_)) {
             self.draw.push(step);
             if let Some(k) = key {
@@ -140,7 +142,7 @@ impl Builder {
         if matches!(op, Op::Add | Op::Mul | Op::FEq | Op::FNe | Op::IAdd | Op::IMul | Op::IEq | Op::INe | Op::And | Op::Or | Op::Xor) {
             args.sort();
         }
-        let key = Key::Op(op, args.clone());
+        let key = Computation::Op(op, args.clone());
         if let Some(v) = self.find(&key) {
             return v;
         }
@@ -178,27 +180,27 @@ impl Builder {
         }
         let y = kernels::eval::<f64>(op, false, raw[0], raw[1], raw[2]);
         let kind = match result_kind(op) {
-            Kind::Same => match self.known_constant(args[0])? {
-                Constant::Float(_) => Kind::Float,
-                Constant::Int(_) => Kind::Int,
-                Constant::Bool(_) => Kind::Bool,
+            ResultKind::Same => match self.known_constant(args[0])? {
+                Constant::Float(_) => ResultKind::Float,
+                Constant::Int(_) => ResultKind::Int,
+                Constant::Bool(_) => ResultKind::Bool,
             },
             k => k,
         };
         Some(match kind {
-            Kind::Int => self.int(y.to_bits() as u32),
-            Kind::Bool => self.bool(y.to_bits() != 0),
+            ResultKind::Int => self.int(y.to_bits() as u32),
+            ResultKind::Bool => self.bool(y.to_bits() != 0),
             _ => self.float(y),
         })
     }
 
     fn simplify(&mut self, op: Op, args: &[Val]) -> Option<Val> {
-        let is = |b: &Self, v: Val, c: Constant| b.known_constant(v) == Some(c);
+        let is_constant = |b: &Self, v: Val, c: Constant| b.known_constant(v) == Some(c);
         let (one, zero) = (Constant::Float(1.0), Constant::Float(0.0));
         match (op, args) {
-            (Op::Mul, &[a, b]) if is(self, b, one) => Some(a),
-            (Op::Mul, &[a, b]) if is(self, a, one) => Some(b),
-            (Op::Div, &[a, b]) if is(self, b, one) => Some(a),
+            (Op::Mul, &[a, b]) if is_constant(self, b, one) => Some(a),
+            (Op::Mul, &[a, b]) if is_constant(self, a, one) => Some(b),
+            (Op::Div, &[a, b]) if is_constant(self, b, one) => Some(a),
             (Op::Div, &[a, b]) => {
                 // A power of two within the range of f32 has an exact reciprocal, and the product rounds like the quotient.
                 let Some(Constant::Float(x)) = self.known_constant(b) else { return None };
@@ -208,13 +210,13 @@ impl Builder {
                     self.bin(Op::Mul, a, reciprocal)
                 })
             }
-            (Op::Add, &[a, b]) if is(self, b, zero) => Some(a),
-            (Op::Add, &[a, b]) if is(self, a, zero) => Some(b),
-            (Op::Sub, &[a, b]) if is(self, b, zero) => Some(a),
-            (Op::IAdd, &[a, b]) if is(self, b, Constant::Int(0)) => Some(a),
-            (Op::IAdd, &[a, b]) if is(self, a, Constant::Int(0)) => Some(b),
-            (Op::IMul, &[a, b]) if is(self, b, Constant::Int(1)) => Some(a),
-            (Op::IMul, &[a, b]) if is(self, a, Constant::Int(1)) => Some(b),
+            (Op::Add, &[a, b]) if is_constant(self, b, zero) => Some(a),
+            (Op::Add, &[a, b]) if is_constant(self, a, zero) => Some(b),
+            (Op::Sub, &[a, b]) if is_constant(self, b, zero) => Some(a),
+            (Op::IAdd, &[a, b]) if is_constant(self, b, Constant::Int(0)) => Some(a),
+            (Op::IAdd, &[a, b]) if is_constant(self, a, Constant::Int(0)) => Some(b),
+            (Op::IMul, &[a, b]) if is_constant(self, b, Constant::Int(1)) => Some(a),
+            (Op::IMul, &[a, b]) if is_constant(self, a, Constant::Int(1)) => Some(b),
             (Op::And | Op::Or, &[a, b]) if a == b => Some(a),
             (Op::And | Op::Or, &[a, b]) => {
                 let (known, other) = if let Some(k) = self.known_bool(a) { (k, b) } else { (self.known_bool(b)?, a) };
@@ -249,12 +251,12 @@ impl Builder {
                 }
             }
             (Op::BNot, &[a]) => {
-                let inner = |s: &Step| match s {
+                let negated_operand = |s: &Step| match s {
                     Step::Op { dst, op: Op::BNot, args } if *dst == a => Some(args[0]),
                     _ => None,
                 };
-                // This requires a value that is written only once, as are all values but the targets of `Assign`.
-                self.code.iter().rev().take(64).chain(self.draw.iter().rev().take(64)).find_map(inner)
+                // Valid because a negation is written only once; only the targets of `Assign` are written more often.
+                self.code.iter().rev().take(64).chain(self.draw.iter().rev().take(64)).find_map(negated_operand)
             }
             _ => None,
         }
@@ -268,7 +270,7 @@ impl Builder {
             },
             None => (None, 1),
         };
-        let key = Key::Uniform(offset, count, kind == WordKind::Int, index);
+        let key = Computation::Uniform(offset, count, kind == WordKind::Int, index);
         if let Some(v) = self.find(&key) {
             return v;
         }
@@ -276,9 +278,9 @@ impl Builder {
         self.emit(dst, Some(key), Step::LoadUniform { dst, kind, offset, index, stride: 4, count })
     }
 
-    pub(crate) fn texture(&mut self, what: TextureOp, texture: u16, args: &[Val], mask: Val) -> [Val; 4] {
+    pub(crate) fn texture(&mut self, op: TextureOp, texture: u16, args: &[Val], mask: Val) -> [Val; 4] {
         let dst = [(); 4].map(|()| self.fresh_lane());
-        self.code.push(Step::Texture { what, texture, dst, args: Vals::from_slice(args), mask });
+        self.code.push(Step::Texture { op, texture, dst, args: Vals::from_slice(args), mask });
         dst
     }
 
@@ -287,7 +289,7 @@ impl Builder {
         if matches!(level, Val::Lane(_)) {
             return None;
         }
-        let key = Key::Size(texture, axis, level);
+        let key = Computation::Size(texture, axis, level);
         if let Some(v) = self.find(&key) {
             return Some(v);
         }
@@ -297,21 +299,21 @@ impl Builder {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum ResultKind {
     Float,
     Int,
     Bool,
     Same,
 }
 
-fn result_kind(op: Op) -> Kind {
+fn result_kind(op: Op) -> ResultKind {
     use Op::*;
     match op {
-        FLt | FLe | FEq | FNe | ILt | ILe | ULt | ULe | IEq | INe | IsNan | IsInf | BNot => Kind::Bool,
+        FLt | FLe | FEq | FNe | ILt | ILe | ULt | ULe | IEq | INe | IsNan | IsInf | BNot => ResultKind::Bool,
         F16FromF | INeg | IAbs | ISign | INot | CountOneBits | LeadingZeros | TrailingZeros | ReverseBits | FirstLeadingBitI
         | FirstLeadingBitU | FirstTrailingBit | IFromF | UFromF | BitsFromF | IAdd | ISub | IMul | IDiv | UDiv | IRem | URem | Shl
-        | ShrI | ShrU | IMin | IMax | UMin | UMax => Kind::Int,
-        And | Or | Xor | Copy | Select => Kind::Same,
-        _ => Kind::Float,
+        | ShrI | ShrU | IMin | IMax | UMin | UMax => ResultKind::Int,
+        And | Or | Xor | Copy | Select => ResultKind::Same,
+        _ => ResultKind::Float,
     }
 }

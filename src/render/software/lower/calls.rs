@@ -30,7 +30,7 @@ impl<'m> Lowerer<'m> {
             arguments,
             values: HashMap::default(),
             locals: HashMap::default(),
-            returned: base,
+            return_flag: base,
             result,
             loops: Vec::new(),
         };
@@ -44,14 +44,14 @@ impl<'m> Lowerer<'m> {
             self.env.extend(zeros);
         }
         self.frames.push(frame);
-        for (at, init) in inits {
+        for (first, init) in inits {
             let values = self.scalars_of(init)?;
-            self.env[at..at + values.len()].copy_from_slice(&values);
+            self.env[first..first + values.len()].copy_from_slice(&values);
         }
-        let top = std::mem::replace(&mut self.top_of_loop, false);
+        let was_top_of_loop = std::mem::replace(&mut self.is_at_top_of_loop, false);
         self.block(&function.body)?;
-        self.top_of_loop = top;
-        self.watch_variables()?;
+        self.is_at_top_of_loop = was_top_of_loop;
+        self.capture_variables()?;
         self.frames.pop();
         let scalars = self.env[result..end].to_vec();
         self.env.truncate(base);
@@ -75,17 +75,17 @@ impl<'m> Lowerer<'m> {
             values.push(self.value_of(*a)?);
         }
         let info = &self.info[function];
-        let here = self.span;
-        self.watch_enter(callee.name.as_deref(), statement);
+        let call_span = self.span;
+        self.enter_named_call(callee.name.as_deref(), statement);
         let scalars = self.call(callee, info, values)?;
-        self.watch_leave();
-        self.span = here;
+        self.leave_named_call();
+        self.span = call_span;
         result.map_or(Ok(()), |r| self.set_result(r, scalars))
     }
 
     fn set_result(&mut self, result: Handle<Expression>, scalars: Vec<Val>) -> Result<()> {
         let value = Value::Scalars(scalars);
-        self.watch_value(result, &value)?;
+        self.capture_expression(result, &value)?;
         self.frame_mut().values.insert(result, value);
         Ok(())
     }

@@ -4,7 +4,7 @@
 //! replaces its last operation; its operations come from one basic block, and no loop variable that they read is assigned between them.
 
 use super::step::{Step, Val, Vals, reads};
-use crate::render::software::kernels::chains::{MAX_LINKS, MAX_OPERANDS, find};
+use crate::render::software::kernels::chains::{MAX_CHAIN_OPS, MAX_OPERANDS, find};
 use crate::render::software::tape::{FusedOp, Op};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use smallvec::smallvec;
@@ -14,59 +14,60 @@ use smallvec::smallvec;
 struct ChainOp {
     /// Index in the code.
     index: usize,
-    link: FusedOp,
+    op: FusedOp,
     args: Vals,
 }
 
 pub(crate) fn fuse_chains(code: &mut Vec<Step>, outputs: &[Val]) {
     fold_negations(code, outputs);
     let uses = use_counts(code, outputs);
-    // Chains of this basic block that may be extended, by their result, which has one reader.
-    let mut open: HashMap<Val, Vec<ChainOp>> = HashMap::default();
-    let mut closed: Vec<Vec<ChainOp>> = Vec::new();
+    // Chains of this basic block to which an operation may still be appended. Key: the chain's result, which exactly one operation reads.
+    let mut open_chains: HashMap<Val, Vec<ChainOp>> = HashMap::default();
+    let mut closed_chains: Vec<Vec<ChainOp>> = Vec::new();
     for (index, step) in code.iter().enumerate() {
         match step {
             Step::Assign { dst, .. } => {
-                let stale: Vec<Val> = open.iter().filter(|(_, c)| c.iter().any(|i| i.args.contains(dst))).map(|(v, _)| *v).collect();
-                closed.extend(stale.iter().filter_map(|v| open.remove(v)));
+                let stale: Vec<Val> =
+                    open_chains.iter().filter(|(_, c)| c.iter().any(|op| op.args.contains(dst))).map(|(v, _)| *v).collect();
+                closed_chains.extend(stale.iter().filter_map(|v| open_chains.remove(v)));
             }
             Step::Op { dst: dst @ Val::Lane(_), op, args } => {
-                let candidates = args.iter().enumerate().filter_map(|(at, v)| {
-                    let mut chain = open.get(v)?.clone();
-                    let (link, args) = commuted(FusedOp { op: *op, at: at as u8 }, args);
-                    chain.push(ChainOp { index, link, args });
+                let candidates = args.iter().enumerate().filter_map(|(position, v)| {
+                    let mut chain = open_chains.get(v)?.clone();
+                    let (op, args) = commuted(FusedOp { op: *op, chained_operand: position as u8 }, args);
+                    chain.push(ChainOp { index, op, args });
                     // Prefer a chain that needs no further kernel for this operation, and among such chains the longest.
                     let adds_no_kernel = kernel_count(&chain) == kernel_count(&chain[..chain.len() - 1]);
                     Some(((adds_no_kernel, chain.len()), *v, chain))
                 });
                 let chain = match candidates.max_by_key(|(benefit, ..)| *benefit) {
                     Some((_, v, chain)) => {
-                        open.remove(&v);
+                        open_chains.remove(&v);
                         chain
                     }
-                    None => vec![ChainOp { index, link: FusedOp { op: *op, at: 0 }, args: args.clone() }],
+                    None => vec![ChainOp { index, op: FusedOp { op: *op, chained_operand: 0 }, args: args.clone() }],
                 };
                 if uses.get(dst) == Some(&1) {
-                    open.insert(*dst, chain);
+                    open_chains.insert(*dst, chain);
                 } else {
-                    closed.push(chain);
+                    closed_chains.push(chain);
                 }
             }
-            Step::SkipIfNone { .. } | Step::JumpIf { .. } | Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => {
-                closed.extend(std::mem::take(&mut open).into_values());
+            Step::SkipIfNoLane { .. } | Step::JumpIf { .. } | Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => {
+                closed_chains.extend(std::mem::take(&mut open_chains).into_values());
             }
             _ => {}
         }
     }
-    closed.extend(open.into_values());
+    closed_chains.extend(open_chains.into_values());
     let mut removed = HashSet::default();
-    for chain in &closed {
+    for chain in &closed_chains {
         for piece in split(chain).into_iter().filter(|p| p.len() > 1) {
             let (Some((operands, _)), Some(last)) = (operands(piece), piece.last()) else { continue };
             let Step::Op { dst, .. } = code[last.index] else { continue };
-            let links = piece.iter().enumerate().map(|(k, i)| FusedOp { at: if k == 0 { 0 } else { i.link.at }, ..i.link }).collect();
-            code[last.index] = Step::FusedKernel { dst, links, args: operands };
-            removed.extend(piece[..piece.len() - 1].iter().map(|i| i.index));
+            let ops = fused_ops(piece);
+            code[last.index] = Step::FusedKernel { dst, ops, args: operands };
+            removed.extend(piece[..piece.len() - 1].iter().map(|op| op.index));
         }
     }
     let mut index = 0;
@@ -87,6 +88,7 @@ fn use_counts(code: &[Step], outputs: &[Val]) -> HashMap<Val, u32> {
 /// Folds the negation of a factor into the fused multiply-add that reads it, because -a * b + c is exactly c - a * b.
 fn fold_negations(code: &mut Vec<Step>, outputs: &[Val]) {
     let uses = use_counts(code, outputs);
+    // Index of the negation and its operand, by result.
     let mut negated: HashMap<Val, (usize, Val)> = HashMap::default();
     let mut removed = HashSet::default();
     for (index, step) in code.iter_mut().enumerate() {
@@ -96,14 +98,15 @@ fn fold_negations(code: &mut Vec<Step>, outputs: &[Val]) {
                 negated.insert(*dst, (index, args[0]));
             }
             Step::Op { dst: dst @ Val::Lane(_), op: Op::Fma, args } => {
-                let Some((at, (from, factor))) = (0..2).find_map(|at| Some((at, *negated.get(&args[at])?))) else { continue };
+                let found = (0..2).find_map(|position| Some((position, *negated.get(&args[position])?)));
+                let Some((position, (negation, factor))) = found else { continue };
                 // A value common to all lanes comes first, as in the table of chains.
-                let mut factors = [factor, args[1 - at]];
+                let mut factors = [factor, args[1 - position]];
                 factors.sort();
-                removed.insert(from);
+                removed.insert(negation);
                 *step = Step::Op { dst: *dst, op: Op::Fnma, args: smallvec![factors[0], factors[1], args[2]] };
             }
-            Step::SkipIfNone { .. } | Step::JumpIf { .. } | Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => {
+            Step::SkipIfNoLane { .. } | Step::JumpIf { .. } | Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => {
                 negated.clear();
             }
             _ => {}
@@ -117,20 +120,20 @@ fn fold_negations(code: &mut Vec<Step>, outputs: &[Val]) {
 }
 
 /// Swaps the operands of a commutative operation so that the chain's result is second, which halves the number of kernels.
-fn commuted(link: FusedOp, args: &[Val]) -> (FusedOp, Vals) {
+fn commuted(op: FusedOp, args: &[Val]) -> (FusedOp, Vals) {
     let mut args = Vals::from_slice(args);
-    if link.at == 0 && matches!(link.op, Op::Mul | Op::Add | Op::And | Op::Or | Op::Fma | Op::Fms | Op::Fnma) {
+    if op.chained_operand == 0 && matches!(op.op, Op::Mul | Op::Add | Op::And | Op::Or | Op::Fma | Op::Fms | Op::Fnma) {
         args.swap(0, 1);
-        return (FusedOp { at: 1, ..link }, args);
+        return (FusedOp { chained_operand: 1, ..op }, args);
     }
-    (link, args)
+    (op, args)
 }
 
 /// The operands of a piece of a chain, and their kinds. The operands of the first operation come first, then the others of each further operation.
 fn operands(piece: &[ChainOp]) -> Option<(Vals, u8)> {
     let mut all = piece.first()?.args.clone();
-    for item in &piece[1..] {
-        all.extend(item.args.iter().enumerate().filter(|(k, _)| *k != usize::from(item.link.at)).map(|(_, v)| *v));
+    for op in &piece[1..] {
+        all.extend(op.args.iter().enumerate().filter(|(k, _)| *k != usize::from(op.op.chained_operand)).map(|(_, v)| *v));
     }
     if all.len() > MAX_OPERANDS {
         return None;
@@ -139,13 +142,17 @@ fn operands(piece: &[ChainOp]) -> Option<(Vals, u8)> {
     Some((all, kinds))
 }
 
+/// The operations of a piece of a chain. The first has no chained operand in this piece.
+fn fused_ops(piece: &[ChainOp]) -> Vec<FusedOp> {
+    piece.iter().enumerate().map(|(k, op)| FusedOp { chained_operand: if k == 0 { 0 } else { op.op.chained_operand }, ..op.op }).collect()
+}
+
 /// Whether one kernel computes this piece.
 fn has_kernel(piece: &[ChainOp]) -> bool {
     if piece.len() == 1 {
         return true;
     }
-    let links: Vec<FusedOp> = piece.iter().enumerate().map(|(k, i)| FusedOp { at: if k == 0 { 0 } else { i.link.at }, ..i.link }).collect();
-    operands(piece).is_some_and(|(_, kinds)| find(&links, kinds).is_some())
+    operands(piece).is_some_and(|(_, kinds)| find(&fused_ops(piece), kinds).is_some())
 }
 
 /// Splits a chain into the fewest pieces that have a kernel each, by dynamic programming.
@@ -153,7 +160,7 @@ fn split(chain: &[ChainOp]) -> Vec<&[ChainOp]> {
     // Entry k: the fewest kernels for the first k operations, and the start of the last kernel's piece.
     let mut best = vec![(0, 0)];
     for end in 1..=chain.len() {
-        let starts = (end.saturating_sub(MAX_LINKS)..end).filter(|start| has_kernel(&chain[*start..end]));
+        let starts = (end.saturating_sub(MAX_CHAIN_OPS)..end).filter(|start| has_kernel(&chain[*start..end]));
         best.push(starts.map(|start| (best[start].0 + 1, start)).min().unwrap_or((end, end - 1)));
     }
     let mut pieces = Vec::new();

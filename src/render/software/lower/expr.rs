@@ -27,7 +27,7 @@ impl<'m> Lowerer<'m> {
 
     pub(crate) fn scalars_of(&mut self, handle: Handle<Expression>) -> Result<Vec<Val>> {
         match self.value_of(handle)? {
-            Value::Scalars(w) => Ok(w),
+            Value::Scalars(scalars) => Ok(scalars),
             _ => Err(self.unsupported("a value is needed here".into())),
         }
     }
@@ -113,10 +113,10 @@ impl<'m> Lowerer<'m> {
             }
             Expression::AccessIndex { base, index } => match self.value_of(*base)? {
                 Value::Place(p) => return Ok(Value::Place(self.place_child(&p, *index)?)),
-                Value::Scalars(w) => {
-                    let (child, at, _) = self.child(self.type_of(*base), *index)?;
+                Value::Scalars(scalars) => {
+                    let (child, first, _) = self.child(self.type_of(*base), *index)?;
                     let n = self.scalar_count(&child)?;
-                    w[at..at + n].to_vec()
+                    scalars[first..first + n].to_vec()
                 }
                 Value::Resource(_) => return Err(self.unsupported("arrays of textures are not supported".into())),
             },
@@ -124,7 +124,7 @@ impl<'m> Lowerer<'m> {
                 let k = self.scalar_of(*index)?;
                 match self.value_of(*base)? {
                     Value::Place(p) => return Ok(Value::Place(self.place_indexed(&p, k)?)),
-                    Value::Scalars(w) => self.select_element(self.type_of(*base), &w, k)?,
+                    Value::Scalars(scalars) => self.select_element(self.type_of(*base), &scalars, k)?,
                     Value::Resource(_) => return Err(self.unsupported("arrays of textures are not supported".into())),
                 }
             }
@@ -244,38 +244,38 @@ impl<'m> Lowerer<'m> {
     /// The element of a value at an index that may differ between lanes.
     fn select_element(&mut self, inner: &TypeInner, scalars: &[Val], index: Val) -> Result<Vec<Val>> {
         let count = self.children(inner)? as usize;
-        let n = scalars.len() / count;
+        let element_length = scalars.len() / count;
         if let Some(k) = self.builder.known_int(index) {
             let k = (k as usize).min(count - 1);
-            return Ok(scalars[k * n..(k + 1) * n].to_vec());
+            return Ok(scalars[k * element_length..(k + 1) * element_length].to_vec());
         }
-        let mut found = scalars[(count - 1) * n..].to_vec();
+        let mut selected = scalars[(count - 1) * element_length..].to_vec();
         for k in (0..count - 1).rev() {
-            let number = self.builder.int(k as u32);
-            let is_selected = self.builder.bin(Op::IEq, index, number);
-            for (f, w) in found.iter_mut().zip(&scalars[k * n..]) {
-                *f = self.builder.select(is_selected, *w, *f);
+            let position = self.builder.int(k as u32);
+            let is_selected = self.builder.bin(Op::IEq, index, position);
+            for (scalar, candidate) in selected.iter_mut().zip(&scalars[k * element_length..]) {
+                *scalar = self.builder.select(is_selected, *candidate, *scalar);
             }
         }
-        Ok(found)
+        Ok(selected)
     }
 
     pub(crate) fn dot(&mut self, a: &[Val], b: &[Val], float: bool) -> Val {
         let (mul, add) = if float { (Op::Mul, Op::Add) } else { (Op::IMul, Op::IAdd) };
         let mut sum = self.builder.bin(mul, a[0], b[0]);
         for (x, y) in a.iter().zip(b).skip(1) {
-            let p = self.builder.bin(mul, *x, *y);
-            sum = self.builder.bin(add, p, sum);
+            let product = self.builder.bin(mul, *x, *y);
+            sum = self.builder.bin(add, product, sum);
         }
         sum
     }
 
     fn binary(&mut self, op: BinaryOperator, left: Handle<Expression>, right: Handle<Expression>) -> Result<Vec<Val>> {
-        let (lt, rt) = (self.type_of(left), self.type_of(right));
+        let (left_type, right_type) = (self.type_of(left), self.type_of(right));
         let kind = self.kind_of_any(left)?;
         let (a, b) = (self.scalars_of(left)?, self.scalars_of(right)?);
         if op == BinaryOperator::Multiply {
-            match (lt, rt) {
+            match (left_type, right_type) {
                 (TypeInner::Matrix { rows, .. }, TypeInner::Vector { .. }) => return Ok(self.matrix_times(&a, &b, *rows as usize)),
                 (TypeInner::Vector { .. }, TypeInner::Matrix { rows, .. }) => {
                     return Ok(b.chunks(*rows as usize).map(|column| self.dot(&a, column, true)).collect());
@@ -287,8 +287,8 @@ impl<'m> Lowerer<'m> {
             }
         }
         let n = a.len().max(b.len());
-        let of = |v: &[Val], i: usize| if v.len() == 1 { v[0] } else { v[i] };
-        Ok((0..n).map(|i| self.binary_scalar(op, kind, of(&a, i), of(&b, i))).collect())
+        let component = |v: &[Val], i: usize| if v.len() == 1 { v[0] } else { v[i] };
+        Ok((0..n).map(|i| self.binary_scalar(op, kind, component(&a, i), component(&b, i))).collect())
     }
 
     fn matrix_times(&mut self, m: &[Val], v: &[Val], rows: usize) -> Vec<Val> {
@@ -366,7 +366,7 @@ impl<'m> Lowerer<'m> {
 
     pub(crate) fn texture_use(&mut self, image: Handle<Expression>, sampler: Option<Handle<Expression>>) -> Result<u16> {
         let inner = self.type_of(image);
-        let sampled = matches!(
+        let is_supported = matches!(
             inner,
             TypeInner::Image {
                 dim: ImageDimension::D2,
@@ -374,17 +374,17 @@ impl<'m> Lowerer<'m> {
                 class: ImageClass::Sampled { kind: ScalarKind::Float, multi: false },
             }
         );
-        if !sampled {
+        if !is_supported {
             return Err(self.unsupported(format!("only texture_2d<f32> is supported, not {inner:?}")));
         }
         let texture_binding = self.binding(image)?;
         let sampler_binding = sampler.map(|s| self.binding(s)).transpose()?;
         let texture_use = TextureUse { texture_binding, sampler_binding };
-        let at = self.textures.iter().position(|t| *t == texture_use).unwrap_or_else(|| {
+        let index = self.textures.iter().position(|t| *t == texture_use).unwrap_or_else(|| {
             self.textures.push(texture_use);
             self.textures.len() - 1
         });
-        Ok(at as u16)
+        Ok(index as u16)
     }
 
     fn binding(&mut self, handle: Handle<Expression>) -> Result<u32> {

@@ -41,10 +41,11 @@ fn eliminate_dead_code(b: &mut Builder, outputs: &[Val]) {
     b.draw.retain(keep);
     // Remove jumps to the next step.
     loop {
-        let empty = b.code.windows(2).position(|w| {
-            matches!((&w[0], &w[1]), (Step::SkipIfNone { label: a, .. } | Step::JumpIf { label: a, .. } | Step::Jump { label: a }, Step::Label(t)) if a == t)
+        let jump_to_next = b.code.windows(2).position(|pair| {
+            let (Step::SkipIfNoLane { label, .. } | Step::JumpIf { label, .. } | Step::Jump { label }) = &pair[0] else { return false };
+            matches!(&pair[1], Step::Label(next) if label == next)
         });
-        match empty {
+        match jump_to_next {
             Some(i) => {
                 b.code.remove(i);
             }
@@ -53,29 +54,39 @@ fn eliminate_dead_code(b: &mut Builder, outputs: &[Val]) {
     }
 }
 
+/// A multiplication that may be fused with the addition that reads it.
+#[derive(Clone, Copy)]
+struct Product {
+    /// Index in the code.
+    index: usize,
+    region: u32,
+    factors: [Val; 2],
+}
+
 /// Fuses a*b+c, a*b-c and c-a*b if the product has no other use and is in the same region.
 fn fuse_multiply_add(b: &mut Builder, outputs: &[Val]) {
     let mut uses: HashMap<Val, u32> = HashMap::default();
     for v in b.code.iter().flat_map(reads).chain(outputs.iter().copied()) {
         *uses.entry(v).or_default() += 1;
     }
-    let mut products: HashMap<Val, (usize, u32, Val, Val)> = HashMap::default();
+    let mut products: HashMap<Val, Product> = HashMap::default();
     let mut removed = HashSet::default();
     // Every jump starts a new region, because operands that a loop reassigns must not be read later than the original product.
     let mut region = 0u32;
-    let mut open: Vec<(u32, Label)> = Vec::new();
+    // The region before each jump whose label has not been reached, with that label.
+    let mut open_jumps: Vec<(u32, Label)> = Vec::new();
     let mut last_region = 0u32;
     for i in 0..b.code.len() {
         match &b.code[i] {
-            Step::SkipIfNone { label, .. } | Step::JumpIf { label, .. } => {
-                open.push((region, *label));
+            Step::SkipIfNoLane { label, .. } | Step::JumpIf { label, .. } => {
+                open_jumps.push((region, *label));
                 last_region += 1;
                 region = last_region;
             }
             Step::Label(l) => {
-                while let Some(at) = open.iter().rposition(|(_, x)| x == l) {
-                    region = open[at].0;
-                    open.truncate(at);
+                while let Some(k) = open_jumps.iter().rposition(|(_, label)| label == l) {
+                    region = open_jumps[k].0;
+                    open_jumps.truncate(k);
                 }
             }
             Step::LoopStart | Step::LoopEnd | Step::Jump { .. } => {
@@ -83,11 +94,11 @@ fn fuse_multiply_add(b: &mut Builder, outputs: &[Val]) {
                 region = last_region;
             }
             Step::Op { dst: dst @ Val::Lane(_), op: Op::Mul, args } if uses.get(dst) == Some(&1) => {
-                products.insert(*dst, (i, region, args[0], args[1]));
+                products.insert(*dst, Product { index: i, region, factors: [args[0], args[1]] });
             }
             Step::Op { dst: dst @ Val::Lane(_), op: op @ (Op::Add | Op::Sub), args } => {
-                let product = |v: Val| products.get(&v).filter(|p| p.1 == region).copied();
-                let (p, op, c) = match (op, product(args[0]), product(args[1])) {
+                let product_of = |v: Val| products.get(&v).filter(|p| p.region == region).copied();
+                let (product, op, addend) = match (op, product_of(args[0]), product_of(args[1])) {
                     (Op::Add, Some(p), _) => (p, Op::Fma, args[1]),
                     (Op::Add, None, Some(p)) => (p, Op::Fma, args[0]),
                     (Op::Sub, Some(p), _) => (p, Op::Fms, args[1]),
@@ -95,8 +106,8 @@ fn fuse_multiply_add(b: &mut Builder, outputs: &[Val]) {
                     _ => continue,
                 };
                 let dst = *dst;
-                removed.insert(p.0);
-                b.code[i] = Step::Op { dst, op, args: smallvec![p.2, p.3, c] };
+                removed.insert(product.index);
+                b.code[i] = Step::Op { dst, op, args: smallvec![product.factors[0], product.factors[1], addend] };
             }
             _ => {}
         }
@@ -113,11 +124,11 @@ fn live_ranges(code: &[Step], inputs: &[Val], outputs: &[Val]) -> HashMap<Val, (
     // Inputs are live from the start of the program.
     let mut ranges: HashMap<Val, (usize, usize)> = inputs.iter().map(|v| (*v, (0, 0))).collect();
     let mut loops: Vec<(usize, usize)> = Vec::new();
-    let mut open: Vec<usize> = Vec::new();
+    let mut open_loops: Vec<usize> = Vec::new();
     for (i, step) in code.iter().enumerate() {
         match step {
-            Step::LoopStart => open.push(i),
-            Step::LoopEnd => loops.extend(open.pop().map(|s| (s, i))),
+            Step::LoopStart => open_loops.push(i),
+            Step::LoopEnd => loops.extend(open_loops.pop().map(|start| (start, i))),
             _ => {}
         }
         for v in reads(step).into_iter().chain(writes(step)) {
@@ -139,19 +150,19 @@ fn live_ranges(code: &[Step], inputs: &[Val], outputs: &[Val]) -> HashMap<Val, (
 }
 
 /// Allocates slot or register numbers.
-struct Pool {
+struct NumberPool {
     free: Vec<u16>,
     count: u32,
 }
 
-impl Pool {
+impl NumberPool {
     fn allocate(&mut self) -> Result<u16, LowerError> {
         if let Some(s) = self.free.pop() {
             return Ok(s);
         }
         self.count += 1;
         if self.count >= 60_000 {
-            return Err(LowerError::new("more than 60000 values at one time".into(), naga::Span::UNDEFINED));
+            return Err(LowerError::new("more than 60000 values are live at one time".into(), naga::Span::UNDEFINED));
         }
         Ok((self.count - 1) as u16)
     }
@@ -170,16 +181,17 @@ pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bo
     }
     let live_ranges = live_ranges(&b.code, inputs, outputs);
     let mut allocation: HashMap<Val, Operand> = HashMap::default();
-    let mut registers = Pool { free: Vec::new(), count: b.constants.len() as u32 };
-    let mut slots = Pool { free: Vec::new(), count: inputs.len() as u32 };
+    let mut registers = NumberPool { free: Vec::new(), count: b.constants.len() as u32 };
+    let mut slots = NumberPool { free: Vec::new(), count: inputs.len() as u32 };
     for i in 0..b.constants.len() {
         allocation.insert(Val::Const(i as u32), Operand::Reg(i as u16));
     }
-    let mut expiring: Vec<Vec<u16>> = vec![Vec::new(); b.code.len() + 1];
+    // Per step, the slots whose value is last used by it.
+    let mut freed_after: Vec<Vec<u16>> = vec![Vec::new(); b.code.len() + 1];
     for (k, v) in inputs.iter().enumerate() {
         allocation.insert(*v, Operand::Slot(k as u16));
         let last = live_ranges.get(v).map_or(0, |l| l.1);
-        expiring[last].push(k as u16);
+        freed_after[last].push(k as u16);
     }
     for step in &b.draw {
         for v in writes(step) {
@@ -187,15 +199,12 @@ pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bo
         }
     }
     let operand_of = |allocation: &HashMap<Val, Operand>, v: Val| allocation.get(&v).copied().unwrap_or(Operand::Reg(0));
-    let index = |o: Operand| match o {
-        Operand::Slot(k) | Operand::Reg(k) => k,
-    };
     let mut draw_tape = Vec::new();
     for step in &b.draw {
-        draw_tape.push(scalar_instr(step, &|v| operand_of(&allocation, v), &index));
+        draw_tape.push(scalar_instr(step, &|v| operand_of(&allocation, v)));
     }
     let mut lane_tape: Vec<Instr> = Vec::new();
-    let mut label_at: HashMap<Label, u32> = HashMap::default();
+    let mut target_of: HashMap<Label, u32> = HashMap::default();
     for (i, step) in b.code.iter().enumerate() {
         for v in writes(step) {
             if allocation.contains_key(&v) {
@@ -205,60 +214,60 @@ pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bo
                 Val::Lane(_) => {
                     let s = slots.allocate()?;
                     allocation.insert(v, Operand::Slot(s));
-                    expiring[live_ranges.get(&v).map_or(i, |l| l.1)].push(s);
+                    freed_after[live_ranges.get(&v).map_or(i, |l| l.1)].push(s);
                 }
                 _ => {
                     allocation.insert(v, Operand::Reg(registers.allocate()?));
                 }
             }
         }
-        let at = |v: Val| operand_of(&allocation, v);
-        let all = |vs: &[Val]| vs.iter().map(|v| at(*v)).collect::<Vec<_>>();
+        let operand = |v: Val| operand_of(&allocation, v);
+        let operands = |vs: &[Val]| vs.iter().map(|v| operand(*v)).collect::<Vec<_>>();
         match step {
             Step::Op { dst: dst @ Val::Lane(_), op, args } => {
-                lane_tape.push(Instr::Lane { op: *op, dst: index(at(*dst)), args: all(args) })
+                lane_tape.push(Instr::Lane { op: *op, dst: number(operand(*dst)), args: operands(args) })
             }
             Step::Assign { dst: dst @ Val::Lane(_), from } => {
                 if dst != from {
-                    lane_tape.push(Instr::Lane { op: Op::Copy, dst: index(at(*dst)), args: vec![at(*from)] });
+                    lane_tape.push(Instr::Lane { op: Op::Copy, dst: number(operand(*dst)), args: vec![operand(*from)] });
                 }
             }
             Step::LoadUniform { dst: dst @ Val::Lane(_), kind, offset, index: Some(k), stride, count } => {
                 lane_tape.push(Instr::GatherUniform {
-                    dst: index(at(*dst)),
+                    dst: number(operand(*dst)),
                     kind: *kind,
                     offset: *offset,
-                    index: at(*k),
+                    index: operand(*k),
                     stride: *stride,
                     count: *count,
                 })
             }
-            Step::FusedKernel { dst, links, args } => {
-                lane_tape.push(Instr::FusedKernel { links: links.clone(), dst: index(at(*dst)), args: all(args) })
+            Step::FusedKernel { dst, ops, args } => {
+                lane_tape.push(Instr::FusedKernel { ops: ops.clone(), dst: number(operand(*dst)), args: operands(args) })
             }
             Step::Op { .. } | Step::Assign { .. } | Step::LoadUniform { .. } | Step::TextureSize { .. } => {
-                lane_tape.push(scalar_instr(step, &at, &index));
+                lane_tape.push(scalar_instr(step, &operand));
             }
-            Step::Texture { what, texture, dst, args, mask } => lane_tape.push(Instr::Texture {
-                what: *what,
+            Step::Texture { op, texture, dst, args, mask } => lane_tape.push(Instr::Texture {
+                op: *op,
                 texture: *texture,
-                dst: dst.map(|d| index(at(d))),
-                args: all(args),
-                mask: at(*mask),
+                dst: dst.map(|d| number(operand(d))),
+                args: operands(args),
+                mask: operand(*mask),
             }),
-            Step::SkipIfNone { mask, label } => lane_tape.push(Instr::SkipIfNone { mask: at(*mask), target: *label }),
-            Step::JumpIf { cond, when, label } => lane_tape.push(Instr::JumpIf { cond: at(*cond), when: *when, target: *label }),
+            Step::SkipIfNoLane { mask, label } => lane_tape.push(Instr::SkipIfNoLane { mask: operand(*mask), target: *label }),
+            Step::JumpIf { cond, when, label } => lane_tape.push(Instr::JumpIf { cond: operand(*cond), when: *when, target: *label }),
             Step::Jump { label } => lane_tape.push(Instr::Jump { target: *label }),
             Step::Label(l) => {
-                label_at.insert(*l, lane_tape.len() as u32);
+                target_of.insert(*l, lane_tape.len() as u32);
             }
             Step::LoopStart | Step::LoopEnd => {}
         }
-        slots.free.extend(std::mem::take(&mut expiring[i]));
+        slots.free.extend(std::mem::take(&mut freed_after[i]));
     }
     for instr in &mut lane_tape {
-        if let Instr::SkipIfNone { target, .. } | Instr::JumpIf { target, .. } | Instr::Jump { target } = instr {
-            *target = label_at.get(target).copied().unwrap_or(u32::MAX);
+        if let Instr::SkipIfNoLane { target, .. } | Instr::JumpIf { target, .. } | Instr::Jump { target } = instr {
+            *target = target_of.get(target).copied().unwrap_or(u32::MAX);
         }
     }
     Ok(Finished {
@@ -270,16 +279,32 @@ pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bo
     })
 }
 
-fn scalar_instr(step: &Step, at: &dyn Fn(Val) -> Operand, index: &dyn Fn(Operand) -> u16) -> Instr {
+/// The number of a slot or register.
+fn number(o: Operand) -> u16 {
+    match o {
+        Operand::Slot(k) | Operand::Reg(k) => k,
+    }
+}
+
+/// The instruction of a step whose result is a register.
+fn scalar_instr(step: &Step, operand: &dyn Fn(Val) -> Operand) -> Instr {
     match step {
-        Step::Op { dst, op, args } => Instr::Scalar { op: *op, dst: index(at(*dst)), args: args.iter().map(|v| at(*v)).collect() },
-        Step::Assign { dst, from } => Instr::Scalar { op: Op::Copy, dst: index(at(*dst)), args: vec![at(*from)] },
-        Step::LoadUniform { dst, kind, offset, index: k, stride, count } => {
-            Instr::LoadUniform { dst: index(at(*dst)), kind: *kind, offset: *offset, index: k.map(at), stride: *stride, count: *count }
+        Step::Op { dst, op, args } => {
+            Instr::Scalar { op: *op, dst: number(operand(*dst)), args: args.iter().map(|v| operand(*v)).collect() }
         }
+        Step::Assign { dst, from } => Instr::Scalar { op: Op::Copy, dst: number(operand(*dst)), args: vec![operand(*from)] },
+        Step::LoadUniform { dst, kind, offset, index: k, stride, count } => Instr::LoadUniform {
+            dst: number(operand(*dst)),
+            kind: *kind,
+            offset: *offset,
+            index: k.map(operand),
+            stride: *stride,
+            count: *count,
+        },
         Step::TextureSize { dst, texture, axis, level } => {
-            Instr::TextureSize { dst: index(at(*dst)), texture: *texture, axis: *axis, level: at(*level) }
+            Instr::TextureSize { dst: number(operand(*dst)), texture: *texture, axis: *axis, level: operand(*level) }
         }
+        // No other step has a register as its result; `Program::check` would refuse this target.
         _ => Instr::Jump { target: u32::MAX },
     }
 }

@@ -20,11 +20,18 @@ pub(crate) struct CallFrame<'m> {
     pub values: HashMap<Handle<Expression>, Value>,
     pub locals: HashMap<Handle<naga::LocalVariable>, usize>,
     /// Index in `env` of the flag that is set by `return`.
-    pub returned: usize,
+    pub return_flag: usize,
     /// Index in `env` of the first scalar of the result.
     pub result: usize,
-    /// Indices in `env` of the flags (broken, continued) of the loops that are open in this function.
-    pub loops: Vec<(usize, usize)>,
+    /// The loops and switches of this function whose bodies are being lowered, innermost last.
+    pub loops: Vec<LoopFlags>,
+}
+
+/// Indices in `env` of the flags that `break` and `continue` set.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct LoopFlags {
+    pub break_flag: usize,
+    pub continue_flag: usize,
 }
 
 /// A loop whose body is being lowered. Uniform control flow leaves it by a jump.
@@ -33,7 +40,7 @@ pub(crate) struct OpenLoop {
     /// Scalars that change in the loop, with their loop variables.
     pub variables: Vec<(usize, Val)>,
     /// The environment at each exit by jump.
-    pub exits: Vec<Vec<Val>>,
+    pub exit_envs: Vec<Vec<Val>>,
 }
 
 pub(crate) struct Lowerer<'m> {
@@ -51,15 +58,15 @@ pub(crate) struct Lowerer<'m> {
     pub globals: HashMap<Handle<naga::GlobalVariable>, Value>,
     pub open_loops: Vec<OpenLoop>,
     /// Whether the current statement is at the top level of the innermost loop's body, where a uniform exit may be a jump.
-    pub top_of_loop: bool,
+    pub is_at_top_of_loop: bool,
     /// Named values to be output, if they were requested.
-    pub watch: Option<super::watch::NamedValueCapture>,
+    pub named_values: Option<super::watch::NamedValueCapture>,
     /// Statements so far, weighted by the size of the environment; at most [`MAX_STATEMENTS`].
     statement_count: usize,
     /// Depth of nested blocks and calls; at most [`MAX_NESTING`].
     nesting: usize,
     /// For functions with the name of a native operation: whether their body computes the same as the operation.
-    pub native: HashMap<Handle<Function>, bool>,
+    pub is_native: HashMap<Handle<Function>, bool>,
 }
 
 /// Index in [`Lowerer::env`] of the mask of lanes that have discarded.
@@ -70,7 +77,7 @@ pub(crate) const DISCARDED: usize = 0;
 const MAX_STATEMENTS: usize = 1 << 19;
 /// Copying this many scalars of the environment counts as a statement.
 const SCALARS_PER_STATEMENT: usize = 64;
-/// Maximum number of steps. It is limited separately, because a store with a variable index has one step per element.
+/// Maximum number of steps. It is limited separately, because a store with a variable index takes several steps per element.
 const MAX_STEPS: usize = 1 << 20;
 /// Maximum nesting of blocks and calls, because lowering is recursive.
 const MAX_NESTING: usize = 200;
@@ -83,7 +90,7 @@ impl<'m> Lowerer<'m> {
     pub(super) fn count_statement(&mut self) -> Result<()> {
         self.statement_count += 1 + self.env.len() / SCALARS_PER_STATEMENT;
         if self.statement_count > MAX_STATEMENTS || self.builder.code.len() > MAX_STEPS {
-            return Err(self.unsupported("the module is too long once each call is laid out".into()));
+            return Err(self.unsupported("the module has too many statements after all calls are inlined".into()));
         }
         Ok(())
     }
@@ -95,7 +102,7 @@ impl<'m> Lowerer<'m> {
     pub(super) fn in_block(&mut self, inside: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
         self.nesting += 1;
         if self.nesting > MAX_NESTING {
-            return Err(self.unsupported(format!("more than {MAX_NESTING} blocks and calls stand inside each other")));
+            return Err(self.unsupported(format!("more than {MAX_NESTING} blocks and calls are nested in each other")));
         }
         inside(self)?;
         self.nesting -= 1;
@@ -116,11 +123,11 @@ impl<'m> Lowerer<'m> {
             active_mask: active,
             globals: HashMap::default(),
             open_loops: Vec::new(),
-            top_of_loop: false,
-            watch: None,
+            is_at_top_of_loop: false,
+            named_values: None,
             statement_count: 0,
             nesting: 0,
-            native: HashMap::default(),
+            is_native: HashMap::default(),
         };
         for (handle, global) in module.global_variables.iter() {
             this.span = module.global_variables.get_span(handle);
@@ -157,8 +164,8 @@ impl<'m> Lowerer<'m> {
 
     /// The mask of discarded lanes, if the program discards.
     pub(crate) fn discarded(&self) -> Option<Val> {
-        let k = self.env[DISCARDED];
-        (self.builder.known_bool(k) != Some(false)).then_some(k)
+        let mask = self.env[DISCARDED];
+        (self.builder.known_bool(mask) != Some(false)).then_some(mask)
     }
 
     pub(crate) fn frame(&self) -> &CallFrame<'m> {

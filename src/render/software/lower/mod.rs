@@ -31,6 +31,7 @@ mod watch;
 
 pub(crate) use error::LowerError;
 pub use stored::lowering;
+pub(crate) use watch::FIRST_NAMED_LOCATION;
 
 use super::program::{LaneInput, LaneOutput, Program, ProgramError, Stage};
 use crate::shader::LoweringFailure;
@@ -55,7 +56,7 @@ pub fn lower(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<Pr
 /// # Errors
 /// As [`lower`].
 pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, chains: bool) -> Result<Program> {
-    lowered(module, info, entry, chains, None).map(|(program, _)| program)
+    lower_entry_point(module, info, entry, chains, None).map(|(program, _)| program)
 }
 
 /// A program with its named values as additional outputs, after its own outputs.
@@ -70,60 +71,59 @@ pub(crate) struct InspectableProgram {
 /// # Errors
 /// As [`lower`].
 pub(crate) fn lower_for_inspection(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<InspectableProgram> {
-    let (program, watch) = lowered(module, info, entry, true, Some(NamedValueCapture::default()))?;
-    let captured = watch.map(|w| w.captured).unwrap_or_default();
-    let mut at = program.outputs.len() - captured.iter().map(|c| c.lanes.len()).sum::<usize>();
+    let (program, named_values) = lower_entry_point(module, info, entry, true, Some(NamedValueCapture::default()))?;
+    let captured = named_values.map(|n| n.captured).unwrap_or_default();
+    let mut next_output = program.outputs.len() - captured.iter().map(|c| c.lanes.len()).sum::<usize>();
     let names = captured.into_iter().map(|c| {
-        at += c.lanes.len();
-        (c.name, at - c.lanes.len()..at)
+        let first = next_output;
+        next_output += c.lanes.len();
+        (c.name, first..next_output)
     });
     Ok(InspectableProgram { names: names.collect(), program })
 }
 
-/// Lowers one entry point. With `watch`, the named values become outputs after the program's own.
-fn lowered(
+/// Lowers one entry point. With `named_values`, the named values become outputs after the program's own.
+fn lower_entry_point(
     module: &naga::Module,
     info: &ModuleInfo,
     entry: &str,
     chains: bool,
-    watch: Option<NamedValueCapture>,
+    named_values: Option<NamedValueCapture>,
 ) -> Result<(Program, Option<NamedValueCapture>)> {
-    let found = module.entry_points.iter().position(|e| e.name == entry);
-    let index = found.ok_or_else(|| LowerError::new(format!("no entry point '{entry}'"), Span::UNDEFINED))?;
-    let point = &module.entry_points[index];
-    let stage = stage_of(point)?;
+    let position = module.entry_points.iter().position(|e| e.name == entry);
+    let index = position.ok_or_else(|| LowerError::new(format!("no entry point '{entry}'"), Span::UNDEFINED))?;
+    let entry_point = &module.entry_points[index];
+    let stage = stage_of(entry_point)?;
     let mut builder = Builder::new();
-    let (mut interface, arguments) = Interface::of(module, point, stage, &mut builder)?;
+    let (mut interface, arguments) = Interface::of(module, entry_point, stage, &mut builder)?;
     let active = builder.fresh_lane();
-    interface.values.push(active);
+    interface.input_values.push(active);
     let mut lowerer = Lowerer::new(module, info, builder, active)?;
-    lowerer.watch = watch;
-    let result = lowerer.entry(&point.function, info.get_entry_point(index), arguments)?;
-    let discarded = lowerer.discarded();
-    let mut b = lowerer.builder;
+    lowerer.named_values = named_values;
+    let result = lowerer.entry(&entry_point.function, info.get_entry_point(index), arguments)?;
+    let discarded_mask = lowerer.discarded();
+    let mut builder = lowerer.builder;
     let mut outputs: Vec<Val> = result.into_iter().take(interface.outputs.len()).collect();
-    let watch = lowerer.watch;
-    if let Some(watch) = &watch {
-        watch.initialise(&mut b);
-        interface.outputs.extend(watch.outputs());
-        outputs.extend(watch.values());
+    let named_values = lowerer.named_values;
+    if let Some(named_values) = &named_values {
+        named_values.initialise(&mut builder);
+        interface.outputs.extend(named_values.outputs());
+        outputs.extend(named_values.lanes());
     }
-    if let Some(k) = discarded {
-        outputs.push(k);
-    }
+    outputs.extend(discarded_mask);
     // Each output must be a separate lane value, so inputs, values common to all lanes, and repeated outputs are copied.
-    let mut used = rustc_hash::FxHashSet::default();
+    let mut seen = rustc_hash::FxHashSet::default();
     for v in &mut outputs {
-        if !matches!(v, Val::Lane(_)) || interface.values.contains(v) || !used.insert(*v) {
-            let dst = b.fresh_lane();
-            b.code.push(step::Step::Op { dst, op: super::tape::Op::Copy, args: smallvec::smallvec![*v] });
+        if !matches!(v, Val::Lane(_)) || interface.input_values.contains(v) || !seen.insert(*v) {
+            let dst = builder.fresh_lane();
+            builder.code.push(step::Step::Op { dst, op: super::tape::Op::Copy, args: smallvec::smallvec![*v] });
             *v = dst;
         }
     }
-    let constants = b.constants.clone();
-    let finished = finish::finish(b, &interface.values, &outputs, chains)?;
-    let mut operands = finished.outputs;
-    let discarded = if discarded.is_some() { operands.pop() } else { None };
+    let constants = builder.constants.clone();
+    let finished = finish::finish(builder, &interface.input_values, &outputs, chains)?;
+    let mut output_operands = finished.outputs;
+    let discarded = if discarded_mask.is_some() { output_operands.pop() } else { None };
     let uses_derivatives =
         finished.lane_tape.iter().any(|i| matches!(i, super::tape::Instr::Lane { op: super::tape::Op::Dpdx | super::tape::Op::Dpdy, .. }));
     let program = Program {
@@ -131,7 +131,7 @@ fn lowered(
         stage,
         inputs: interface.inputs,
         outputs: interface.outputs,
-        output_operands: operands,
+        output_operands,
         textures: lowerer.textures,
         uses_discard: discarded.is_some(),
         discarded,
@@ -143,7 +143,7 @@ fn lowered(
         registers: finished.registers,
         slots: finished.slots,
     };
-    Ok((program, watch))
+    Ok((program, named_values))
 }
 
 /// Lowers every entry point of a module to bytes for the library ([`programs_from_bytes`] reads them).
@@ -177,15 +177,15 @@ pub fn check_bytes(module: &naga::Module, bytes: &[u8]) -> std::result::Result<(
         return Err(format!("{} programs for {} entry points", programs.len(), module.entry_points.len()).into());
     }
     let is_bound =
-        |number: u32| module.global_variables.iter().any(|(_, v)| v.binding.is_some_and(|b| b.group == 0 && b.binding == number));
+        |binding: u32| module.global_variables.iter().any(|(_, v)| v.binding.is_some_and(|b| b.group == 0 && b.binding == binding));
     for (program, point) in programs.iter().zip(&module.entry_points) {
         let stage = stage_of(point)?;
         let (interface, _) = Interface::of(module, point, stage, &mut Builder::new())?;
-        let bound = program.textures.iter().all(|t| is_bound(t.texture_binding) && t.sampler_binding.is_none_or(is_bound));
-        let same = (&program.name, program.stage) == (&point.name, stage)
+        let textures_are_bound = program.textures.iter().all(|t| is_bound(t.texture_binding) && t.sampler_binding.is_none_or(is_bound));
+        let has_same_interface = (&program.name, program.stage) == (&point.name, stage)
             && program.inputs == interface.inputs
             && program.outputs == interface.outputs;
-        if !(bound && same) {
+        if !(textures_are_bound && has_same_interface) {
             return Err(format!(
                 "program '{}' is not that of the entry point '{}'",
                 program.name.escape_debug(),
@@ -207,11 +207,12 @@ fn stage_of(point: &naga::EntryPoint) -> Result<Stage> {
 
 struct Interface {
     inputs: Vec<LaneInput>,
-    values: Vec<Val>,
+    /// The value of each input, in order.
+    input_values: Vec<Val>,
     outputs: Vec<LaneOutput>,
 }
 
-fn scalars(inner: &TypeInner) -> u32 {
+fn component_count(inner: &TypeInner) -> u32 {
     match *inner {
         TypeInner::Vector { size, .. } => size as u32,
         _ => 1,
@@ -229,7 +230,7 @@ fn is_flat(interpolation: Option<Interpolation>, inner: &TypeInner) -> Result<bo
 impl Interface {
     /// The inputs and outputs of an entry point, and the values of each argument.
     fn of(module: &naga::Module, point: &naga::EntryPoint, stage: Stage, builder: &mut Builder) -> Result<(Self, Vec<Vec<Val>>)> {
-        let mut interface = Self { inputs: Vec::new(), values: Vec::new(), outputs: Vec::new() };
+        let mut interface = Self { inputs: Vec::new(), input_values: Vec::new(), outputs: Vec::new() };
         let mut arguments = Vec::new();
         for arg in &point.function.arguments {
             arguments.push(interface.add_input(module, stage, builder, arg.ty, arg.binding.as_ref(), &arg.name)?);
@@ -260,7 +261,7 @@ impl Interface {
         }
         let unsupported = |what: &str| LowerError::new(format!("input '{}': {what}", name.as_deref().unwrap_or("?")), span);
         let mut all = Vec::new();
-        for component in 0..scalars(inner) {
+        for component in 0..component_count(inner) {
             let input = match binding {
                 Some(Binding::Location { location, interpolation, .. }) => {
                     LaneInput::Location { index: *location, component, flat: stage == Stage::Fragment && is_flat(*interpolation, inner)? }
@@ -275,7 +276,7 @@ impl Interface {
             };
             let v = b.fresh_lane();
             self.inputs.push(input);
-            self.values.push(v);
+            self.input_values.push(v);
             all.push(v);
         }
         Ok(all)
@@ -286,7 +287,7 @@ impl Interface {
         if let (TypeInner::Struct { members, .. }, None) = (inner, binding) {
             return members.iter().try_for_each(|m| self.add_output(module, stage, m.ty, m.binding.as_ref()));
         }
-        for component in 0..scalars(inner) {
+        for component in 0..component_count(inner) {
             self.outputs.push(match binding {
                 Some(Binding::Location { location, interpolation, .. }) => {
                     LaneOutput::Location { index: *location, component, flat: stage == Stage::Vertex && is_flat(*interpolation, inner)? }

@@ -13,61 +13,65 @@ use super::watch::CapturedValue;
 use crate::render::software::tape::Op;
 use naga::{Expression, Handle, ScalarKind, Statement, TypeInner};
 
-/// Values with more scalars than this are tables and are not output.
+/// Values with more scalars than this are not output; nor are arrays.
 const MAX_SCALARS: usize = 16;
 
 impl<'m> Lowerer<'m> {
-    pub(crate) fn watch_enter(&mut self, callee: Option<&str>, call: &'m Statement) {
-        let Some(watch) = &mut self.watch else { return };
+    pub(crate) fn enter_named_call(&mut self, callee: Option<&str>, call: &'m Statement) {
+        let Some(named_values) = &mut self.named_values else { return };
         let callee = callee.unwrap_or("?").to_owned();
-        let sites = watch.calls.entry((watch.call_path.join("/"), callee.clone())).or_default();
+        let sites = named_values.calls.entry((named_values.call_path.join("/"), callee.clone())).or_default();
         // The address of a call statement identifies it, since the module is borrowed during lowering.
-        let site = std::ptr::from_ref(call).addr();
-        let at = sites.iter().position(|s| *s == site).unwrap_or_else(|| {
-            sites.push(site);
+        let call_site = std::ptr::from_ref(call).addr();
+        let call_number = sites.iter().position(|s| *s == call_site).unwrap_or_else(|| {
+            sites.push(call_site);
             sites.len() - 1
         });
-        watch.call_path.push(if at == 0 { callee } else { format!("{callee}#{}", at + 1) });
+        named_values.call_path.push(if call_number == 0 { callee } else { format!("{callee}#{}", call_number + 1) });
     }
 
-    pub(crate) fn watch_leave(&mut self) {
-        if let Some(watch) = &mut self.watch {
-            watch.call_path.pop();
+    pub(crate) fn leave_named_call(&mut self) {
+        if let Some(named_values) = &mut self.named_values {
+            named_values.call_path.pop();
         }
     }
 
     /// Captures an expression's value if it has a name.
-    pub(crate) fn watch_value(&mut self, handle: Handle<Expression>, value: &Value) -> Result<()> {
-        let (Some(_), Value::Scalars(scalars)) = (&self.watch, value) else { return Ok(()) };
+    pub(crate) fn capture_expression(&mut self, handle: Handle<Expression>, value: &Value) -> Result<()> {
+        let (Some(_), Value::Scalars(scalars)) = (&self.named_values, value) else { return Ok(()) };
         let frame = self.frame();
         let Some(name) = frame.function.named_expressions.get(&handle) else { return Ok(()) };
         let inner = frame.info[handle].ty.inner_with(&self.module.types).clone();
-        self.capture(name.clone(), &inner, scalars)
+        self.capture_value(name.clone(), &inner, scalars)
     }
 
     /// Captures the variables of a function when it returns.
-    pub(crate) fn watch_variables(&mut self) -> Result<()> {
-        if self.watch.is_none() {
+    pub(crate) fn capture_variables(&mut self) -> Result<()> {
+        if self.named_values.is_none() {
             return Ok(());
         }
         let function = self.frame().function;
         for (handle, local) in function.local_variables.iter() {
-            let (Some(name), Some(at)) = (&local.name, self.frame().locals.get(&handle).copied()) else { continue };
+            let (Some(name), Some(first)) = (&local.name, self.frame().locals.get(&handle).copied()) else { continue };
             let inner = &self.module.types[local.ty].inner;
-            let scalars = self.env[at..at + self.scalar_count(inner)?].to_vec();
-            self.capture(name.clone(), inner, &scalars)?;
+            let scalars = self.env[first..first + self.scalar_count(inner)?].to_vec();
+            self.capture_value(name.clone(), inner, &scalars)?;
         }
         Ok(())
     }
 
-    fn capture(&mut self, name: String, inner: &TypeInner, scalars: &[Val]) -> Result<()> {
+    fn capture_value(&mut self, name: String, inner: &TypeInner, scalars: &[Val]) -> Result<()> {
         if let TypeInner::Struct { members, .. } = inner {
-            let mut at = 0;
+            let mut member_start = 0;
             for m in members {
                 let of_member = &self.module.types[m.ty].inner;
                 let count = self.scalar_count(of_member)?;
-                self.capture(format!("{name}.{}", m.name.as_deref().unwrap_or("?")), of_member, &scalars[at..at + count])?;
-                at += count;
+                self.capture_value(
+                    format!("{name}.{}", m.name.as_deref().unwrap_or("?")),
+                    of_member,
+                    &scalars[member_start..member_start + count],
+                )?;
+                member_start += count;
             }
             return Ok(());
         }
@@ -83,13 +87,13 @@ impl<'m> Lowerer<'m> {
             })
             .collect();
         let fresh: Vec<Val> = numbers.iter().map(|_| self.builder.fresh_lane()).collect();
-        let Some(watch) = &mut self.watch else { return Ok(()) };
-        let name = watch.call_path.iter().cloned().chain([name]).collect::<Vec<_>>().join("/");
-        let at = *watch.index_of.entry(name.clone()).or_insert_with(|| {
-            watch.captured.push(CapturedValue { name, lanes: fresh });
-            watch.captured.len() - 1
+        let Some(named_values) = &mut self.named_values else { return Ok(()) };
+        let name = named_values.call_path.iter().cloned().chain([name]).collect::<Vec<_>>().join("/");
+        let index = *named_values.index_of.entry(name.clone()).or_insert_with(|| {
+            named_values.captured.push(CapturedValue { name, lanes: fresh });
+            named_values.captured.len() - 1
         });
-        let lanes = watch.captured[at].lanes.clone();
+        let lanes = named_values.captured[index].lanes.clone();
         for (dst, v) in lanes.into_iter().zip(numbers) {
             // Inactive lanes keep their earlier value.
             let from = self.builder.select(self.active_mask, v, dst);

@@ -16,8 +16,8 @@ use naga::valid::ModuleInfo;
 use naga::{Expression, Function, Handle, Module, TypeInner};
 use std::sync::OnceLock;
 
-const NAME: &str = "filtered_map";
-const SHIPPED: &str = include_str!("../../../../shaders/lib/filtered_map.wesl");
+const NATIVE_FUNCTION: &str = "filtered_map";
+const SHIPPED_SOURCE: &str = include_str!("../../../../shaders/lib/filtered_map.wesl");
 /// Declarations of the texture and the sampler with which the shipped fragment is lowered on its own.
 const RESOURCES: &str = "@group(0) @binding(0) var shipped_map: texture_2d<f32>; @group(0) @binding(1) var shipped_sampler: sampler;";
 
@@ -68,26 +68,26 @@ fn body(
 }
 
 fn find_function(module: &Module) -> Option<Handle<Function>> {
-    module.functions.iter().find(|(_, f)| f.name.as_deref() == Some(NAME)).map(|(handle, _)| handle)
+    module.functions.iter().find(|(_, f)| f.name.as_deref() == Some(NATIVE_FUNCTION)).map(|(handle, _)| handle)
 }
 
 /// The shipped fragment's body and constants; `None` if it cannot be parsed on its own, in which case no call is replaced.
-fn shipped() -> Option<&'static (Body, Vec<Constant>)> {
+fn shipped_body() -> Option<&'static (Body, Vec<Constant>)> {
     static BODY: OnceLock<Option<(Body, Vec<Constant>)>> = OnceLock::new();
-    let parsed = || {
-        let module = naga::front::wgsl::parse_str(&format!("{SHIPPED}{RESOURCES}")).ok()?;
+    let lower_shipped = || {
+        let module = naga::front::wgsl::parse_str(&format!("{SHIPPED_SOURCE}{RESOURCES}")).ok()?;
         let info = crate::shader::module::validate(&module).ok()?;
         let resources: Vec<Value> = module.global_variables.iter().map(|(handle, _)| Value::Resource(handle)).collect();
         body(&module, &info, find_function(&module)?, &[], &resources).ok()
     };
-    BODY.get_or_init(parsed).as_ref()
+    BODY.get_or_init(lower_shipped).as_ref()
 }
 
 impl Lowerer<'_> {
     /// The call as one native operation; `None` if the function has another name, or another body than the shipped fragment.
     pub(crate) fn native_call(&mut self, function: Handle<Function>, arguments: &[Handle<Expression>]) -> Result<Option<Vec<Val>>> {
         let callee = &self.module.functions[function];
-        let (Some(NAME), &[image, sampler, uv, dx, dy, max_taps]) = (callee.name.as_deref(), arguments) else { return Ok(None) };
+        let (Some(NATIVE_FUNCTION), &[image, sampler, uv, dx, dy, max_taps]) = (callee.name.as_deref(), arguments) else { return Ok(None) };
         if !self.is_shipped(function, [image, sampler])? {
             return Ok(None);
         }
@@ -100,15 +100,15 @@ impl Lowerer<'_> {
     }
 
     fn is_shipped(&mut self, function: Handle<Function>, resources: [Handle<Expression>; 2]) -> Result<bool> {
-        if let Some(known) = self.native.get(&function) {
+        if let Some(known) = self.is_native.get(&function) {
             return Ok(*known);
         }
         let resources = [self.value_of(resources[0])?, self.value_of(resources[1])?];
-        let equal = shipped().is_some_and(|(shipped, constants)| {
+        let is_equal = shipped_body().is_some_and(|(shipped, constants)| {
             let lowered: std::result::Result<_, LowerError> = body(self.module, self.info, function, constants, &resources);
             lowered.is_ok_and(|(body, _)| body == *shipped)
         });
-        self.native.insert(function, equal);
-        Ok(equal)
+        self.is_native.insert(function, is_equal);
+        Ok(is_equal)
     }
 }

@@ -3,7 +3,7 @@
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
 use super::step::Val;
-use super::value::Place;
+use super::value::{Place, VariableIndex};
 use crate::render::software::tape::{Op, WordKind};
 use naga::{ArraySize, ScalarKind, Span, TypeInner};
 
@@ -59,11 +59,11 @@ impl Lowerer<'_> {
                 (child, k * scalars, index * stride)
             }
             TypeInner::Struct { members, .. } => {
-                let mut at = 0;
+                let mut scalars_before = 0;
                 for m in &members[..k] {
-                    at += self.scalar_count(&self.module.types[m.ty].inner)?;
+                    scalars_before += self.scalar_count(&self.module.types[m.ty].inner)?;
                 }
-                (self.module.types[members[k].ty].inner.clone(), at, members[k].offset)
+                (self.module.types[members[k].ty].inner.clone(), scalars_before, members[k].offset)
             }
             other => return Err(self.unsupported(format!("cannot index {other:?}"))),
         })
@@ -95,17 +95,17 @@ impl Lowerer<'_> {
         let (child, scalars, bytes) = self.child(place.inner(), 1)?;
         Ok(match place.clone() {
             Place::Local { base, mut indices, .. } => {
-                indices.push((index, scalars, count));
+                indices.push(VariableIndex { value: index, stride: scalars, count });
                 Place::Local { base, indices, inner: child }
             }
             Place::Uniform { offset, dynamic, .. } => {
                 let last = self.builder.int(count - 1);
                 let stride = self.builder.int(bytes / 4);
                 let clamped = self.builder.bin(Op::UMin, index, last);
-                let step = self.builder.bin(Op::IMul, clamped, stride);
+                let words = self.builder.bin(Op::IMul, clamped, stride);
                 let dynamic = Some(match dynamic {
-                    Some(d) => self.builder.bin(Op::IAdd, d, step),
-                    None => step,
+                    Some(d) => self.builder.bin(Op::IAdd, d, words),
+                    None => words,
                 });
                 Place::Uniform { offset, dynamic, inner: child }
             }
@@ -121,32 +121,33 @@ impl Lowerer<'_> {
             Place::Uniform { offset, dynamic, inner } => {
                 let mut leaves = Vec::new();
                 self.leaves(inner, 0, &mut leaves)?;
-                let span = self.uniform_size.saturating_sub(*offset) / 4;
+                let words_to_end = self.uniform_size.saturating_sub(*offset) / 4;
                 let mut all = Vec::new();
-                for (at, kind) in leaves {
-                    let index = dynamic.map(|d| (d, span.saturating_sub(at / 4)));
-                    let scalar = if kind == ScalarKind::Float { WordKind::Float } else { WordKind::Int };
-                    all.push(self.builder.uniform(scalar, offset + at, index));
+                for (leaf_offset, kind) in leaves {
+                    let index = dynamic.map(|d| (d, words_to_end.saturating_sub(leaf_offset / 4)));
+                    let word = if kind == ScalarKind::Float { WordKind::Float } else { WordKind::Int };
+                    all.push(self.builder.uniform(word, offset + leaf_offset, index));
                 }
                 Ok(all)
             }
         }
     }
 
-    fn load_local(&mut self, base: usize, indices: &[(Val, usize, u32)], n: usize) -> Result<Vec<Val>> {
-        let Some(((index, stride, count), rest)) = indices.split_first() else {
+    fn load_local(&mut self, base: usize, indices: &[VariableIndex], n: usize) -> Result<Vec<Val>> {
+        let Some((index, rest)) = indices.split_first() else {
             return Ok(self.env[base..base + n].to_vec());
         };
-        let mut found = self.load_local(base + (*count as usize - 1) * stride, rest, n)?;
-        for k in (0..count - 1).rev() {
-            let here = self.load_local(base + k as usize * stride, rest, n)?;
-            let number = self.builder.int(k);
-            let is_selected = self.builder.bin(Op::IEq, *index, number);
-            for (f, h) in found.iter_mut().zip(here) {
-                *f = self.builder.select(is_selected, h, *f);
+        let last = index.count - 1;
+        let mut selected = self.load_local(base + last as usize * index.stride, rest, n)?;
+        for k in (0..last).rev() {
+            let element = self.load_local(base + k as usize * index.stride, rest, n)?;
+            let position = self.builder.int(k);
+            let is_selected = self.builder.bin(Op::IEq, index.value, position);
+            for (scalar, candidate) in selected.iter_mut().zip(element) {
+                *scalar = self.builder.select(is_selected, candidate, *scalar);
             }
         }
-        Ok(found)
+        Ok(selected)
     }
 
     pub(crate) fn store(&mut self, place: &Place, values: &[Val]) -> Result<()> {
@@ -160,39 +161,39 @@ impl Lowerer<'_> {
         }
     }
 
-    fn store_local(&mut self, base: usize, indices: &[(Val, usize, u32)], values: &[Val], when: Val) {
-        let Some(((index, stride, count), rest)) = indices.split_first() else {
+    fn store_local(&mut self, base: usize, indices: &[VariableIndex], values: &[Val], when: Val) {
+        let Some((index, rest)) = indices.split_first() else {
             for (k, v) in values.iter().enumerate() {
                 self.env[base + k] = self.builder.select(when, *v, self.env[base + k]);
             }
             return;
         };
-        for k in 0..*count {
-            let number = self.builder.int(k);
-            let is_selected = self.builder.bin(Op::IEq, *index, number);
-            let both = self.builder.bin(Op::And, when, is_selected);
-            self.store_local(base + k as usize * stride, rest, values, both);
+        for k in 0..index.count {
+            let position = self.builder.int(k);
+            let is_selected = self.builder.bin(Op::IEq, index.value, position);
+            let is_stored = self.builder.bin(Op::And, when, is_selected);
+            self.store_local(base + k as usize * index.stride, rest, values, is_stored);
         }
     }
 
-    /// Byte offset and kind of every scalar in a uniform of this type.
-    fn leaves(&self, inner: &TypeInner, at: u32, out: &mut Vec<(u32, ScalarKind)>) -> Result<()> {
+    /// Byte offset and kind of every scalar in a uniform of this type that starts at byte `start`.
+    fn leaves(&self, inner: &TypeInner, start: u32, out: &mut Vec<(u32, ScalarKind)>) -> Result<()> {
         if let TypeInner::Scalar(s) = inner {
-            out.push((at, supported(*s, self.span)?));
+            out.push((start, supported(*s, self.span)?));
             return Ok(());
         }
         for k in 0..self.children(inner)? {
             let (child, _, bytes) = self.child(inner, k)?;
-            self.leaves(&child, at + bytes, out)?;
+            self.leaves(&child, start + bytes, out)?;
         }
         Ok(())
     }
 
     pub(crate) fn zeros(&mut self, inner: &TypeInner) -> Result<Vec<Val>> {
         let n = self.scalar_count(inner)?;
-        let mut kinds = Vec::with_capacity(n);
-        self.zero_scalars(inner, &mut kinds)?;
-        Ok(kinds)
+        let mut zeros = Vec::with_capacity(n);
+        self.zero_scalars(inner, &mut zeros)?;
+        Ok(zeros)
     }
 
     fn zero_scalars(&mut self, inner: &TypeInner, out: &mut Vec<Val>) -> Result<()> {

@@ -13,21 +13,23 @@ impl<'m> Lowerer<'m> {
     /// The mask of the lanes that have exited from the block being lowered.
     pub(super) fn exited(&mut self) -> Val {
         let frame = self.frame();
-        let (returned, inner) = (frame.returned, frame.loops.last().copied());
-        let mut exited = self.env[returned];
-        if let Some((broken, continued)) = inner {
-            exited = self.builder.bin(Op::Or, exited, self.env[broken]);
-            exited = self.builder.bin(Op::Or, exited, self.env[continued]);
+        let (return_flag, innermost_loop) = (frame.return_flag, frame.loops.last().copied());
+        let mut exited = self.env[return_flag];
+        if let Some(flags) = innermost_loop {
+            exited = self.builder.bin(Op::Or, exited, self.env[flags.break_flag]);
+            exited = self.builder.bin(Op::Or, exited, self.env[flags.continue_flag]);
         }
         exited
     }
 
+    /// Clears the flags of `return` and of the innermost loop's `break` and `continue`.
     pub(super) fn clear_flags(&mut self) {
         let no = self.builder.bool(false);
         let frame = self.frame();
-        let scalars = [Some(frame.returned), frame.loops.last().map(|l| l.0), frame.loops.last().map(|l| l.1)];
-        for w in scalars.into_iter().flatten() {
-            self.env[w] = no;
+        let innermost_loop = frame.loops.last();
+        let flags = [Some(frame.return_flag), innermost_loop.map(|l| l.break_flag), innermost_loop.map(|l| l.continue_flag)];
+        for flag in flags.into_iter().flatten() {
+            self.env[flag] = no;
         }
     }
 
@@ -68,12 +70,12 @@ impl<'m> Lowerer<'m> {
             if rest.is_empty() {
                 return Ok(());
             }
-            if self.top_of_loop && !matches!(exited, Val::Lane(_)) && !self.may_continue() {
+            if self.is_at_top_of_loop && !matches!(exited, Val::Lane(_)) && !self.may_continue() {
                 self.leave_loop_if(exited);
                 continue;
             }
-            let stay = self.builder.not(exited);
-            return self.conditional(stay, |this| {
+            let remaining = self.builder.not(exited);
+            return self.conditional(remaining, |this| {
                 this.clear_flags();
                 this.statements(rest)
             });
@@ -86,7 +88,7 @@ impl<'m> Lowerer<'m> {
             Statement::Emit(range) => {
                 for handle in range.clone() {
                     let value = self.evaluate(handle)?;
-                    self.watch_value(handle, &value)?;
+                    self.capture_expression(handle, &value)?;
                     self.frame_mut().values.insert(handle, value);
                 }
                 Ok(())
@@ -97,22 +99,22 @@ impl<'m> Lowerer<'m> {
                 self.branch(cond, |this| this.block(accept), |this| this.block(reject))
             }
             Statement::Switch { selector, cases } => self.switch(*selector, cases),
-            Statement::Loop { body, continuing, break_if } => self.repeat(body, continuing, *break_if),
+            Statement::Loop { body, continuing, break_if } => self.lower_loop(body, continuing, *break_if),
             Statement::Break | Statement::Continue => {
                 let yes = self.builder.bool(true);
                 let flags = self.frame().loops.last().copied();
-                let (broken, continued) = flags.ok_or_else(|| self.unsupported("break or continue outside of a loop".into()))?;
-                self.env[if matches!(statement, Statement::Break) { broken } else { continued }] = yes;
+                let flags = flags.ok_or_else(|| self.unsupported("break or continue outside of a loop".into()))?;
+                self.env[if matches!(statement, Statement::Break) { flags.break_flag } else { flags.continue_flag }] = yes;
                 Ok(())
             }
             Statement::Return { value } => {
                 if let Some(v) = value {
                     let scalars = self.scalars_of(*v)?;
-                    let at = self.frame().result;
-                    self.env[at..at + scalars.len()].copy_from_slice(&scalars);
+                    let first = self.frame().result;
+                    self.env[first..first + scalars.len()].copy_from_slice(&scalars);
                 }
                 let yes = self.builder.bool(true);
-                let flag = self.frame().returned;
+                let flag = self.frame().return_flag;
                 self.env[flag] = yes;
                 Ok(())
             }

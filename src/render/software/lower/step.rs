@@ -31,7 +31,7 @@ pub(crate) enum Step {
     /// Several operations as one instruction; created by the last pass, `chains.rs`.
     FusedKernel {
         dst: Val,
-        links: Vec<FusedOp>,
+        ops: Vec<FusedOp>,
         args: Vals,
     },
     /// Assigns a loop variable its next value. No other step has a `dst` that may be written more than once.
@@ -48,7 +48,7 @@ pub(crate) enum Step {
         count: u32,
     },
     Texture {
-        what: TextureOp,
+        op: TextureOp,
         texture: u16,
         dst: [Val; 4],
         args: Vals,
@@ -60,7 +60,7 @@ pub(crate) enum Step {
         axis: u8,
         level: Val,
     },
-    SkipIfNone {
+    SkipIfNoLane {
         mask: Val,
         label: Label,
     },
@@ -85,7 +85,7 @@ pub(crate) fn reads(step: &Step) -> Vals {
         Step::LoadUniform { index, .. } => index.iter().copied().collect(),
         Step::Texture { args, mask, .. } => args.iter().copied().chain([*mask]).collect(),
         Step::TextureSize { level, .. } => smallvec![*level],
-        Step::SkipIfNone { mask, .. } => smallvec![*mask],
+        Step::SkipIfNoLane { mask, .. } => smallvec![*mask],
         Step::JumpIf { cond, .. } => smallvec![*cond],
         Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => smallvec![],
     }

@@ -3,12 +3,22 @@
 use super::step::Val;
 use naga::TypeInner;
 
+/// An index that is not a constant, into an array, matrix or vector.
+#[derive(Clone, Copy, Debug)]
+pub struct VariableIndex {
+    pub value: Val,
+    /// Scalars from one element to the next.
+    pub stride: usize,
+    /// Number of elements.
+    pub count: u32,
+}
+
 /// A place in a variable or in the uniform block; `inner` is the type of the place.
 #[derive(Clone, Debug)]
 pub enum Place {
-    /// Scalar `base` of the environment, plus the sum of each index (clamped to its count) times its stride in scalars. `indices`: value, count,
-    /// stride.
-    Local { base: usize, indices: Vec<(Val, usize, u32)>, inner: TypeInner },
+    /// Scalar `base` of the environment, plus each index times its stride. A load with an index out of range reads the last element; a store
+    /// with an index out of range has no effect.
+    Local { base: usize, indices: Vec<VariableIndex>, inner: TypeInner },
     /// Byte `offset` of the uniform block plus `dynamic` scalars.
     Uniform { offset: u32, dynamic: Option<Val>, inner: TypeInner },
 }

@@ -6,6 +6,9 @@ use crate::render::software::program::LaneOutput;
 use crate::render::software::tape::Op;
 use std::collections::HashMap;
 
+/// The first location of the outputs for named values; no render target has such a location.
+pub(crate) const FIRST_NAMED_LOCATION: u32 = 1000;
+
 /// One named value.
 #[derive(Debug)]
 pub(crate) struct CapturedValue {
@@ -30,14 +33,14 @@ impl NamedValueCapture {
     /// Initialises every captured value with NaN.
     pub(crate) fn initialise(&self, b: &mut Builder) {
         let nan = b.float(f64::NAN);
-        let copies = self.values().map(|dst| Step::Op { dst, op: Op::Copy, args: smallvec::smallvec![nan] }).collect::<Vec<_>>();
+        let copies = self.lanes().map(|dst| Step::Op { dst, op: Op::Copy, args: smallvec::smallvec![nan] }).collect::<Vec<_>>();
         b.code.splice(0..0, copies);
     }
-    pub(crate) fn values(&self) -> impl Iterator<Item = Val> {
-        self.captured.iter().flat_map(|k| k.lanes.iter().copied())
+    /// The lanes of all named values.
+    pub(crate) fn lanes(&self) -> impl Iterator<Item = Val> {
+        self.captured.iter().flat_map(|c| c.lanes.iter().copied())
     }
-    /// Outputs at locations that no render target uses.
     pub(crate) fn outputs(&self) -> impl Iterator<Item = LaneOutput> {
-        (0..self.values().count()).map(|k| LaneOutput::Location { index: 1000 + k as u32, component: 0, flat: false })
+        (0..self.lanes().count()).map(|k| LaneOutput::Location { index: FIRST_NAMED_LOCATION + k as u32, component: 0, flat: false })
     }
 }

@@ -4,13 +4,15 @@
 use super::horner;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LN_2, LOG2_E, PI};
 
-const MAGIC: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
+/// 1.5 * 2^52: adding it rounds to an integer in the low bits.
+const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
 #[inline(always)]
-fn fma<const F: bool>(a: f64, b: f64, c: f64) -> f64 {
-    if F { a.mul_add(b, c) } else { a * b + c }
+fn fma<const FMA: bool>(a: f64, b: f64, c: f64) -> f64 {
+    if FMA { a.mul_add(b, c) } else { a * b + c }
 }
 
+/// 2^n for -1022 <= n <= 1023.
 #[inline(always)]
 fn exp2_int(n: i64) -> f64 {
     f64::from_bits((n.wrapping_add(1023) as u64) << 52)
@@ -24,59 +26,63 @@ pub(crate) fn scale(x: f64, n: i32) -> f64 {
     x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
 }
 
+/// y * 2^n in two steps.
 #[inline(always)]
-fn scale_pair(y: f64, n: i64) -> f64 {
+fn scale_in_two_steps(y: f64, n: i64) -> f64 {
     let half = n >> 1;
     y * exp2_int(half) * exp2_int(n.wrapping_sub(half))
 }
 
+/// e^r for |r| <= 0.4.
 #[inline(always)]
-fn exp_of_reduced<const F: bool>(r: f64) -> f64 {
+fn exp_of_reduced<const FMA: bool>(r: f64) -> f64 {
     let z = r * r;
-    let p = r * horner::<f64, F, 3>(z, [1.261_771_930_748_105_9e-4, 3.029_944_077_074_419_6e-2, 1.0]);
-    let q = horner::<f64, F, 4>(z, [3.001_985_051_386_644_6e-6, 2.524_483_403_496_841e-3, 2.272_655_482_081_550_3e-1, 2.0]);
+    let p = r * horner::<f64, FMA, 3>(z, [1.261_771_930_748_105_9e-4, 3.029_944_077_074_419_6e-2, 1.0]);
+    let q = horner::<f64, FMA, 4>(z, [3.001_985_051_386_644_6e-6, 2.524_483_403_496_841e-3, 2.272_655_482_081_550_3e-1, 2.0]);
     1.0 + 2.0 * (p / (q - p))
 }
 
+/// The nearest integer, as a float and as an integer.
 #[inline(always)]
 fn round_to_int(t: f64) -> (f64, i64) {
-    let m = t + MAGIC;
-    (m - MAGIC, (m.to_bits() as i64).wrapping_sub(MAGIC.to_bits() as i64))
+    let m = t + ROUNDER;
+    (m - ROUNDER, (m.to_bits() as i64).wrapping_sub(ROUNDER.to_bits() as i64))
 }
 
 #[inline(always)]
-pub(crate) fn exp<const F: bool>(x: f64) -> f64 {
-    let c = if x > 711.0 { 711.0 } else { x };
-    let c = if c < -747.0 { -747.0 } else { c };
-    let (k, n) = round_to_int(c * LOG2_E);
-    let r = fma::<F>(k, -1.428_606_820_309_417_2e-6, fma::<F>(k, -6.931_457_519_531_25e-1, c));
-    scale_pair(exp_of_reduced::<F>(r), n)
+pub(crate) fn exp<const FMA: bool>(x: f64) -> f64 {
+    let clamped = if x > 711.0 { 711.0 } else { x };
+    let clamped = if clamped < -747.0 { -747.0 } else { clamped };
+    let (k, n) = round_to_int(clamped * LOG2_E);
+    let r = fma::<FMA>(k, -1.428_606_820_309_417_2e-6, fma::<FMA>(k, -6.931_457_519_531_25e-1, clamped));
+    scale_in_two_steps(exp_of_reduced::<FMA>(r), n)
 }
 
 #[inline(always)]
-pub(crate) fn exp2<const F: bool>(x: f64) -> f64 {
-    let c = if x > 1026.0 { 1026.0 } else { x };
-    let c = if c < -1077.0 { -1077.0 } else { c };
-    let (k, n) = round_to_int(c);
-    scale_pair(exp_of_reduced::<F>((c - k) * LN_2), n)
+pub(crate) fn exp2<const FMA: bool>(x: f64) -> f64 {
+    let clamped = if x > 1026.0 { 1026.0 } else { x };
+    let clamped = if clamped < -1077.0 { -1077.0 } else { clamped };
+    let (k, n) = round_to_int(clamped);
+    scale_in_two_steps(exp_of_reduced::<FMA>((clamped - k) * LN_2), n)
 }
 
 /// Reduces a logarithm's argument: f = mantissa - 1, the exponent, f^2/2, and s (f^2/2 + R(s^2)) with s = f/(2+f).
 #[inline(always)]
-fn log_parts<const F: bool>(x: f64) -> (f64, f64, f64, f64) {
-    let tiny = x < f64::MIN_POSITIVE;
-    let scaled = if tiny { x * 18_014_398_509_481_984.0 } else { x };
-    const ROOT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
-    let bits = scaled.to_bits().wrapping_sub(ROOT_HALF);
-    // The exponent as a float, without an integer conversion, which has no vector instruction below AVX-512.
-    let e = (bits >> 52) ^ 0x800;
-    let k = f64::from_bits(e | 0x4330_0000_0000_0000) - 4_503_599_627_370_496.0 - 2048.0;
-    let k = if k > 1024.0 { k - 4096.0 } else { k };
-    let k = if tiny { k - 54.0 } else { k };
-    let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff).wrapping_add(ROOT_HALF)) - 1.0;
+fn log_parts<const FMA: bool>(x: f64) -> (f64, f64, f64, f64) {
+    let is_subnormal = x < f64::MIN_POSITIVE;
+    let scaled = if is_subnormal { x * 18_014_398_509_481_984.0 } else { x };
+    const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
+    let bits = scaled.to_bits().wrapping_sub(SQRT_HALF_BITS);
+    // The exponent as a float: its bits are ORed into those of 2^52, and 2^52 and the bias are subtracted. An integer conversion has no vector
+    // instruction below AVX-512.
+    let exponent_bits = (bits >> 52) ^ 0x800;
+    let exponent = f64::from_bits(exponent_bits | 0x4330_0000_0000_0000) - 4_503_599_627_370_496.0 - 2048.0;
+    let exponent = if exponent > 1024.0 { exponent - 4096.0 } else { exponent };
+    let exponent = if is_subnormal { exponent - 54.0 } else { exponent };
+    let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff).wrapping_add(SQRT_HALF_BITS)) - 1.0;
     let s = f / (2.0 + f);
     let z = s * s;
-    let r = z * horner::<f64, F, 7>(
+    let r = z * horner::<f64, FMA, 7>(
         z,
         [
             1.479_819_860_511_658_6e-1,
@@ -88,8 +94,8 @@ fn log_parts<const F: bool>(x: f64) -> (f64, f64, f64, f64) {
             6.666_666_666_666_735e-1,
         ],
     );
-    let half = 0.5 * f * f;
-    (f, k, half, s * (half + r))
+    let half_square = 0.5 * f * f;
+    (f, exponent, half_square, s * (half_square + r))
 }
 
 #[inline(always)]
@@ -100,22 +106,22 @@ fn log_special_cases(x: f64, y: f64) -> f64 {
 }
 
 #[inline(always)]
-pub(crate) fn log<const F: bool>(x: f64) -> f64 {
-    let (f, k, half, tail) = log_parts::<F>(x);
-    let low = fma::<F>(k, 1.908_214_929_270_587_7e-10, tail);
-    log_special_cases(x, fma::<F>(k, 6.931_471_803_691_238e-1, f - (half - low)))
+pub(crate) fn log<const FMA: bool>(x: f64) -> f64 {
+    let (f, exponent, half_square, tail) = log_parts::<FMA>(x);
+    let low = fma::<FMA>(exponent, 1.908_214_929_270_587_7e-10, tail);
+    log_special_cases(x, fma::<FMA>(exponent, 6.931_471_803_691_238e-1, f - (half_square - low)))
 }
 
 /// log2 of a positive finite x as an unevaluated sum of two numbers. The measured error of `pow`, which uses it, is at most 5 ulp.
 #[inline(always)]
-fn log2_pair<const F: bool>(x: f64) -> (f64, f64) {
-    let (f, k, half, tail) = log_parts::<F>(x);
-    let hi = high_bits(f - half);
-    let lo = ((f - hi) - half) + tail;
+fn log2_pair<const FMA: bool>(x: f64) -> (f64, f64) {
+    let (f, exponent, half_square, tail) = log_parts::<FMA>(x);
+    let hi = high_bits(f - half_square);
+    let lo = ((f - hi) - half_square) + tail;
     let a = hi * 1.442_695_040_721_446_3;
-    let b = fma::<F>(lo + hi, 1.675_171_316_488_651_2e-10, lo * 1.442_695_040_721_446_3);
-    let w = k + a;
-    (w, b + ((k - w) + a))
+    let b = fma::<FMA>(lo + hi, 1.675_171_316_488_651_2e-10, lo * 1.442_695_040_721_446_3);
+    let w = exponent + a;
+    (w, b + ((exponent - w) + a))
 }
 
 #[inline(always)]
@@ -124,8 +130,8 @@ fn high_bits(x: f64) -> f64 {
 }
 
 #[inline(always)]
-pub(crate) fn log2<const F: bool>(x: f64) -> f64 {
-    let (hi, lo) = log2_pair::<F>(x);
+pub(crate) fn log2<const FMA: bool>(x: f64) -> f64 {
+    let (hi, lo) = log2_pair::<FMA>(x);
     log_special_cases(x, hi + lo)
 }
 
@@ -142,9 +148,9 @@ pub(crate) fn quarter_turns(x: f64) -> (f64, i64) {
 }
 
 #[inline(always)]
-fn sin_and_cos<const F: bool>(r: f64) -> (f64, f64) {
+fn sin_and_cos<const FMA: bool>(r: f64) -> (f64, f64) {
     let z = r * r;
-    let s = horner::<f64, F, 6>(
+    let s = horner::<f64, FMA, 6>(
         z,
         [
             1.589_690_995_211_550_1e-10,
@@ -155,7 +161,7 @@ fn sin_and_cos<const F: bool>(r: f64) -> (f64, f64) {
             -1.666_666_666_666_663_2e-1,
         ],
     );
-    let c = horner::<f64, F, 6>(
+    let c = horner::<f64, FMA, 6>(
         z,
         [
             -1.135_964_755_778_819_5e-11,
@@ -167,28 +173,28 @@ fn sin_and_cos<const F: bool>(r: f64) -> (f64, f64) {
         ],
     );
     let w = 1.0 - 0.5 * z;
-    (fma::<F>(s * z, r, r).copysign(r), w + (((1.0 - w) - 0.5 * z) + z * z * c))
+    (fma::<FMA>(s * z, r, r).copysign(r), w + (((1.0 - w) - 0.5 * z) + z * z * c))
 }
 
 #[inline(always)]
-pub(crate) fn sin_cos<const F: bool, const COS: bool>(x: f64) -> f64 {
+pub(crate) fn sin_cos<const FMA: bool, const COS: bool>(x: f64) -> f64 {
     let (r, n) = quarter_turns(x);
     let quadrant = if COS { n.wrapping_add(1) } else { n };
-    let (s, c) = sin_and_cos::<F>(r);
+    let (s, c) = sin_and_cos::<FMA>(r);
     let y = if quadrant & 1 != 0 { c } else { s };
     f64::from_bits(y.to_bits() ^ (((quadrant & 2) as u64) << 62))
 }
 
 #[inline(always)]
-pub(crate) fn tan<const F: bool>(x: f64) -> f64 {
+pub(crate) fn tan<const FMA: bool>(x: f64) -> f64 {
     let (r, n) = quarter_turns(x);
-    let (s, c) = sin_and_cos::<F>(r);
+    let (s, c) = sin_and_cos::<FMA>(r);
     if n & 1 != 0 { -c / s } else { s / c }
 }
 
 #[inline(always)]
-fn asin_core<const F: bool>(z: f64, s: f64) -> f64 {
-    let p = z * horner::<f64, F, 6>(
+fn asin_core<const FMA: bool>(z: f64, s: f64) -> f64 {
+    let p = z * horner::<f64, FMA, 6>(
         z,
         [
             3.479_331_075_960_212e-5,
@@ -199,34 +205,36 @@ fn asin_core<const F: bool>(z: f64, s: f64) -> f64 {
             1.666_666_666_666_666_6e-1,
         ],
     );
-    let q =
-        horner::<f64, F, 5>(z, [7.703_815_055_590_194e-2, -6.882_839_716_054_533e-1, 2.020_945_760_233_505_7, -2.403_394_911_734_414, 1.0]);
-    fma::<F>(p / q, s, s)
+    let q = horner::<f64, FMA, 5>(
+        z,
+        [7.703_815_055_590_194e-2, -6.882_839_716_054_533e-1, 2.020_945_760_233_505_7, -2.403_394_911_734_414, 1.0],
+    );
+    fma::<FMA>(p / q, s, s)
 }
 
 #[inline(always)]
-pub(crate) fn asin<const F: bool>(x: f64) -> f64 {
+pub(crate) fn asin<const FMA: bool>(x: f64) -> f64 {
     let a = x.abs();
-    let big = a > 0.5;
+    let is_large = a > 0.5;
     let half = 0.5 * (1.0 - a);
     let root = half.sqrt();
-    let y = asin_core::<F>(if big { half } else { a * a }, if big { root } else { a });
-    (if big { FRAC_PI_2 - 2.0 * y } else { y }).copysign(x)
+    let y = asin_core::<FMA>(if is_large { half } else { a * a }, if is_large { root } else { a });
+    (if is_large { FRAC_PI_2 - 2.0 * y } else { y }).copysign(x)
 }
 
 #[inline(always)]
-pub(crate) fn acos<const F: bool>(x: f64) -> f64 {
+pub(crate) fn acos<const FMA: bool>(x: f64) -> f64 {
     let a = x.abs();
-    let big = a > 0.5;
+    let is_large = a > 0.5;
     let half = 0.5 * (1.0 - a);
     let root = half.sqrt();
-    let y = asin_core::<F>(if big { half } else { a * a }, if big { root } else { x });
+    let y = asin_core::<FMA>(if is_large { half } else { a * a }, if is_large { root } else { x });
     let outer = if x < 0.0 { PI - 2.0 * y } else { 2.0 * y };
-    if big { outer } else { FRAC_PI_2 - (y - 6.123_233_995_736_766e-17) }
+    if is_large { outer } else { FRAC_PI_2 - (y - 6.123_233_995_736_766e-17) }
 }
 
 #[inline(always)]
-pub(crate) fn atan2<const F: bool>(y: f64, x: f64) -> f64 {
+pub(crate) fn atan2<const FMA: bool>(y: f64, x: f64) -> f64 {
     let (ay, ax) = (y.abs(), x.abs());
     let swap = ay > ax;
     let (small, large) = if swap { (ax, ay) } else { (ay, ax) };
@@ -236,7 +244,7 @@ pub(crate) fn atan2<const F: bool>(y: f64, x: f64) -> f64 {
     let q = num / den;
     let q = if equal { 0.0 } else { q };
     let z = q * q;
-    let p = horner::<f64, F, 5>(
+    let p = horner::<f64, FMA, 5>(
         z,
         [
             -8.750_608_600_031_904e-1,
@@ -246,7 +254,7 @@ pub(crate) fn atan2<const F: bool>(y: f64, x: f64) -> f64 {
             -6.485_021_904_942_025e1,
         ],
     );
-    let d = horner::<f64, F, 6>(
+    let d = horner::<f64, FMA, 6>(
         z,
         [
             1.0,
@@ -257,7 +265,7 @@ pub(crate) fn atan2<const F: bool>(y: f64, x: f64) -> f64 {
             1.945_506_571_482_614e2,
         ],
     );
-    let t = fma::<F>(z * p / d, q, q);
+    let t = fma::<FMA>(z * p / d, q, q);
     let t = if near_diagonal | (equal & (large > 0.0)) { FRAC_PI_4 + t } else { t };
     let t = if swap { FRAC_PI_2 - t } else { t };
     let t = if x.is_sign_negative() { PI - t } else { t };
@@ -266,88 +274,88 @@ pub(crate) fn atan2<const F: bool>(y: f64, x: f64) -> f64 {
 }
 
 #[inline(always)]
-pub(crate) fn sinh<const F: bool>(x: f64) -> f64 {
+pub(crate) fn sinh<const FMA: bool>(x: f64) -> f64 {
     let a = x.abs();
     let z = a * a;
-    let p = horner::<f64, F, 4>(
+    let p = horner::<f64, FMA, 4>(
         z,
         [-7.894_744_439_635_37e-1, -1.637_258_575_259_838_3e2, -1.156_144_357_650_052_2e4, -3.517_549_648_081_514e5],
     );
-    let q = horner::<f64, F, 4>(z, [1.0, -2.777_110_814_206_028e2, 3.615_782_798_344_32e4, -2.110_529_788_848_908_4e6]);
-    let small = fma::<F>(a * z, p / q, a);
-    let e = exp::<F>(0.5 * a);
+    let q = horner::<f64, FMA, 4>(z, [1.0, -2.777_110_814_206_028e2, 3.615_782_798_344_32e4, -2.110_529_788_848_908_4e6]);
+    let small = fma::<FMA>(a * z, p / q, a);
+    let e = exp::<FMA>(0.5 * a);
     let large = (0.5 * e) * e - 0.5 / e / e;
     (if a < 1.0 { small } else { large }).copysign(x)
 }
 
 #[inline(always)]
-pub(crate) fn cosh<const F: bool>(x: f64) -> f64 {
-    let e = exp::<F>(0.5 * x.abs());
+pub(crate) fn cosh<const FMA: bool>(x: f64) -> f64 {
+    let e = exp::<FMA>(0.5 * x.abs());
     (0.5 * e) * e + 0.5 / e / e
 }
 
 #[inline(always)]
-pub(crate) fn tanh<const F: bool>(x: f64) -> f64 {
+pub(crate) fn tanh<const FMA: bool>(x: f64) -> f64 {
     let a = x.abs();
     let z = a * a;
-    let p = horner::<f64, F, 3>(z, [-9.643_991_794_250_522e-1, -9.928_772_310_019_186e1, -1.614_687_684_417_084_5e3]);
-    let q = horner::<f64, F, 4>(z, [1.0, 1.128_116_784_916_329_3e2, 2.235_488_390_601_004_5e3, 4.844_063_053_251_255e3]);
-    let small = fma::<F>(a * z, p / q, a);
-    let large = 1.0 - 2.0 / (exp::<F>(2.0 * a) + 1.0);
+    let p = horner::<f64, FMA, 3>(z, [-9.643_991_794_250_522e-1, -9.928_772_310_019_186e1, -1.614_687_684_417_084_5e3]);
+    let q = horner::<f64, FMA, 4>(z, [1.0, 1.128_116_784_916_329_3e2, 2.235_488_390_601_004_5e3, 4.844_063_053_251_255e3]);
+    let small = fma::<FMA>(a * z, p / q, a);
+    let large = 1.0 - 2.0 / (exp::<FMA>(2.0 * a) + 1.0);
     (if a < 0.625 { small } else { large }).copysign(x)
 }
 
 /// log(1 + u), u > -1: the rounding error of 1 + u is corrected to first order.
 #[inline(always)]
-fn log1p<const F: bool>(u: f64) -> f64 {
+fn log1p<const FMA: bool>(u: f64) -> f64 {
     let w = 1.0 + u;
-    let y = log::<F>(w) + (u - (w - 1.0)) / w;
+    let y = log::<FMA>(w) + (u - (w - 1.0)) / w;
     if w == f64::INFINITY { w } else { y }
 }
 
 #[inline(always)]
-pub(crate) fn asinh<const F: bool>(x: f64) -> f64 {
+pub(crate) fn asinh<const FMA: bool>(x: f64) -> f64 {
     let a = x.abs();
     let huge = a > 1e150;
-    let moderate = log1p::<F>(a + a * a / (1.0 + (1.0 + a * a).sqrt()));
-    let asymptotic = log::<F>(a) + LN_2;
+    let moderate = log1p::<FMA>(a + a * a / (1.0 + (1.0 + a * a).sqrt()));
+    let asymptotic = log::<FMA>(a) + LN_2;
     (if huge { asymptotic } else { moderate }).copysign(x)
 }
 
 #[inline(always)]
-pub(crate) fn acosh<const F: bool>(x: f64) -> f64 {
+pub(crate) fn acosh<const FMA: bool>(x: f64) -> f64 {
     let t = x - 1.0;
-    let moderate = log1p::<F>(t + (2.0 * t + t * t).sqrt());
-    let asymptotic = log::<F>(x) + LN_2;
+    let moderate = log1p::<FMA>(t + (2.0 * t + t * t).sqrt());
+    let asymptotic = log::<FMA>(x) + LN_2;
     let y = if x > 1e150 { asymptotic } else { moderate };
     if x < 1.0 { f64::NAN } else { y }
 }
 
 #[inline(always)]
-pub(crate) fn atanh<const F: bool>(x: f64) -> f64 {
+pub(crate) fn atanh<const FMA: bool>(x: f64) -> f64 {
     let a = x.abs();
-    let y = 0.5 * log1p::<F>(2.0 * a / (1.0 - a));
+    let y = 0.5 * log1p::<FMA>(2.0 * a / (1.0 - a));
     let y = if a == 1.0 { f64::INFINITY } else { y };
     (if a > 1.0 { f64::NAN } else { y }).copysign(x)
 }
 
 /// x^y for x >= 0. WGSL does not specify negative x; the result is NaN here. x^0 = 1, 1^y = 1.
 #[inline(always)]
-pub(crate) fn pow<const F: bool>(x: f64, y: f64) -> f64 {
-    let (w, low) = log2_pair::<F>(x);
+pub(crate) fn pow<const FMA: bool>(x: f64, y: f64) -> f64 {
+    let (w, low) = log2_pair::<FMA>(x);
     // For |y| > 1e20 every x but 1 overflows or underflows; the bound keeps the products finite.
-    let b = if y > 1e20 { 1e20 } else { y };
-    let b = if b < -1e20 { -1e20 } else { b };
-    let (w1, b1) = (high_bits(w), high_bits(b));
-    let ph = w1 * b1;
-    let pl = (b - b1) * w1 + b * ((w - w1) + low);
-    let sum = ph + pl;
+    let bounded_y = if y > 1e20 { 1e20 } else { y };
+    let bounded_y = if bounded_y < -1e20 { -1e20 } else { bounded_y };
+    let (w_high, bounded_y_high) = (high_bits(w), high_bits(bounded_y));
+    let product_high = w_high * bounded_y_high;
+    let product_low = (bounded_y - bounded_y_high) * w_high + bounded_y * ((w - w_high) + low);
+    let sum = product_high + product_low;
     let bounded = if sum > 1026.0 { 1026.0 } else { sum };
     let (k, n) = round_to_int(if bounded < -1077.0 { -1077.0 } else { bounded });
-    let rest = ((ph - k) + pl) * LN_2;
+    let rest = ((product_high - k) + product_low) * LN_2;
     let rest = if rest > 0.4 { 0.4 } else { rest };
     let rest = if rest < -0.4 { -0.4 } else { rest };
-    let r = scale_pair(exp_of_reduced::<F>(rest), n);
+    let r = scale_in_two_steps(exp_of_reduced::<FMA>(rest), n);
     let r = if (x == 0.0) | (x == f64::INFINITY) { if (x == 0.0) == (y > 0.0) { 0.0 } else { f64::INFINITY } } else { r };
     let r = if x < 0.0 { f64::NAN } else { r };
     let r = if (y == 0.0) | (x == 1.0) { 1.0 } else { r };

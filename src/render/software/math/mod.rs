@@ -1,7 +1,7 @@
 //! Elementary functions for lanes, branch-free so that the compiler turns a loop over lanes into vector code.
 //!
-//! Every function is generic over `F`: true uses fused multiply-add, false rounds product and sum separately. For a given `F` the result
-//! is the same bit pattern in every kernel class, because only IEEE basic operations occur. Errors are measured in tests/software/math.rs.
+//! Every function is generic over `FMA`: true uses fused multiply-add, false rounds product and sum separately. All kernel classes with the same
+//! `FMA` give the same bits, because the functions use only basic IEEE 754 operations. tests/software/math.rs measures the errors.
 //!
 //! f32 `sin` and `cos` reduce the argument in f64. f32 `pow` evaluates f64 polynomials whose length suffices for an f32 result. The less
 //! frequent f32 functions (tan, hyperbolic and inverse hyperbolic) round the result of the f64 function.
@@ -29,10 +29,10 @@ pub trait Real:
 {
     const ZERO: Self;
     const ONE: Self;
-    /// An integer's bits as an element.
-    fn from_int(bits: u32) -> Self;
-    /// The low 32 bits, as an integer's bits.
-    fn int(self) -> u32;
+    /// The element that stores an integer with these bits.
+    fn from_lane_bits(bits: u32) -> Self;
+    /// The bits of the stored integer.
+    fn lane_bits(self) -> u32;
     fn from_mask(set: bool) -> Self;
     fn mask(self) -> bool;
     fn from_f64(x: f64) -> Self;
@@ -52,14 +52,14 @@ pub trait Real:
     fn to_u32(self) -> u32;
     fn from_i32(i: i32) -> Self;
     fn from_u32(u: u32) -> Self;
-    fn fma<const F: bool>(self, b: Self, c: Self) -> Self;
+    fn fma<const FMA: bool>(self, b: Self, c: Self) -> Self;
     fn abs(self) -> Self;
     fn sqrt(self) -> Self;
     /// Magnitude of self, sign of `s`.
     fn with_sign(self, s: Self) -> Self;
     /// Nearest integer, ties to even.
     fn round(self) -> Self;
-    /// [`Real::round`], floor and truncation: one instruction on machines that have it, a library call on others.
+    /// Nearest integer (ties to even), floor and truncation. Each is one instruction on machines that have it, and a library call on others.
     fn round_native(self) -> Self;
     fn floor_native(self) -> Self;
     fn trunc_native(self) -> Self;
@@ -69,35 +69,35 @@ pub trait Real:
     fn is_inf(self) -> bool;
     /// self times 2^n.
     fn ldexp(self, n: i32) -> Self;
-    fn exp<const F: bool>(self) -> Self;
-    fn exp2<const F: bool>(self) -> Self;
-    fn log<const F: bool>(self) -> Self;
-    fn log2<const F: bool>(self) -> Self;
-    fn sin<const F: bool>(self) -> Self;
-    fn cos<const F: bool>(self) -> Self;
-    fn tan<const F: bool>(self) -> Self;
-    fn asin<const F: bool>(self) -> Self;
-    fn acos<const F: bool>(self) -> Self;
-    fn atan2<const F: bool>(self, x: Self) -> Self;
-    fn sinh<const F: bool>(self) -> Self;
-    fn cosh<const F: bool>(self) -> Self;
-    fn tanh<const F: bool>(self) -> Self;
-    fn asinh<const F: bool>(self) -> Self;
-    fn acosh<const F: bool>(self) -> Self;
-    fn atanh<const F: bool>(self) -> Self;
-    fn pow<const F: bool>(self, y: Self) -> Self;
+    fn exp<const FMA: bool>(self) -> Self;
+    fn exp2<const FMA: bool>(self) -> Self;
+    fn log<const FMA: bool>(self) -> Self;
+    fn log2<const FMA: bool>(self) -> Self;
+    fn sin<const FMA: bool>(self) -> Self;
+    fn cos<const FMA: bool>(self) -> Self;
+    fn tan<const FMA: bool>(self) -> Self;
+    fn asin<const FMA: bool>(self) -> Self;
+    fn acos<const FMA: bool>(self) -> Self;
+    fn atan2<const FMA: bool>(self, x: Self) -> Self;
+    fn sinh<const FMA: bool>(self) -> Self;
+    fn cosh<const FMA: bool>(self) -> Self;
+    fn tanh<const FMA: bool>(self) -> Self;
+    fn asinh<const FMA: bool>(self) -> Self;
+    fn acosh<const FMA: bool>(self) -> Self;
+    fn atanh<const FMA: bool>(self) -> Self;
+    fn pow<const FMA: bool>(self, y: Self) -> Self;
 }
 
 macro_rules! common {
-    ($t:ty, $bits:ty, $module:ident, $magic:expr) => {
+    ($t:ty, $bits:ty, $module:ident, $two_to_mantissa_bits:expr) => {
         const ZERO: Self = 0.0;
         const ONE: Self = 1.0;
         #[inline(always)]
-        fn from_int(bits: u32) -> Self {
+        fn from_lane_bits(bits: u32) -> Self {
             <$t>::from_bits(<$bits>::from(bits))
         }
         #[inline(always)]
-        fn int(self) -> u32 {
+        fn lane_bits(self) -> u32 {
             self.to_bits() as u32
         }
         #[inline(always)]
@@ -144,13 +144,13 @@ macro_rules! common {
         fn to_i32(self) -> i32 {
             // Equals `self as i32`, in steps that have vector instructions.
             const LIMIT: $t = 2_147_483_648.0;
-            let over = self >= LIMIT;
-            let under = self < -LIMIT;
-            let inside = if over | under | (self != self) { 0.0 } else { self };
-            // SAFETY: values outside i32 have been replaced by zero.
-            let k = unsafe { inside.to_int_unchecked::<i32>() };
-            let k = if over { i32::MAX } else { k };
-            if under { i32::MIN } else { k }
+            let is_above = self >= LIMIT;
+            let is_below = self < -LIMIT;
+            let in_range = if is_above | is_below | (self != self) { 0.0 } else { self };
+            // SAFETY: values outside the range of i32 have been replaced by zero.
+            let k = unsafe { in_range.to_int_unchecked::<i32>() };
+            let k = if is_above { i32::MAX } else { k };
+            if is_below { i32::MIN } else { k }
         }
         #[inline(always)]
         fn to_u32(self) -> u32 {
@@ -165,8 +165,8 @@ macro_rules! common {
             u as $t
         }
         #[inline(always)]
-        fn fma<const F: bool>(self, b: Self, c: Self) -> Self {
-            if F { self.mul_add(b, c) } else { self * b + c }
+        fn fma<const FMA: bool>(self, b: Self, c: Self) -> Self {
+            if FMA { self.mul_add(b, c) } else { self * b + c }
         }
         #[inline(always)]
         fn abs(self) -> Self {
@@ -182,10 +182,10 @@ macro_rules! common {
         }
         #[inline(always)]
         fn round(self) -> Self {
-            // Adding and subtracting 2^(mantissa bits) rounds to nearest even; larger values are integers already.
+            // Floats from `$two_to_mantissa_bits` on are integers. Adding and subtracting it rounds smaller ones to nearest, ties to even.
             let a = <$t>::abs(self);
-            let r = (a + $magic) - $magic;
-            (if a < $magic { r } else { a }).copysign(self)
+            let r = (a + $two_to_mantissa_bits) - $two_to_mantissa_bits;
+            (if a < $two_to_mantissa_bits { r } else { a }).copysign(self)
         }
         #[inline(always)]
         fn round_native(self) -> Self {
@@ -202,9 +202,9 @@ macro_rules! common {
         #[inline(always)]
         fn round_small(self) -> (Self, i32) {
             // After adding 1.5 * 2^(mantissa bits), the low bits are the integer. A saturating conversion has no vector instruction.
-            const MAGIC: $t = 1.5 * $magic;
-            let sum = self + MAGIC;
-            (sum - MAGIC, (sum.to_bits() as i32).wrapping_sub(MAGIC.to_bits() as i32))
+            const ROUNDER: $t = 1.5 * $two_to_mantissa_bits;
+            let sum = self + ROUNDER;
+            (sum - ROUNDER, (sum.to_bits() as i32).wrapping_sub(ROUNDER.to_bits() as i32))
         }
         #[inline(always)]
         fn is_nan(self) -> bool {
@@ -219,72 +219,72 @@ macro_rules! common {
             $module::scale(self, n)
         }
         #[inline(always)]
-        fn exp<const F: bool>(self) -> Self {
-            $module::exp::<F>(self)
+        fn exp<const FMA: bool>(self) -> Self {
+            $module::exp::<FMA>(self)
         }
         #[inline(always)]
-        fn exp2<const F: bool>(self) -> Self {
-            $module::exp2::<F>(self)
+        fn exp2<const FMA: bool>(self) -> Self {
+            $module::exp2::<FMA>(self)
         }
         #[inline(always)]
-        fn log<const F: bool>(self) -> Self {
-            $module::log::<F>(self)
+        fn log<const FMA: bool>(self) -> Self {
+            $module::log::<FMA>(self)
         }
         #[inline(always)]
-        fn log2<const F: bool>(self) -> Self {
-            $module::log2::<F>(self)
+        fn log2<const FMA: bool>(self) -> Self {
+            $module::log2::<FMA>(self)
         }
         #[inline(always)]
-        fn sin<const F: bool>(self) -> Self {
-            $module::sin_cos::<F, false>(self)
+        fn sin<const FMA: bool>(self) -> Self {
+            $module::sin_cos::<FMA, false>(self)
         }
         #[inline(always)]
-        fn cos<const F: bool>(self) -> Self {
-            $module::sin_cos::<F, true>(self)
+        fn cos<const FMA: bool>(self) -> Self {
+            $module::sin_cos::<FMA, true>(self)
         }
         #[inline(always)]
-        fn asin<const F: bool>(self) -> Self {
-            $module::asin::<F>(self)
+        fn asin<const FMA: bool>(self) -> Self {
+            $module::asin::<FMA>(self)
         }
         #[inline(always)]
-        fn acos<const F: bool>(self) -> Self {
-            $module::acos::<F>(self)
+        fn acos<const FMA: bool>(self) -> Self {
+            $module::acos::<FMA>(self)
         }
         #[inline(always)]
-        fn atan2<const F: bool>(self, x: Self) -> Self {
-            $module::atan2::<F>(self, x)
+        fn atan2<const FMA: bool>(self, x: Self) -> Self {
+            $module::atan2::<FMA>(self, x)
         }
         #[inline(always)]
-        fn tan<const F: bool>(self) -> Self {
-            double::tan::<F>(f64::from(self)) as $t
+        fn tan<const FMA: bool>(self) -> Self {
+            double::tan::<FMA>(f64::from(self)) as $t
         }
         #[inline(always)]
-        fn sinh<const F: bool>(self) -> Self {
-            double::sinh::<F>(f64::from(self)) as $t
+        fn sinh<const FMA: bool>(self) -> Self {
+            double::sinh::<FMA>(f64::from(self)) as $t
         }
         #[inline(always)]
-        fn cosh<const F: bool>(self) -> Self {
-            double::cosh::<F>(f64::from(self)) as $t
+        fn cosh<const FMA: bool>(self) -> Self {
+            double::cosh::<FMA>(f64::from(self)) as $t
         }
         #[inline(always)]
-        fn tanh<const F: bool>(self) -> Self {
-            double::tanh::<F>(f64::from(self)) as $t
+        fn tanh<const FMA: bool>(self) -> Self {
+            double::tanh::<FMA>(f64::from(self)) as $t
         }
         #[inline(always)]
-        fn asinh<const F: bool>(self) -> Self {
-            double::asinh::<F>(f64::from(self)) as $t
+        fn asinh<const FMA: bool>(self) -> Self {
+            double::asinh::<FMA>(f64::from(self)) as $t
         }
         #[inline(always)]
-        fn acosh<const F: bool>(self) -> Self {
-            double::acosh::<F>(f64::from(self)) as $t
+        fn acosh<const FMA: bool>(self) -> Self {
+            double::acosh::<FMA>(f64::from(self)) as $t
         }
         #[inline(always)]
-        fn atanh<const F: bool>(self) -> Self {
-            double::atanh::<F>(f64::from(self)) as $t
+        fn atanh<const FMA: bool>(self) -> Self {
+            double::atanh::<FMA>(f64::from(self)) as $t
         }
         #[inline(always)]
-        fn pow<const F: bool>(self, y: Self) -> Self {
-            $module::pow::<F>(self, y)
+        fn pow<const FMA: bool>(self, y: Self) -> Self {
+            $module::pow::<FMA>(self, y)
         }
     };
 }
@@ -307,11 +307,11 @@ impl Real for f64 {
 
 /// Horner's rule, highest coefficient first.
 #[inline(always)]
-pub(crate) fn horner<R: Real, const F: bool, const K: usize>(x: R, c: [R; K]) -> R {
+pub(crate) fn horner<R: Real, const FMA: bool, const K: usize>(x: R, c: [R; K]) -> R {
     let mut y = c[0];
     let mut k = 1;
     while k < K {
-        y = y.fma::<F>(x, c[k]);
+        y = y.fma::<FMA>(x, c[k]);
         k += 1;
     }
     y

@@ -2,11 +2,12 @@
 
 use super::{Real, double, horner};
 
-const MAGIC: f32 = 12_582_912.0; // 1.5 * 2^23: adding it rounds to an integer in the low bits
+/// 1.5 * 2^23: adding it rounds to an integer in the low bits.
+const ROUNDER: f32 = 12_582_912.0;
 
 #[inline(always)]
-fn fma<const F: bool>(a: f32, b: f32, c: f32) -> f32 {
-    if F { a.mul_add(b, c) } else { a * b + c }
+fn fma<const FMA: bool>(a: f32, b: f32, c: f32) -> f32 {
+    if FMA { a.mul_add(b, c) } else { a * b + c }
 }
 
 /// 2^n for -126 <= n <= 127.
@@ -23,47 +24,47 @@ pub(crate) fn scale(x: f32, n: i32) -> f32 {
     x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
 }
 
-/// e^r 2^n for |r| <= ln(2)/2 and t = MAGIC + n, -126 <= n <= 128. The factor used is 2^(n-1), because 2^128 is not an f32; for n = -126
+/// e^r 2^n for |r| <= ln(2)/2 and t = ROUNDER + n, -126 <= n <= 128. The factor used is 2^(n-1), because 2^128 is not an f32; for n = -126
 /// its bits are those of zero.
 #[inline(always)]
-fn exp_of_reduced<const F: bool>(r: f32, t: f32) -> f32 {
-    let p = horner::<f32, F, 6>(r, [1.987_569_2e-4, 1.398_2e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 5.000_000_1e-1]);
+fn exp_of_reduced<const FMA: bool>(r: f32, t: f32) -> f32 {
+    let p = horner::<f32, FMA, 6>(r, [1.987_569_2e-4, 1.398_2e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 5.000_000_1e-1]);
     let half = f32::from_bits((t.to_bits() << 23).wrapping_add(126 << 23));
-    2.0 * fma::<F>(fma::<F>(p, r * r, r), half, half)
+    2.0 * fma::<FMA>(fma::<FMA>(p, r * r, r), half, half)
 }
 
-/// e^x. Results below 2^-125 (x < -86.99) are zero. WGSL allows subnormal results to be flushed to zero; flushing from 2^-125 saves the second
-/// scale factor that the full range would need.
+/// e^x. Results below 2^-125.5 (x < -86.99) are zero. WGSL allows subnormal results, those below 2^-126, to be flushed to zero; flushing from
+/// 2^-125.5 saves the second scale factor that the full range would need.
 #[inline(always)]
-pub(crate) fn exp<const F: bool>(x: f32) -> f32 {
-    let c = if x > 88.9 { 88.9 } else { x };
-    let c = if c < -87.5 { -87.5 } else { c };
-    let t = fma::<F>(c, std::f32::consts::LOG2_E, MAGIC);
-    let k = t - MAGIC;
-    let r = fma::<F>(k, 2.121_944_4e-4, fma::<F>(k, -0.693_359_375, c));
-    exp_of_reduced::<F>(r, t)
+pub(crate) fn exp<const FMA: bool>(x: f32) -> f32 {
+    let clamped = if x > 88.9 { 88.9 } else { x };
+    let clamped = if clamped < -87.5 { -87.5 } else { clamped };
+    let t = fma::<FMA>(clamped, std::f32::consts::LOG2_E, ROUNDER);
+    let k = t - ROUNDER;
+    let r = fma::<FMA>(k, 2.121_944_4e-4, fma::<FMA>(k, -0.693_359_375, clamped));
+    exp_of_reduced::<FMA>(r, t)
 }
 
 /// 2^x. Results below 2^-125.5 are zero, for the same reason as in [`exp`].
 #[inline(always)]
-pub(crate) fn exp2<const F: bool>(x: f32) -> f32 {
-    let c = if x > 128.25 { 128.25 } else { x };
-    let c = if c < -126.25 { -126.25 } else { c };
-    let t = c + MAGIC;
-    let r = (c - (t - MAGIC)) * std::f32::consts::LN_2;
-    exp_of_reduced::<F>(r, t)
+pub(crate) fn exp2<const FMA: bool>(x: f32) -> f32 {
+    let clamped = if x > 128.25 { 128.25 } else { x };
+    let clamped = if clamped < -126.25 { -126.25 } else { clamped };
+    let t = clamped + ROUNDER;
+    let r = (clamped - (t - ROUNDER)) * std::f32::consts::LN_2;
+    exp_of_reduced::<FMA>(r, t)
 }
 
 /// Reduces a logarithm's argument: f = mantissa - 1 in [-0.293, 0.414], the exponent, and f^3 P(f) - f^2/2.
 #[inline(always)]
-fn log_parts<const F: bool>(x: f32) -> (f32, f32, f32) {
-    let tiny = x < f32::MIN_POSITIVE;
-    let scaled = if tiny { x * 8_388_608.0 } else { x };
+fn log_parts<const FMA: bool>(x: f32) -> (f32, f32, f32) {
+    let is_subnormal = x < f32::MIN_POSITIVE;
+    let scaled = if is_subnormal { x * 8_388_608.0 } else { x };
     // Subtracting the bits of sqrt(1/2) makes the exponent field change at sqrt(2) instead of 2.
     let bits = scaled.to_bits().wrapping_sub(0x3f35_04f3);
-    let k = ((bits as i32) >> 23) as f32 - if tiny { 23.0 } else { 0.0 };
+    let exponent = ((bits as i32) >> 23) as f32 - if is_subnormal { 23.0 } else { 0.0 };
     let f = f32::from_bits((bits & 0x007f_ffff).wrapping_add(0x3f35_04f3)) - 1.0;
-    let p = horner::<f32, F, 9>(
+    let p = horner::<f32, FMA, 9>(
         f,
         [
             7.037_683_6e-2,
@@ -78,7 +79,7 @@ fn log_parts<const F: bool>(x: f32) -> (f32, f32, f32) {
         ],
     );
     let z = f * f;
-    (f, k, fma::<F>(-0.5, z, f * z * p))
+    (f, exponent, fma::<FMA>(-0.5, z, f * z * p))
 }
 
 /// Replaces the logarithm `y` for special arguments: 0 gives -inf, a negative number or NaN gives NaN, inf gives inf.
@@ -90,69 +91,69 @@ fn log_special_cases(x: f32, y: f32) -> f32 {
 }
 
 #[inline(always)]
-pub(crate) fn log<const F: bool>(x: f32) -> f32 {
-    let (f, k, rest) = log_parts::<F>(x);
-    let low = fma::<F>(k, -2.121_944_4e-4, rest);
-    log_special_cases(x, fma::<F>(k, 0.693_359_375, low + f))
+pub(crate) fn log<const FMA: bool>(x: f32) -> f32 {
+    let (f, exponent, rest) = log_parts::<FMA>(x);
+    let low = fma::<FMA>(exponent, -2.121_944_4e-4, rest);
+    log_special_cases(x, fma::<FMA>(exponent, 0.693_359_375, low + f))
 }
 
 #[inline(always)]
-pub(crate) fn log2<const F: bool>(x: f32) -> f32 {
-    let (f, k, rest) = log_parts::<F>(x);
+pub(crate) fn log2<const FMA: bool>(x: f32) -> f32 {
+    let (f, exponent, rest) = log_parts::<FMA>(x);
     // log2(e) = 1 + 0.4427. The product with 1 is exact, so that adding it rounds only once more.
-    const REST: f32 = 0.442_695_04;
-    let small = fma::<F>(f, REST, rest * REST) + rest;
-    log_special_cases(x, (small + f) + k)
+    const LOG2_E_MINUS_1: f32 = 0.442_695_04;
+    let small = fma::<FMA>(f, LOG2_E_MINUS_1, rest * LOG2_E_MINUS_1) + rest;
+    log_special_cases(x, (small + f) + exponent)
 }
 
 /// sin, or cos if `COS`. Accurate for |x| <= 1.6e6; for greater |x| the result only stays within [-1, 1].
 #[inline(always)]
-pub(crate) fn sin_cos<const F: bool, const COS: bool>(x: f32) -> f32 {
+pub(crate) fn sin_cos<const FMA: bool, const COS: bool>(x: f32) -> f32 {
     let (r, n) = double::quarter_turns(f64::from(x));
     let r = r as f32;
     let quadrant = if COS { n.wrapping_add(1) } else { n };
     let z = r * r;
-    let s = fma::<F>(horner::<f32, F, 3>(z, [-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1]) * z, r, r).copysign(r);
-    let c = fma::<F>(horner::<f32, F, 3>(z, [2.443_315_7e-5, -1.388_731_6e-3, 4.166_664_6e-2]), z * z, fma::<F>(-0.5, z, 1.0));
+    let s = fma::<FMA>(horner::<f32, FMA, 3>(z, [-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1]) * z, r, r).copysign(r);
+    let c = fma::<FMA>(horner::<f32, FMA, 3>(z, [2.443_315_7e-5, -1.388_731_6e-3, 4.166_664_6e-2]), z * z, fma::<FMA>(-0.5, z, 1.0));
     let y = if quadrant & 1 != 0 { c } else { s };
     f32::from_bits(y.to_bits() ^ (((quadrant & 2) as u32) << 30))
 }
 
 #[inline(always)]
-fn asin_core<const F: bool>(z: f32, s: f32) -> f32 {
-    let p = horner::<f32, F, 5>(z, [4.216_32e-2, 2.418_131_1e-2, 4.547_002_6e-2, 7.495_300_3e-2, 1.666_675_2e-1]);
-    fma::<F>(p * z, s, s)
+fn asin_core<const FMA: bool>(z: f32, s: f32) -> f32 {
+    let p = horner::<f32, FMA, 5>(z, [4.216_32e-2, 2.418_131_1e-2, 4.547_002_6e-2, 7.495_300_3e-2, 1.666_675_2e-1]);
+    fma::<FMA>(p * z, s, s)
 }
 
 #[inline(always)]
-pub(crate) fn asin<const F: bool>(x: f32) -> f32 {
+pub(crate) fn asin<const FMA: bool>(x: f32) -> f32 {
     let a = x.abs();
-    let big = a > 0.5;
+    let is_large = a > 0.5;
     let half = 0.5 * (1.0 - a);
-    // The argument needed is the smaller of the two. Selecting by `big` would make the compiler evaluate the polynomial for both.
+    // The argument needed is the smaller of the two. Selecting by `is_large` would make the compiler evaluate the polynomial for both.
     let z = if half < a * a { half } else { a * a };
     let root = half.sqrt();
-    let y = asin_core::<F>(z, if big { root } else { a });
-    let y = if big { std::f32::consts::FRAC_PI_2 - 2.0 * y } else { y };
+    let y = asin_core::<FMA>(z, if is_large { root } else { a });
+    let y = if is_large { std::f32::consts::FRAC_PI_2 - 2.0 * y } else { y };
     y.copysign(x)
 }
 
 #[inline(always)]
-pub(crate) fn acos<const F: bool>(x: f32) -> f32 {
+pub(crate) fn acos<const FMA: bool>(x: f32) -> f32 {
     let a = x.abs();
-    let big = a > 0.5;
+    let is_large = a > 0.5;
     let half = 0.5 * (1.0 - a);
-    // The argument needed is the smaller of the two. Selecting by `big` would make the compiler evaluate the polynomial for both.
+    // The argument needed is the smaller of the two. Selecting by `is_large` would make the compiler evaluate the polynomial for both.
     let z = if half < a * a { half } else { a * a };
     let root = half.sqrt();
-    let y = asin_core::<F>(z, if big { root } else { x });
+    let y = asin_core::<FMA>(z, if is_large { root } else { x });
     let outer = if x < 0.0 { std::f32::consts::PI - 2.0 * y } else { 2.0 * y };
-    if big { outer } else { (std::f32::consts::FRAC_PI_2 - y) - 4.371_139e-8 }
+    if is_large { outer } else { (std::f32::consts::FRAC_PI_2 - y) - 4.371_139e-8 }
 }
 
 /// The angle in all four quadrants; signed zeros and infinities as IEEE 754 recommends.
 #[inline(always)]
-pub(crate) fn atan2<const F: bool>(y: f32, x: f32) -> f32 {
+pub(crate) fn atan2<const FMA: bool>(y: f32, x: f32) -> f32 {
     let (ay, ax) = (y.abs(), x.abs());
     let swap = ay > ax;
     let (small, large) = if swap { (ax, ay) } else { (ay, ax) };
@@ -163,8 +164,8 @@ pub(crate) fn atan2<const F: bool>(y: f32, x: f32) -> f32 {
     let q = num / den;
     let q = if equal { 0.0 } else { q };
     let z = q * q;
-    let p = horner::<f32, F, 4>(z, [8.053_744_5e-2, -1.387_768_6e-1, 1.997_771_1e-1, -3.333_295e-1]);
-    let t = fma::<F>(p * z, q, q);
+    let p = horner::<f32, FMA, 4>(z, [8.053_744_5e-2, -1.387_768_6e-1, 1.997_771_1e-1, -3.333_295e-1]);
+    let t = fma::<FMA>(p * z, q, q);
     let t = if near_diagonal | (equal & (large > 0.0)) { std::f32::consts::FRAC_PI_4 + t } else { t };
     let t = if swap { std::f32::consts::FRAC_PI_2 - t } else { t };
     let t = if x.is_sign_negative() { std::f32::consts::PI - t } else { t };
@@ -175,15 +176,16 @@ pub(crate) fn atan2<const F: bool>(y: f32, x: f32) -> f32 {
 /// x^y for x >= 0. WGSL does not specify negative x; the result is NaN here. x^0 = 1, 1^y = 1. Evaluates f64 polynomials, because y log2(x) must be
 /// accurate to 2^-32. Their length suffices for f32 (interpolation at Chebyshev nodes; relative errors 2^-38 of log2, 2^-33 of exp2).
 #[inline(always)]
-pub(crate) fn pow<const F: bool>(x: f32, y: f32) -> f32 {
-    const ROOT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
+pub(crate) fn pow<const FMA: bool>(x: f32, y: f32) -> f32 {
+    const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
     const BIAS: u64 = 1024;
-    let bits = f64::from(x).to_bits().wrapping_sub(ROOT_HALF);
-    // The exponent as a float, without an integer conversion, which has no vector instruction below AVX-512.
-    let e = bits.wrapping_add(BIAS << 52) >> 52;
-    let k = f64::from_bits(e | 0x4330_0000_0000_0000) - (4_503_599_627_370_496.0 + BIAS as f64);
-    let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff).wrapping_add(ROOT_HALF)) - 1.0;
-    let q = horner::<f64, F, 14>(
+    let bits = f64::from(x).to_bits().wrapping_sub(SQRT_HALF_BITS);
+    // The exponent as a float: its bits are ORed into those of 2^52, and 2^52 and the bias are subtracted. An integer conversion has no vector
+    // instruction below AVX-512.
+    let exponent_bits = bits.wrapping_add(BIAS << 52) >> 52;
+    let x_exponent = f64::from_bits(exponent_bits | 0x4330_0000_0000_0000) - (4_503_599_627_370_496.0 + BIAS as f64);
+    let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff).wrapping_add(SQRT_HALF_BITS)) - 1.0;
+    let q = horner::<f64, FMA, 14>(
         f,
         [
             -6.806_287_590_390_596e-2,
@@ -202,17 +204,17 @@ pub(crate) fn pow<const F: bool>(x: f32, y: f32) -> f32 {
             1.442_695_040_886_203_3,
         ],
     );
-    let log2 = f.fma::<F>(q, k);
+    let log2 = f.fma::<FMA>(q, x_exponent);
     // For |y| > 1e20 every x but 1 overflows or underflows; the bound keeps the product finite.
-    let b = f64::from(y);
-    let b = if b > 1e20 { 1e20 } else { b };
-    let b = if b < -1e20 { -1e20 } else { b };
-    let exponent = log2 * b;
+    let bounded_y = f64::from(y);
+    let bounded_y = if bounded_y > 1e20 { 1e20 } else { bounded_y };
+    let bounded_y = if bounded_y < -1e20 { -1e20 } else { bounded_y };
+    let exponent = log2 * bounded_y;
     let exponent = if exponent > 130.0 { 130.0 } else { exponent };
     let exponent = if exponent < -152.0 { -152.0 } else { exponent };
-    let (whole, n) = exponent.round_small();
-    let p = horner::<f64, F, 8>(
-        exponent - whole,
+    let (nearest, n) = exponent.round_small();
+    let p = horner::<f64, FMA, 8>(
+        exponent - nearest,
         [
             1.529_732_376_070_107_4e-5,
             1.546_144_469_856_913e-4,

@@ -29,9 +29,9 @@ impl Corner {
         self.x.is_finite() && self.y.is_finite() && self.z.is_finite() && self.w.is_finite()
     }
 
-    fn mix(&self, other: &Self, t: f64) -> Self {
-        let at = |a: f64, b: f64| a + t * (b - a);
-        Self { x: at(self.x, other.x), y: at(self.y, other.y), z: at(self.z, other.z), w: at(self.w, other.w) }
+    fn interpolate(&self, other: &Self, t: f64) -> Self {
+        let mix = |a: f64, b: f64| a + t * (b - a);
+        Self { x: mix(self.x, other.x), y: mix(self.y, other.y), z: mix(self.z, other.z), w: mix(self.w, other.w) }
     }
 }
 
@@ -41,7 +41,7 @@ pub(crate) struct Polygon {
     corners: [Corner; 12],
     count: usize,
     /// Whether the triangle was clipped; if false, the polygon is the triangle itself.
-    pub cut: bool,
+    pub is_clipped: bool,
 }
 
 impl Polygon {
@@ -66,28 +66,32 @@ pub(crate) fn clip(triangle: &[Corner; 3]) -> Option<Polygon> {
         return None;
     }
     let min_w = max_w * MIN_W;
-    let all = triangle.map(|c| distances(&c, min_w));
-    let mut polygon = Polygon { corners: [triangle[0]; 12], count: 3, cut: false };
+    let vertex_distances = triangle.map(|c| distances(&c, min_w));
+    let mut polygon = Polygon { corners: [triangle[0]; 12], count: 3, is_clipped: false };
     polygon.corners[..3].copy_from_slice(triangle);
     for plane in 0..7 {
-        if all.iter().all(|d| d[plane] < 0.0) {
+        if vertex_distances.iter().all(|d| d[plane] < 0.0) {
             return None;
         }
-        if all.iter().all(|d| d[plane] >= 0.0) {
+        if vertex_distances.iter().all(|d| d[plane] >= 0.0) {
             continue;
         }
-        polygon.cut = true;
-        let from = polygon.clone();
+        polygon.is_clipped = true;
+        let unclipped = polygon.clone();
         polygon.count = 0;
-        for i in 0..from.count {
-            let (a, b) = (from.corners[i], from.corners[(i + 1) % from.count]);
-            let (da, db) = (distances(&a, min_w)[plane], distances(&b, min_w)[plane]);
-            if da >= 0.0 {
+        for i in 0..unclipped.count {
+            let (a, b) = (unclipped.corners[i], unclipped.corners[(i + 1) % unclipped.count]);
+            let (distance_a, distance_b) = (distances(&a, min_w)[plane], distances(&b, min_w)[plane]);
+            if distance_a >= 0.0 {
                 polygon.push(a);
             }
-            if (da >= 0.0) != (db >= 0.0) {
+            if (distance_a >= 0.0) != (distance_b >= 0.0) {
                 // Interpolate from the inner corner to the outer one, so that two triangles that share the edge are cut at bit-identical points.
-                polygon.push(if da >= 0.0 { a.mix(&b, da / (da - db)) } else { b.mix(&a, db / (db - da)) });
+                polygon.push(if distance_a >= 0.0 {
+                    a.interpolate(&b, distance_a / (distance_a - distance_b))
+                } else {
+                    b.interpolate(&a, distance_b / (distance_b - distance_a))
+                });
             }
         }
         if polygon.count < 3 {
@@ -119,7 +123,7 @@ mod tests {
     fn a_triangle_in_view_is_untouched() {
         let t = [corner(0.0, 0.0, 0.5, 1.0), corner(9.0, 0.0, 0.5, 1.0), corner(0.0, 9.0, 0.5, 1.0)];
         let p = clip(&t).expect("visible");
-        assert!(!p.cut);
+        assert!(!p.is_clipped);
         assert_eq!(p.corners(), &t);
     }
 
@@ -140,7 +144,7 @@ mod tests {
     fn crossing_the_near_plane_leaves_a_quadrilateral_at_depth_one() {
         let t = [corner(0.0, 0.0, 1.0, 4.0), corner(40.0, 0.0, 1.0, 4.0), corner(0.0, 4.0, 1.0, 0.25)];
         let p = clip(&t).expect("partly visible");
-        assert!(p.cut);
+        assert!(p.is_clipped);
         assert_eq!(p.corners().len(), 4);
         let nearest = p.corners().iter().map(|c| c.z / c.w).fold(0.0, f64::max);
         assert!((nearest - 1.0).abs() < 1e-12, "{nearest}");

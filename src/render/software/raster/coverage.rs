@@ -38,8 +38,8 @@ pub(crate) fn full_coverage(samples: u8) -> u16 {
 
 /// Top-left pixel of a quad inside its tile.
 pub(crate) fn quad_position(quad: usize) -> [u32; 2] {
-    let (block, inner) = (quad as u32 / BLOCK_QUADS, quad as u32 % BLOCK_QUADS);
-    [block % BLOCKS_ACROSS * BLOCK_WIDTH + inner % QUADS_ACROSS * 2, block / BLOCKS_ACROSS * BLOCK_HEIGHT + inner / QUADS_ACROSS * 2]
+    let (block, index) = (quad as u32 / BLOCK_QUADS, quad as u32 % BLOCK_QUADS);
+    [block % BLOCKS_ACROSS * BLOCK_WIDTH + index % QUADS_ACROSS * 2, block / BLOCKS_ACROSS * BLOCK_HEIGHT + index / QUADS_ACROSS * 2]
 }
 
 /// Top-left pixel of a block inside its tile.
@@ -97,7 +97,7 @@ pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, sam
         return;
     }
     let (x1, y1) = (x1 - tile_x, y1 - tile_y);
-    let mut block_coverage = BlockCoverage { triangle, samples, one: None, four: None };
+    let mut block_coverage = BlockCoverage { triangle, samples, single_sample: None, four_samples: None };
     for block_y in y0 / BLOCK_HEIGHT..y1.div_ceil(BLOCK_HEIGHT) {
         for block_x in x0 / BLOCK_WIDTH..x1.div_ceil(BLOCK_WIDTH) {
             let block = block_y * BLOCKS_ACROSS + block_x;
@@ -114,8 +114,8 @@ pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, sam
             }
             let clip = [x0.max(bx) - bx, y0.max(by) - by, x1.min(bx + BLOCK_WIDTH) - bx, y1.min(by + BLOCK_HEIGHT) - by];
             let found = block_coverage.quads(tile_x + bx, tile_y + by, clip);
-            for (inner, coverage) in found.inner.iter().zip(&found.coverage).take(found.count) {
-                emit(first + usize::from(*inner), 1, *coverage);
+            for (index, coverage) in found.index.iter().zip(&found.coverage).take(found.count) {
+                emit(first + usize::from(*index), 1, *coverage);
             }
         }
     }
@@ -140,13 +140,14 @@ fn edge_function_bounds(triangle: &RasterTriangle, x: u32, y: u32, width: u32, h
 struct CoveredQuads {
     count: usize,
     /// Index of each quad in the block.
-    inner: [u8; BLOCK_QUADS as usize],
+    index: [u8; BLOCK_QUADS as usize],
     coverage: [u16; BLOCK_QUADS as usize],
 }
 
 /// A triangle's edge functions at the samples of a quad, relative to its top-left corner; `N` = 4 pixels times the samples of a pixel.
 struct QuadSamples<const N: usize> {
-    at: [[i64; N]; 3],
+    /// Per edge, the values at the samples.
+    edge_values: [[i64; N]; 3],
     max_at_samples: [i64; 3],
     /// Differences to the next quad in x and in y.
     step: [[i64; 2]; 3],
@@ -156,10 +157,10 @@ impl<const N: usize> QuadSamples<N> {
     fn new(triangle: &RasterTriangle) -> Self {
         let positions = sample_positions((N / 4) as u8);
         // Plain loops, because for a small triangle this takes as long as the coverage tests that follow.
-        let mut samples = Self { at: [[0; N]; 3], max_at_samples: [i64::MIN; 3], step: [[0; 2]; 3] };
+        let mut samples = Self { edge_values: [[0; N]; 3], max_at_samples: [i64::MIN; 3], step: [[0; 2]; 3] };
         for (k, e) in triangle.edges.iter().enumerate() {
-            for (at, value) in samples.at[k].iter_mut().enumerate() {
-                let (corner, [sx, sy]) = ((at / positions.len()) as i64, positions[at % positions.len()]);
+            for (n, value) in samples.edge_values[k].iter_mut().enumerate() {
+                let (corner, [sx, sy]) = ((n / positions.len()) as i64, positions[n % positions.len()]);
                 *value = e.a * ((corner & 1) * SUBPIXEL + sx) + e.b * ((corner >> 1) * SUBPIXEL + sy);
                 samples.max_at_samples[k] = samples.max_at_samples[k].max(*value);
             }
@@ -172,7 +173,7 @@ impl<const N: usize> QuadSamples<N> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "loops by index over several arrays of one length are what the compiler vectorises")]
     fn coverage(&self, at_corner: [i64; 3]) -> u16 {
-        let [a, b, c] = &self.at;
+        let [a, b, c] = &self.edge_values;
         const { assert!(N == 4 || N == 16) };
         // Overflow checks would keep the loop from being vectorised in debug builds.
         let mut coverage = 0;
@@ -188,11 +189,11 @@ impl<const N: usize> QuadSamples<N> {
     /// [`RasterTriangle::pixels`], relative to the block.
     #[inline(always)]
     fn covered(&self, triangle: &RasterTriangle, x: u32, y: u32, [x0, y0, x1, y1]: [u32; 4]) -> CoveredQuads {
-        let mut found = CoveredQuads { count: 0, inner: [0; BLOCK_QUADS as usize], coverage: [0; BLOCK_QUADS as usize] };
+        let mut found = CoveredQuads { count: 0, index: [0; BLOCK_QUADS as usize], coverage: [0; BLOCK_QUADS as usize] };
         let (x, y) = (i64::from(x) * SUBPIXEL, i64::from(y) * SUBPIXEL);
         let at_block = triangle.edges.each_ref().map(|e| e.a * x + e.b * y + e.c);
         for row in y0 / 2..y1.div_ceil(2) {
-            let rows = coverage_within(row * 2, y0, y1, LOWER_ROW);
+            let in_rows = coverage_within(row * 2, y0, y1, LOWER_ROW);
             for column in x0 / 2..x1.div_ceil(2) {
                 let (across, down) = (i64::from(column), i64::from(row));
                 let edge_value = |k: usize| at_block[k] + self.step[k][0] * across + self.step[k][1] * down;
@@ -201,11 +202,11 @@ impl<const N: usize> QuadSamples<N> {
                 if (at_corner[0] + a) | (at_corner[1] + b) | (at_corner[2] + c) < 0 {
                     continue;
                 }
-                let coverage = self.coverage(at_corner) & rows & coverage_within(column * 2, x0, x1, RIGHT_COLUMN);
-                if let (true, Some(inner), Some(to)) =
-                    (coverage != 0, found.inner.get_mut(found.count), found.coverage.get_mut(found.count))
+                let coverage = self.coverage(at_corner) & in_rows & coverage_within(column * 2, x0, x1, RIGHT_COLUMN);
+                if let (true, Some(index), Some(quad_coverage)) =
+                    (coverage != 0, found.index.get_mut(found.count), found.coverage.get_mut(found.count))
                 {
-                    (*inner, *to) = ((row * QUADS_ACROSS + column) as u8, coverage);
+                    (*index, *quad_coverage) = ((row * QUADS_ACROSS + column) as u8, coverage);
                     found.count += 1;
                 }
             }
@@ -249,15 +250,15 @@ const SAMPLE_BITS: [u16; 16] = {
 struct BlockCoverage<'a> {
     triangle: &'a RasterTriangle,
     samples: u8,
-    one: Option<QuadSamples<4>>,
-    four: Option<QuadSamples<16>>,
+    single_sample: Option<QuadSamples<4>>,
+    four_samples: Option<QuadSamples<16>>,
 }
 
 impl BlockCoverage<'_> {
     fn quads(&mut self, x: u32, y: u32, clip: [u32; 4]) -> CoveredQuads {
         let triangle = self.triangle;
         if self.samples == 4 {
-            let samples = self.four.get_or_insert_with(|| QuadSamples::new(triangle));
+            let samples = self.four_samples.get_or_insert_with(|| QuadSamples::new(triangle));
             #[cfg(target_arch = "x86_64")]
             if is_x86_feature_detected!("avx2") {
                 // SAFETY: AVX2 was detected.
@@ -265,7 +266,7 @@ impl BlockCoverage<'_> {
             }
             return samples.covered(triangle, x, y, clip);
         }
-        let samples = self.one.get_or_insert_with(|| QuadSamples::new(triangle));
+        let samples = self.single_sample.get_or_insert_with(|| QuadSamples::new(triangle));
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.

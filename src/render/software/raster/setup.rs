@@ -58,17 +58,18 @@ impl Plane {
 /// The plane equations of one source triangle, which its clipped parts share.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SourceTriangle {
+    /// Origin of the planes, in pixels.
     pub origin: [f64; 2],
     /// Reversed depth.
     pub depth: Plane,
     pub inverse_w: Plane,
     /// Whether all three w are equal, so that varyings are linear in screen space.
-    pub affine: bool,
-    pub front: bool,
-    /// Index of its first plane in [`Geometry::planes`]: one per interpolated scalar, of value / w, or of the value itself if `affine`.
+    pub is_affine: bool,
+    pub is_front_facing: bool,
+    /// Index of its first plane in [`Geometry::planes`]: one per interpolated scalar, of value / w, or of the value itself if `is_affine`.
     pub first_plane: usize,
-    /// Index of its first value in [`Geometry::constants`]: one per flat scalar.
-    pub first_constant: usize,
+    /// Index of its first value in [`Geometry::flat_values`]: one per flat scalar.
+    pub first_flat_value: usize,
 }
 
 /// All triangles of one draw, in drawing order.
@@ -77,13 +78,14 @@ pub(crate) struct Geometry {
     pub triangles: Vec<RasterTriangle>,
     pub source_triangles: Vec<SourceTriangle>,
     pub planes: Vec<Plane>,
-    /// Flat varyings.
-    pub constants: Vec<f64>,
+    /// Values of the flat varyings.
+    pub flat_values: Vec<f64>,
     /// Source triangles that were clipped and are still visible.
     pub clipped: usize,
 }
 
-/// Upper bound of the raster triangles that one source triangle becomes: each of the seven clip planes adds at most one corner, and ten corners make eight triangles.
+/// Upper bound of the raster triangles that one source triangle becomes: each of the seven clip planes adds at most one corner, and a polygon of ten
+/// corners consists of eight triangles.
 const MAX_PARTS: usize = 8;
 
 impl Geometry {
@@ -95,7 +97,7 @@ impl Geometry {
         try_grow(&mut self.triangles, MAX_PARTS, "the triangles")?;
         try_grow(&mut self.source_triangles, 1, "the triangles' depth planes")?;
         try_grow(&mut self.planes, varyings, "the triangles' varyings")?;
-        try_grow(&mut self.constants, varyings, "the triangles' varyings")
+        try_grow(&mut self.flat_values, varyings, "the triangles' varyings")
     }
 
     /// Concatenates the triangles of all parts.
@@ -108,26 +110,26 @@ impl Geometry {
         try_grow(&mut all.triangles, sum(|p| p.triangles.len()), "the triangles")?;
         try_grow(&mut all.source_triangles, sum(|p| p.source_triangles.len()), "the triangles' depth planes")?;
         try_grow(&mut all.planes, sum(|p| p.planes.len()), "the triangles' varyings")?;
-        try_grow(&mut all.constants, sum(|p| p.constants.len()), "the triangles' varyings")?;
+        try_grow(&mut all.flat_values, sum(|p| p.flat_values.len()), "the triangles' varyings")?;
         for part in parts {
-            let (source_triangles, planes, constants) = (all.source_triangles.len() as u32, all.planes.len(), all.constants.len());
+            let (source_triangles, planes, flat_values) = (all.source_triangles.len() as u32, all.planes.len(), all.flat_values.len());
             all.triangles.extend(
                 part.triangles.iter().map(|t| RasterTriangle { source_triangle: t.source_triangle + source_triangles, ..t.clone() }),
             );
             all.source_triangles.extend(part.source_triangles.iter().map(|s| SourceTriangle {
                 first_plane: s.first_plane + planes,
-                first_constant: s.first_constant + constants,
+                first_flat_value: s.first_flat_value + flat_values,
                 ..s.clone()
             }));
             all.planes.extend_from_slice(&part.planes);
-            all.constants.extend_from_slice(&part.constants);
+            all.flat_values.extend_from_slice(&part.flat_values);
             all.clipped += part.clipped;
         }
         Ok(all)
     }
 }
 
-/// How many triangles before its use each kind of data is prefetched: raster triangles, source triangles, planes and constants.
+/// How many triangles before its use each kind of data is prefetched: raster triangles, source triangles, planes and flat values.
 #[cfg(target_arch = "x86_64")]
 const PREFETCH_DISTANCES: [usize; 3] = [12, 8, 4];
 
@@ -157,8 +159,9 @@ impl Geometry {
                 && let Some(source) = self.source_triangles.get(triangle.source_triangle as usize)
             {
                 fetch(&self.planes, source.first_plane);
+                // The next cache line.
                 fetch(&self.planes, source.first_plane + 2);
-                fetch(&self.constants, source.first_constant);
+                fetch(&self.flat_values, source.first_flat_value);
             }
         }
         #[cfg(not(target_arch = "x86_64"))]
@@ -215,56 +218,56 @@ pub(crate) fn set_up(
 ) {
     let mut corners = clip_positions.map(|p| Corner::from_clip(p, bounds.width, bounds.height));
     let Some(polygon) = clip(&corners) else { return };
-    if !polygon.cut {
+    if !polygon.is_clipped {
         // Planes are derived from the snapped triangle, so that no covered sample lies outside that triangle, even if it is very thin.
         for c in &mut corners {
             let [x, y] = snap(c).map(|v| v as f64 / SUBPIXEL as f64);
             (c.x, c.y) = (x * c.w, y * c.w);
         }
     }
-    let origin = if polygon.cut {
+    let origin = if polygon.is_clipped {
         [0.5 * f64::from(bounds.width), 0.5 * f64::from(bounds.height)]
     } else {
         [corners[0].x / corners[0].w, corners[0].y / corners[0].w]
     };
-    let m = corners.map(|c| [c.x - origin[0] * c.w, c.y - origin[1] * c.w, c.w]);
+    let matrix = corners.map(|c| [c.x - origin[0] * c.w, c.y - origin[1] * c.w, c.w]);
     let cross = |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     // The rows of the adjugate are planes, the numerators of the barycentric coordinates.
-    let adjugate = [cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])];
-    let determinant = m[0][0] * adjugate[0][0] + m[0][1] * adjugate[0][1] + m[0][2] * adjugate[0][2];
+    let adjugate = [cross(matrix[1], matrix[2]), cross(matrix[2], matrix[0]), cross(matrix[0], matrix[1])];
+    let determinant = matrix[0][0] * adjugate[0][0] + matrix[0][1] * adjugate[0][1] + matrix[0][2] * adjugate[0][2];
     if determinant == 0.0 || !determinant.is_finite() {
         return;
     }
     // Front faces wind counter-clockwise with y up. Pixel y points down, so their determinant is negative.
-    let front = determinant < 0.0;
-    if bounds.cull_back && !front {
+    let is_front_facing = determinant < 0.0;
+    if bounds.cull_back && !is_front_facing {
         return;
     }
     let plane_of = |v: [f64; 3]| {
         let sum = |k: usize| (v[0] * adjugate[0][k] + v[1] * adjugate[1][k] + v[2] * adjugate[2][k]) / determinant;
         Plane { dx: sum(0), dy: sum(1), at_origin: sum(2) }
     };
-    let Geometry { triangles, source_triangles, planes, constants, clipped } = geometry;
+    let Geometry { triangles, source_triangles, planes, flat_values, clipped } = geometry;
     let source_triangle = source_triangles.len() as u32;
-    let before = triangles.len();
+    let triangles_before = triangles.len();
     let points = polygon.corners();
     for k in 1..points.len() - 1 {
         let p = [snap(&points[0]), snap(&points[k]), snap(&points[k + 1])];
-        triangles.extend(raster_triangle(p, !front, bounds, source_triangle));
+        triangles.extend(raster_triangle(p, !is_front_facing, bounds, source_triangle));
     }
-    if triangles.len() == before {
+    if triangles.len() == triangles_before {
         return;
     }
-    *clipped += usize::from(polygon.cut);
-    let affine = corners[0].w == corners[1].w && corners[1].w == corners[2].w;
+    *clipped += usize::from(polygon.is_clipped);
+    let is_affine = corners[0].w == corners[1].w && corners[1].w == corners[2].w;
     let w = corners[0].w;
-    let (first_plane, first_constant) = (planes.len(), constants.len());
+    let (first_plane, first_flat_value) = (planes.len(), flat_values.len());
     for (interpolation, v) in varyings {
         match interpolation {
-            Interpolation::Flat => constants.push(v[0]),
+            Interpolation::Flat => flat_values.push(v[0]),
             // A plane of constant value avoids the division, so that the value stays exact.
-            Interpolation::Perspective if affine && v[0] == v[1] && v[1] == v[2] => planes.push(Plane::constant(v[0])),
-            Interpolation::Perspective if affine => {
+            Interpolation::Perspective if is_affine && v[0] == v[1] && v[1] == v[2] => planes.push(Plane::constant(v[0])),
+            Interpolation::Perspective if is_affine => {
                 let p = plane_of(v);
                 planes.push(Plane { at_origin: p.at_origin * w, dx: p.dx * w, dy: p.dy * w });
             }
@@ -274,11 +277,11 @@ pub(crate) fn set_up(
     source_triangles.push(SourceTriangle {
         origin,
         depth: plane_of(corners.map(|c| c.z)),
-        inverse_w: if affine { Plane::constant(1.0 / w) } else { plane_of([1.0; 3]) },
-        affine,
-        front,
+        inverse_w: if is_affine { Plane::constant(1.0 / w) } else { plane_of([1.0; 3]) },
+        is_affine,
+        is_front_facing,
         first_plane,
-        first_constant,
+        first_flat_value,
     });
 }
 
@@ -312,9 +315,9 @@ mod tests {
         let near = [[-0.5, -0.5, 0.5, 1.0], [0.5, -0.5, 0.5, 1.0], [0.0, 0.5, 0.5, 1.0]];
         let cut = [[-0.5, -0.5, 0.1, 1.0], [0.5, -0.5, 0.1, 1.0], [0.0, 0.9, 0.1, -1.0]];
         for clip in [near, cut] {
-            assert!(set_up_one(clip, [0.0; 3], &BOUNDS).expect("visible").0.front);
+            assert!(set_up_one(clip, [0.0; 3], &BOUNDS).expect("visible").0.is_front_facing);
             let back = [clip[0], clip[2], clip[1]];
-            assert!(!set_up_one(back, [0.0; 3], &BOUNDS).expect("visible").0.front);
+            assert!(!set_up_one(back, [0.0; 3], &BOUNDS).expect("visible").0.is_front_facing);
             assert!(set_up_one(back, [0.0; 3], &Bounds { cull_back: true, ..BOUNDS }).is_none());
         }
     }
@@ -323,7 +326,7 @@ mod tests {
     fn a_constant_varying_is_exact_if_all_w_are_equal() {
         let clip = [[-1.0, -1.0, 0.0, 1.0], [1.0, -1.0, 0.0, 1.0], [-1.0, 1.0, 0.0, 1.0]];
         let (s, varying) = set_up_one(clip, [0.1; 3], &BOUNDS).expect("visible");
-        assert!(s.affine);
+        assert!(s.is_affine);
         assert_eq!(varying, Plane { at_origin: 0.1, dx: 0.0, dy: 0.0 });
     }
 
@@ -346,7 +349,7 @@ mod tests {
         assert_eq!(parts.triangles, whole.triangles);
         assert_eq!(parts.source_triangles, whole.source_triangles);
         assert_eq!(parts.planes, whole.planes);
-        assert_eq!((&parts.constants, whole.constants.len()), (&whole.constants, 4));
+        assert_eq!((&parts.flat_values, whole.flat_values.len()), (&whole.flat_values, 4));
         assert_eq!(parts.clipped, whole.clipped);
         assert!(
             (1..4).contains(&whole.clipped),

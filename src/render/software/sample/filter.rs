@@ -23,7 +23,7 @@ const CHUNK: usize = 32;
 const PADDED: usize = BATCH + CHUNK;
 /// Maximum number of taps of a lane.
 pub(crate) const MAX_TAPS: usize = 16;
-/// Maximum number of mip levels of a texture (a side has at most 2^22 texels).
+/// Maximum number of mip levels. Textures have at most 23, since a side has at most 2^22 texels.
 const MAX_LEVELS: usize = 31;
 
 /// Red, green, blue, alpha of a batch; `None` for channels that are not needed.
@@ -43,13 +43,13 @@ pub(crate) struct FilterRequest<'a, R> {
 
 impl<'a, R: Real> FilterRequest<'a, R> {
     pub(crate) fn new(u: &'a [R; BATCH], v: &'a [R; BATCH]) -> Self {
-        let z = [R::ZERO; BATCH];
-        Self { u, v, level: z, taps: [R::ONE; BATCH], step_u: z, step_v: z }
+        let zeros = [R::ZERO; BATCH];
+        Self { u, v, level: zeros, taps: [R::ONE; BATCH], step_u: zeros, step_v: zeros }
     }
 
     /// Fills levels and taps from the gradients du/dx, dv/dx, du/dy, dv/dy. `max_taps`: `None` for isotropic filtering.
     #[inline(always)]
-    pub(crate) fn footprints(&mut self, size: [u32; 2], g: [&[R; BATCH]; 4], max_taps: Option<&[R; BATCH]>) {
+    pub(crate) fn set_footprints(&mut self, size: [u32; 2], g: [&[R; BATCH]; 4], max_taps: Option<&[R; BATCH]>) {
         let size = [R::from_u32(size[0]), R::from_u32(size[1])];
         let Some(max_taps) = max_taps else {
             for i in 0..BATCH {
@@ -78,22 +78,23 @@ impl<R> LazyArray<R> {
 
 /// The active lanes sorted by mip level, then from many taps to few.
 struct LaneOrder {
+    /// The active lanes in sorted order; `count` entries are valid.
     lane: [u8; BATCH],
     count: usize,
     /// All lanes are active and have the same key, so that the order is that of the batch.
-    identity: bool,
+    is_identity: bool,
     /// `starts[key]`: the position of the first lane with that key or a greater one; key = level * `MAX_TAPS` + (`MAX_TAPS` - taps).
     starts: [u8; (MAX_LEVELS + 1) * MAX_TAPS + 1],
     levels: std::ops::Range<usize>,
-    /// Some lane, active or not, has more than one tap.
-    several_taps: bool,
+    /// Whether some lane, active or not, has more than one tap.
+    has_several_taps: bool,
 }
 
 impl LaneOrder {
     #[inline(always)]
     fn new(key: &[u16; BATCH], active: LaneMask) -> Self {
         let count = active.count_ones() as usize;
-        let mut order = Self { lane: [0; BATCH], count, identity: false, starts: [0; _], levels: 0..0, several_taps: false };
+        let mut order = Self { lane: [0; BATCH], count, is_identity: false, starts: [0; _], levels: 0..0, has_several_taps: false };
         let (mut min_key, mut max_key, mut inverted_keys) = (u16::MAX, 0, 0);
         for k in key {
             min_key = min_key.min(*k);
@@ -101,31 +102,31 @@ impl LaneOrder {
             inverted_keys |= !*k;
         }
         // The key of one tap is the last of its level, so that the complement of the key is 0 modulo MAX_TAPS.
-        order.several_taps = usize::from(inverted_keys) % MAX_TAPS != 0;
+        order.has_several_taps = usize::from(inverted_keys) % MAX_TAPS != 0;
         let (min_key, max_key) = (usize::from(min_key), usize::from(max_key));
         order.levels = min_key / MAX_TAPS..max_key / MAX_TAPS + 1;
         let last = order.levels.end * MAX_TAPS;
         if active == LaneMask::MAX && min_key == max_key {
-            order.identity = true;
+            order.is_identity = true;
             order.starts[max_key + 1..=last].fill(BATCH as u8);
             return order;
         }
-        let mut left = active;
-        while left != 0 {
-            order.starts[usize::from(key[left.trailing_zeros() as usize]) + 1] += 1;
-            left &= left - 1;
+        let mut remaining = active;
+        while remaining != 0 {
+            order.starts[usize::from(key[remaining.trailing_zeros() as usize]) + 1] += 1;
+            remaining &= remaining - 1;
         }
         for k in min_key + 1..=last {
             order.starts[k] += order.starts[k - 1];
         }
-        let mut next = order.starts;
-        let mut left = active;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize;
-            left &= left - 1;
-            let at = &mut next[usize::from(key[lane])];
-            order.lane[usize::from(*at)] = lane as u8;
-            *at += 1;
+        let mut next_position = order.starts;
+        let mut remaining = active;
+        while remaining != 0 {
+            let lane = remaining.trailing_zeros() as usize;
+            remaining &= remaining - 1;
+            let position = &mut next_position[usize::from(key[lane])];
+            order.lane[usize::from(*position)] = lane as u8;
+            *position += 1;
         }
         order
     }
@@ -133,7 +134,7 @@ impl LaneOrder {
     /// The values in sorted order, copied to `buffer` unless the order is the identity. Chunks of the result may start at any position below `count`.
     #[inline(always)]
     fn gather<'a, R: Real>(&self, values: &'a [R; BATCH], buffer: &'a mut LazyArray<R>) -> &'a [R] {
-        if self.identity {
+        if self.is_identity {
             return values;
         }
         let buffer = buffer.0.insert([R::ZERO; PADDED]);
@@ -146,7 +147,7 @@ impl LaneOrder {
     /// Writes sorted values back to their lanes.
     #[inline(always)]
     fn scatter<R: Real>(&self, sorted: &[R; PADDED], out: &mut [R; BATCH]) {
-        if self.identity {
+        if self.is_identity {
             out.copy_from_slice(&sorted[..BATCH]);
         } else {
             for i in 0..self.count.min(BATCH) {
@@ -156,10 +157,10 @@ impl LaneOrder {
     }
 }
 
-/// The chunk of an array that starts at `at`.
+/// The chunk of an array that starts at index `start`.
 #[inline(always)]
-fn chunk<T>(values: &[T], at: usize) -> &[T; CHUNK] {
-    match values[at..].first_chunk() {
+fn chunk<T>(values: &[T], start: usize) -> &[T; CHUNK] {
+    match values[start..].first_chunk() {
         Some(c) => c,
         None => unreachable!("gathered arrays are padded; in others chunks start at multiples of the chunk length"),
     }
@@ -176,20 +177,20 @@ struct TexelPair<R> {
 fn texel_pair<R: Real>(coordinate: &[R; CHUNK], size: u32, mode: AddressMode) -> TexelPair<R> {
     let n = R::from_u32(size);
     let last = size as i32 - 1;
-    let repeat = mode == AddressMode::Repeat;
+    let repeats = mode == AddressMode::Repeat;
     // The neighbours of the first and of the last texel.
-    let (before, after) = if repeat { (last, 0) } else { (0, last) };
+    let (before, after) = if repeats { (last, 0) } else { (0, last) };
     let mut out = TexelPair { below: [0; CHUNK], above: [0; CHUNK], fraction: [R::ZERO; CHUNK] };
     for i in 0..CHUNK {
         let c = coordinate[i];
-        let x = if repeat { c - floor(c) } else { c } * n - R::from_f64(0.5);
+        let x = if repeats { c - floor(c) } else { c } * n - R::from_f64(0.5);
         // Written so that NaN becomes the first texel.
         let x = if x > -R::ONE { x } else { -R::ONE };
         let x = if x < n { x } else { n };
-        let (r, k) = x.round_small();
-        let over = r > x;
-        out.fraction[i] = x - if over { r - R::ONE } else { r };
-        let k = if over { k.wrapping_sub(1) } else { k };
+        let (rounded, k) = x.round_small();
+        let is_rounded_up = rounded > x;
+        out.fraction[i] = x - if is_rounded_up { rounded - R::ONE } else { rounded };
+        let k = if is_rounded_up { k.wrapping_sub(1) } else { k };
         out.below[i] = (if k < 0 { before } else { k.min(last) }) as u32;
         out.above[i] = (if k >= last { after } else { k.wrapping_add(1) }) as u32;
     }
@@ -215,39 +216,39 @@ fn bilinear<R: Real, D: Decode>(
         // SAFETY: `texel_pair` clamps columns and rows to the level.
         unsafe { decode.fetch(level, &index) }
     };
-    let t = [fetch(&x.below, &y.below), fetch(&x.above, &y.below), fetch(&x.below, &y.above), fetch(&x.above, &y.above)];
+    let texels = [fetch(&x.below, &y.below), fetch(&x.above, &y.below), fetch(&x.below, &y.above), fetch(&x.above, &y.above)];
     let mut out = [[R::ZERO; CHUNK]; 4];
     let [r, g, b, a] = &mut out;
     if needed[0] {
-        interpolate::<R, D, 0>(decode, &t, &x.fraction, &y.fraction, r);
+        interpolate::<R, D, 0>(decode, &texels, &x.fraction, &y.fraction, r);
     }
     if needed[1] {
-        interpolate::<R, D, 1>(decode, &t, &x.fraction, &y.fraction, g);
+        interpolate::<R, D, 1>(decode, &texels, &x.fraction, &y.fraction, g);
     }
     if needed[2] {
-        interpolate::<R, D, 2>(decode, &t, &x.fraction, &y.fraction, b);
+        interpolate::<R, D, 2>(decode, &texels, &x.fraction, &y.fraction, b);
     }
     if needed[3] {
-        interpolate::<R, D, 3>(decode, &t, &x.fraction, &y.fraction, a);
+        interpolate::<R, D, 3>(decode, &texels, &x.fraction, &y.fraction, a);
     }
     out
 }
 
-/// Channel `K`, interpolated bilinearly between the four texels of each lane.
+/// Channel `K`, interpolated bilinearly between the four texels of each lane: top left, top right, bottom left, bottom right. `x`, `y`: fractions.
 #[inline(always)]
 fn interpolate<R: Real, D: Decode, const K: usize>(
     decode: D,
-    t: &[[D::Texel; CHUNK]; 4],
+    texels: &[[D::Texel; CHUNK]; 4],
     x: &[R; CHUNK],
     y: &[R; CHUNK],
     out: &mut [R; CHUNK],
 ) {
-    let [a, b] = [decode.channel_of_each::<K, CHUNK>(&t[0]), decode.channel_of_each::<K, CHUNK>(&t[1])];
-    let [c, d] = [decode.channel_of_each::<K, CHUNK>(&t[2]), decode.channel_of_each::<K, CHUNK>(&t[3])];
-    let real = |v: f32| R::from_f32_bits(v.to_bits());
+    let [a, b] = [decode.channel_of_each::<K, CHUNK>(&texels[0]), decode.channel_of_each::<K, CHUNK>(&texels[1])];
+    let [c, d] = [decode.channel_of_each::<K, CHUNK>(&texels[2]), decode.channel_of_each::<K, CHUNK>(&texels[3])];
+    let widened = |v: f32| R::from_f32_bits(v.to_bits());
     for i in 0..CHUNK {
-        let top = real(a[i]) + x[i] * (real(b[i]) - real(a[i]));
-        let bottom = real(c[i]) + x[i] * (real(d[i]) - real(c[i]));
+        let top = widened(a[i]) + x[i] * (widened(b[i]) - widened(a[i]));
+        let bottom = widened(c[i]) + x[i] * (widened(d[i]) - widened(c[i]));
         out[i] = top + y[i] * (bottom - top);
     }
 }
@@ -259,8 +260,8 @@ fn nearest_texel<R: Real>(c: R, size: u32, mode: AddressMode) -> u32 {
     let x = if mode == AddressMode::Repeat { c - floor(c) } else { c } * n;
     let x = if x > R::ZERO { x } else { R::ZERO };
     let x = if x < n { x } else { n };
-    let (r, k) = x.round_small();
-    (if r > x { k.wrapping_sub(1) } else { k }).min(size as i32 - 1) as u32
+    let (rounded, k) = x.round_small();
+    (if rounded > x { k.wrapping_sub(1) } else { k }).min(size as i32 - 1) as u32
 }
 
 #[inline(always)]
@@ -289,12 +290,12 @@ fn channel<R: Real, D: Decode, const K: usize>(decode: D, texels: &[D::Texel; CH
     }
 }
 
-/// Adds the first `count` lanes of `value` to the sums from position `at` on.
+/// Adds the first `count` lanes of `value` to the sums from position `start` on.
 #[inline(always)]
-fn accumulate<R: Real>(sum: &mut [LazyArray<R>; 4], at: usize, count: usize, value: &[[R; CHUNK]; 4]) {
+fn accumulate<R: Real>(sum: &mut [LazyArray<R>; 4], start: usize, count: usize, value: &[[R; CHUNK]; 4]) {
     for (sum, value) in sum.iter_mut().zip(value) {
         let Some(sum) = &mut sum.0 else { continue };
-        let Some(sum) = sum[at..at + CHUNK].first_chunk_mut::<CHUNK>() else { return };
+        let Some(sum) = sum[start..start + CHUNK].first_chunk_mut::<CHUNK>() else { return };
         for i in 0..CHUNK {
             sum[i] = if i < count { sum[i] + value[i] } else { sum[i] };
         }
@@ -322,17 +323,18 @@ pub(crate) fn sample<R: Real, D: Decode>(
 ) {
     let channels = out.each_ref().map(|o| o.is_some());
     let last = levels.len().min(MAX_LEVELS) - 1;
-    let last_level = R::from_u32(last as u32);
-    let round = if state.linear { R::ZERO } else { R::from_f64(0.5) };
+    let coarsest_level = R::from_u32(last as u32);
+    // Without linear filtering the nearest level is read.
+    let rounding = if state.linear { R::ZERO } else { R::from_f64(0.5) };
     let (mut key, mut level_fraction) = ([0_u16; BATCH], [R::ZERO; BATCH]);
     for i in 0..BATCH {
         let level = if request.level[i] > R::ZERO { request.level[i] } else { R::ZERO };
-        let level = if level < last_level { level } else { last_level };
-        let fine = floor(level + round);
-        let fine = if fine < last_level { fine } else { last_level };
-        level_fraction[i] = level - fine;
+        let level = if level < coarsest_level { level } else { coarsest_level };
+        let finer_level = floor(level + rounding);
+        let finer_level = if finer_level < coarsest_level { finer_level } else { coarsest_level };
+        level_fraction[i] = level - finer_level;
         let missing_taps = R::from_u32(MAX_TAPS as u32) - request.taps[i];
-        key[i] = (fine * R::from_u32(MAX_TAPS as u32) + missing_taps).round_small().1 as u16;
+        key[i] = (finer_level * R::from_u32(MAX_TAPS as u32) + missing_taps).round_small().1 as u16;
     }
     let order = LaneOrder::new(&key, active);
     // Arrays that are not needed are not zeroed, because together they are as large as all other data of a batch.
@@ -346,15 +348,15 @@ pub(crate) fn sample<R: Real, D: Decode>(
     if !state.linear {
         for level in order.levels.clone() {
             let (from, to) = (order.starts[level * MAX_TAPS], order.starts[(level + 1) * MAX_TAPS]);
-            for at in (usize::from(from)..usize::from(to)).step_by(CHUNK) {
-                let value = nearest(decode, &levels[level], chunk(u, at), chunk(v, at), state);
-                accumulate(&mut sum, at, usize::from(to) - at, &value);
+            for start in (usize::from(from)..usize::from(to)).step_by(CHUNK) {
+                let value = nearest(decode, &levels[level], chunk(u, start), chunk(v, start), state);
+                accumulate(&mut sum, start, usize::from(to) - start, &value);
             }
         }
     } else {
         let level_fraction = order.gather(&level_fraction, &mut buffer_fraction);
         // `None` if every lane has one tap, which is at the centre of the footprint.
-        let steps_and_taps = order.several_taps.then(|| {
+        let steps_and_taps = order.has_several_taps.then(|| {
             let (step_u, step_v) = (order.gather(&request.step_u, &mut buffer_step_u), order.gather(&request.step_v, &mut buffer_step_v));
             (step_u, step_v, order.gather(&request.taps, &mut buffer_taps))
         });
@@ -366,10 +368,10 @@ pub(crate) fn sample<R: Real, D: Decode>(
                 if to == from {
                     break;
                 }
-                for at in (from..to).step_by(CHUNK) {
-                    let (mut tap_u, mut tap_v) = (*chunk(u, at), *chunk(v, at));
+                for start in (from..to).step_by(CHUNK) {
+                    let (mut tap_u, mut tap_v) = (*chunk(u, start), *chunk(v, start));
                     if let Some((step_u, step_v, taps)) = steps_and_taps {
-                        let (step_u, step_v, taps) = (chunk(step_u, at), chunk(step_v, at), chunk(taps, at));
+                        let (step_u, step_v, taps) = (chunk(step_u, start), chunk(step_v, start), chunk(taps, start));
                         for i in 0..CHUNK {
                             let offset = R::from_u32(tap as u32) - R::from_f64(0.5) * (taps[i] - R::ONE);
                             tap_u[i] = tap_u[i] + offset * step_u[i];
@@ -377,17 +379,17 @@ pub(crate) fn sample<R: Real, D: Decode>(
                         }
                     }
                     let mut value = bilinear(decode, &levels[level], &tap_u, &tap_v, state, channels);
-                    let fraction = chunk(level_fraction, at);
+                    let fraction = chunk(level_fraction, start);
                     if level < last && any_positive(fraction) {
-                        let coarse = bilinear(decode, &levels[level + 1], &tap_u, &tap_v, state, channels);
-                        for ((value, coarse), _) in value.iter_mut().zip(&coarse).zip(channels).filter(|(_, needed)| *needed) {
+                        let coarser = bilinear(decode, &levels[level + 1], &tap_u, &tap_v, state, channels);
+                        for ((value, coarser), _) in value.iter_mut().zip(&coarser).zip(channels).filter(|(_, needed)| *needed) {
                             for i in 0..CHUNK {
-                                let mixed = value[i] + fraction[i] * (coarse[i] - value[i]);
+                                let mixed = value[i] + fraction[i] * (coarser[i] - value[i]);
                                 value[i] = if fraction[i] > R::ZERO { mixed } else { value[i] };
                             }
                         }
                     }
-                    accumulate(&mut sum, at, to - at, &value);
+                    accumulate(&mut sum, start, to - start, &value);
                 }
             }
         }

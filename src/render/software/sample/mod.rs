@@ -41,17 +41,17 @@ pub struct Textures<'a> {
 const DEFAULT_SAMPLER: SamplerState =
     SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
 
-/// A batch's coordinates, and the source of their mip levels.
+/// A batch's coordinates, and what determines the mip levels.
 #[derive(Clone, Copy)]
 struct Request<'a, R> {
     u: &'a [R],
     v: &'a [R],
-    levels: Levels<'a, R>,
+    level_source: LevelSource<'a, R>,
     active: LaneMask,
 }
 
 #[derive(Clone, Copy)]
-enum Levels<'a, R> {
+enum LevelSource<'a, R> {
     Explicit(&'a [R]),
     Isotropic(Gradients<'a, R>),
     /// With the maximum number of taps per lane.
@@ -70,24 +70,31 @@ fn full_batch<'a, R: Real>(values: &'a [R], buffer: &'a mut Option<[R; BATCH]>) 
 }
 
 #[inline(always)]
-fn batch<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], state: &SamplerState, request: Request<'_, R>, out: Channels<'_, R>) {
+fn filter_batch<R: Real, D: Decode>(
+    decode: D,
+    levels: &[TexelLevel<'_>],
+    state: &SamplerState,
+    request: Request<'_, R>,
+    out: Channels<'_, R>,
+) {
     let [u, v, level_or_du_dx, dv_dx, du_dy, dv_dy, taps] = &mut [const { None }; 7];
     let mut filter = FilterRequest::new(full_batch(request.u, u), full_batch(request.v, v));
-    match request.levels {
-        Levels::Explicit(level) => filter.level = *full_batch(level, level_or_du_dx),
-        Levels::Isotropic(g) | Levels::Anisotropic(g, _) => {
+    match request.level_source {
+        LevelSource::Explicit(level) => filter.level = *full_batch(level, level_or_du_dx),
+        LevelSource::Isotropic(g) | LevelSource::Anisotropic(g, _) => {
             let size = [levels[0].width, levels[0].height];
-            let max_taps = if let Levels::Anisotropic(_, max_taps) = request.levels { Some(full_batch(max_taps, taps)) } else { None };
+            let max_taps =
+                if let LevelSource::Anisotropic(_, max_taps) = request.level_source { Some(full_batch(max_taps, taps)) } else { None };
             let gradients =
                 [full_batch(g.du_dx, level_or_du_dx), full_batch(g.dv_dx, dv_dx), full_batch(g.du_dy, du_dy), full_batch(g.dv_dy, dv_dy)];
-            filter.footprints(size, gradients, max_taps);
+            filter.set_footprints(size, gradients, max_taps);
         }
     }
     sample(decode, levels, &filter, state, request.active, out);
 }
 
 macro_rules! class {
-    ($name:ident, $decode:ident => $how:expr, $(#[$feature:meta])*) => {
+    ($name:ident, $decode:ident => $decoder:expr, $(#[$feature:meta])*) => {
         mod $name {
             use super::*;
 
@@ -97,7 +104,7 @@ macro_rules! class {
             pub unsafe fn filtered<R: Real, D: Decode>(
                 $decode: D, levels: &[TexelLevel<'_>], state: &SamplerState, request: Request<'_, R>, out: Channels<'_, R>,
             ) {
-                batch($how, levels, state, request, out);
+                filter_batch($decoder, levels, state, request, out);
             }
 
             /// # Safety
@@ -106,7 +113,7 @@ macro_rules! class {
             pub unsafe fn single<R: Real, D: Decode>(
                 $decode: D, levels: &[TexelLevel<'_>], coordinates: TexelCoordinates<'_, R>, active: LaneMask, out: [&mut [R]; 4],
             ) {
-                load($how, levels, coordinates, active, out);
+                load($decoder, levels, coordinates, active, out);
             }
         }
     };
@@ -151,17 +158,17 @@ impl<'a> Textures<'a> {
     fn sample<R: Real>(&self, texture: usize, request: Request<'_, R>, out: [&mut [R]; 4]) {
         let bound = &self.bound[texture];
         match bound.texels.format {
-            TexelFormat::Rgba8Srgb => self.decoded(bound, Srgb::new(), request, out),
-            TexelFormat::Rgba8Unorm => self.decoded(bound, Unorm, request, out),
-            TexelFormat::Rgba32Float => self.decoded(bound, Float, request, out),
+            TexelFormat::Rgba8Srgb => self.sample_decoded(bound, Srgb::new(), request, out),
+            TexelFormat::Rgba8Unorm => self.sample_decoded(bound, Unorm, request, out),
+            TexelFormat::Rgba32Float => self.sample_decoded(bound, Float, request, out),
         }
     }
 
-    fn decoded<R: Real, D: Decode>(&self, bound: &BoundTexture<'_>, decode: D, request: Request<'_, R>, out: [&mut [R]; 4]) {
+    fn sample_decoded<R: Real, D: Decode>(&self, bound: &BoundTexture<'_>, decode: D, request: Request<'_, R>, out: [&mut [R]; 4]) {
         let state = bound.sampler.unwrap_or(DEFAULT_SAMPLER);
         let count = request.u.len().min(BATCH);
-        let present = if count == BATCH { LaneMask::MAX } else { (1 << count) - 1 };
-        let request = Request { active: request.active & present, ..request };
+        let existing_lanes = if count == BATCH { LaneMask::MAX } else { (1 << count) - 1 };
+        let request = Request { active: request.active & existing_lanes, ..request };
         if request.active == 0 {
             return;
         }
@@ -184,15 +191,15 @@ impl<'a> Textures<'a> {
 
 impl<R: Real> TextureUnit<R> for Textures<'_> {
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], g: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]) {
-        self.sample(texture, Request { u, v, levels: Levels::Isotropic(g), active }, out);
+        self.sample(texture, Request { u, v, level_source: LevelSource::Isotropic(g), active }, out);
     }
 
     fn sample_filtered(&self, texture: usize, uv: [&[R]; 2], g: Gradients<'_, R>, max_taps: &[R], active: LaneMask, out: [&mut [R]; 4]) {
-        self.sample(texture, Request { u: uv[0], v: uv[1], levels: Levels::Anisotropic(g, max_taps), active }, out);
+        self.sample(texture, Request { u: uv[0], v: uv[1], level_source: LevelSource::Anisotropic(g, max_taps), active }, out);
     }
 
     fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {
-        self.sample(texture, Request { u, v, levels: Levels::Explicit(level), active }, out);
+        self.sample(texture, Request { u, v, level_source: LevelSource::Explicit(level), active }, out);
     }
 
     fn load(&self, texture: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {
@@ -210,8 +217,8 @@ impl<R: Real> TextureUnit<R> for Textures<'_> {
 
     fn dimensions(&self, texture: usize, level: u32) -> [u32; 2] {
         let levels = &self.bound[texture].texels.levels;
-        let at = &levels[(level as usize).min(levels.len() - 1)];
-        [at.width, at.height]
+        let level = &levels[(level as usize).min(levels.len() - 1)];
+        [level.width, level.height]
     }
 
     fn levels(&self, texture: usize) -> u32 {

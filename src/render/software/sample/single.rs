@@ -29,20 +29,20 @@ pub(super) fn load<R: Real, D: Decode>(
     mut out: [&mut [R]; 4],
 ) {
     let count = x.len().min(BATCH);
-    let (Some(row), Some(number)) = (y.first(), level.first().map(|l| l.int())) else { return };
-    if level.iter().fold(0, |different, l| different | (l.int() ^ number)) != 0 {
-        return lane_by_lane(decode, levels, [x, y, level], active, out);
+    let (Some(row), Some(first_level)) = (y.first(), level.first().map(|l| l.lane_bits())) else { return };
+    if level.iter().fold(0, |differing_bits, l| differing_bits | (l.lane_bits() ^ first_level)) != 0 {
+        return load_lane_by_lane(decode, levels, [x, y, level], active, out);
     }
-    let Some(level) = levels.get(number as usize) else { return out.iter_mut().for_each(|lanes| lanes.fill(R::ZERO)) };
+    let Some(level) = levels.get(first_level as usize) else { return out.iter_mut().for_each(|lanes| lanes.fill(R::ZERO)) };
     let active = if count == BATCH { active } else { active & ((1 << count) - 1) };
-    let [mut columns, mut rows] = [const { None }; 2];
-    let x = full_batch(x, &mut columns);
+    let [mut column_buffer, mut row_buffer] = [const { None }; 2];
+    let x = full_batch(x, &mut column_buffer);
     let indices = if y.len() == 1 {
-        let row = row.int();
+        let row = row.lane_bits();
         TexelIndices::new(level, x, |_| row, active)
     } else {
-        let y = full_batch(y, &mut rows);
-        TexelIndices::new(level, x, |lane| y[lane].int(), active)
+        let y = full_batch(y, &mut row_buffer);
+        TexelIndices::new(level, x, |lane| y[lane].lane_bits(), active)
     };
     if count == BATCH {
         return indices.read(decode, level, out.map(|lanes| lanes.first_chunk_mut()));
@@ -62,14 +62,14 @@ struct TexelIndices {
     /// All bits set if the lane has a texel, else zero.
     mask: [u32; BATCH],
     /// Whether every lane has a texel.
-    complete: bool,
+    is_complete: bool,
 }
 
 impl TexelIndices {
     #[inline(always)]
     fn new<R: Real>(level: &TexelLevel<'_>, x: &[R; BATCH], row: impl Fn(usize) -> u32, active: LaneMask) -> Self {
         let (width, height) = (level.width, level.height);
-        let mut indices = Self { index: [0; BATCH], mask: [u32::MAX; BATCH], complete: false };
+        let mut indices = Self { index: [0; BATCH], mask: [u32::MAX; BATCH], is_complete: false };
         if active != LaneMask::MAX {
             for (k, masks) in indices.mask.as_chunks_mut::<{ LANE_BITS.len() }>().0.iter_mut().enumerate() {
                 let active = (active >> (k * LANE_BITS.len())) as u32;
@@ -79,23 +79,23 @@ impl TexelIndices {
             }
         }
         // The loop has a fixed length and no bounds checks, so that it is vectorised.
-        let mut complete = u32::MAX;
+        let mut mask_of_all = u32::MAX;
         for lane in 0..BATCH {
-            let (column, row) = (x[lane].int(), row(lane));
+            let (column, row) = (x[lane].lane_bits(), row(lane));
             // A negative coordinate is a large u32, hence outside.
             let inside = if (column < width) & (row < height) { u32::MAX } else { 0 };
             let mask = indices.mask[lane] & inside;
             indices.index[lane] = row.wrapping_mul(width).wrapping_add(column) & mask;
             indices.mask[lane] = mask;
-            complete &= mask;
+            mask_of_all &= mask;
         }
-        indices.complete = complete == u32::MAX;
+        indices.is_complete = mask_of_all == u32::MAX;
         indices
     }
 
     #[inline(always)]
     fn read<R: Real, D: Decode>(&self, decode: D, level: &TexelLevel<'_>, out: Channels<'_, R>) {
-        if self.complete {
+        if self.is_complete {
             self.read_masked::<R, D, false>(decode, level, out);
         } else {
             self.read_masked::<R, D, true>(decode, level, out);
@@ -157,7 +157,7 @@ impl TexelIndices {
 
 /// Reads texels of several levels.
 #[inline(always)]
-fn lane_by_lane<R: Real, D: Decode>(
+fn load_lane_by_lane<R: Real, D: Decode>(
     decode: D,
     levels: &[TexelLevel<'_>],
     [x, y, level]: TexelCoordinates<'_, R>,
@@ -166,10 +166,12 @@ fn lane_by_lane<R: Real, D: Decode>(
 ) {
     let [r, g, b, a] = out;
     for (lane, (x, level)) in x.iter().zip(level).enumerate().take(BATCH) {
-        let (x, y) = (x.int(), y[if y.len() == 1 { 0 } else { lane }].int());
-        let texel = match levels.get(level.int() as usize) {
+        let (x, y) = (x.lane_bits(), y[if y.len() == 1 { 0 } else { lane }].lane_bits());
+        let texel = match levels.get(level.lane_bits() as usize) {
             // SAFETY: both coordinates lie inside the level.
-            Some(at) if active >> lane & 1 == 1 && x < at.width && y < at.height => unsafe { decode.texel(at, y * at.width + x) },
+            Some(level) if active >> lane & 1 == 1 && x < level.width && y < level.height => unsafe {
+                decode.texel(level, y * level.width + x)
+            },
             _ => D::Texel::default(),
         };
         for (to, channel) in [&mut *r, &mut *g, &mut *b, &mut *a].into_iter().zip(decode.channels(texel)) {

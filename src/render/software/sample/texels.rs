@@ -33,22 +33,22 @@ impl<'a> Texels<'a> {
     /// # Errors
     /// A level that is too large or whose number of bytes does not match its size, or no level at all.
     pub(crate) fn new(format: TexelFormat, levels: impl Iterator<Item = (u32, u32, &'a [u8])>) -> Result<Self, String> {
-        let texel = match format {
+        let texel_bytes = match format {
             TexelFormat::Rgba8Srgb | TexelFormat::Rgba8Unorm => 4,
             TexelFormat::Rgba32Float => 16,
         };
         let mut all = Vec::new();
         for (k, (width, height, bytes)) in levels.enumerate() {
-            let needed = u64::from(width) * u64::from(height) * texel;
-            if width.max(height) > MAX_SIDE || needed / texel > MAX_TEXELS {
-                return Err(format!("level {k} is {width}x{height}, which is more than can be read"));
+            let needed = u64::from(width) * u64::from(height) * texel_bytes;
+            if width.max(height) > MAX_SIDE || needed / texel_bytes > MAX_TEXELS {
+                return Err(format!("level {k} is {width}x{height}, larger than the renderer can read"));
             }
             if needed == 0 || bytes.len() as u64 != needed {
-                return Err(format!("level {k} is {width}x{height} with {} bytes, which should be {needed}", bytes.len()));
+                return Err(format!("level {k} is {width}x{height} with {} bytes instead of {needed}", bytes.len()));
             }
             all.push(TexelLevel { width, height, bytes });
         }
-        if all.is_empty() { Err("it has no level".to_owned()) } else { Ok(Self { format, levels: all }) }
+        if all.is_empty() { Err("it has no mip level".to_owned()) } else { Ok(Self { format, levels: all }) }
     }
 
     /// # Errors
@@ -94,7 +94,7 @@ pub(crate) trait Decode: Copy {
     unsafe fn fetch<const N: usize>(self, level: &TexelLevel<'_>, index: &[u32; N]) -> [Self::Texel; N] {
         let mut out = [Self::Texel::default(); N];
         for (o, i) in out.iter_mut().zip(index) {
-            // SAFETY: passed on to the caller.
+            // SAFETY: the caller guarantees it.
             *o = unsafe { self.texel(level, *i) };
         }
         out
@@ -108,7 +108,7 @@ pub(crate) trait Decode: Copy {
     /// As [`Decode::texel`], for every lane.
     #[inline(always)]
     unsafe fn channel_of_eight<const K: usize>(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
-        // SAFETY: passed on to the caller.
+        // SAFETY: the caller guarantees it.
         self.channel_of_each::<K, 8>(&unsafe { self.fetch(level, index) })
     }
 
@@ -117,7 +117,7 @@ pub(crate) trait Decode: Copy {
     /// As [`Decode::texel`], for every lane.
     #[inline(always)]
     unsafe fn channels_of_eight(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [[f32; 8]; 4] {
-        // SAFETY: passed on to the caller.
+        // SAFETY: the caller guarantees it.
         let t = unsafe { self.fetch(level, index) };
         [
             self.channel_of_each::<0, 8>(&t),
@@ -167,7 +167,7 @@ fn unorm<const K: usize>(texel: u32) -> f32 {
 
 /// Implements [`Decode`] for a format of four bytes per texel, given the expression that decodes channel `K`.
 macro_rules! decode_four_byte_texels {
-    ($format:ty, |$own:ident, $texel:ident| $channel:expr) => {
+    ($format:ty, |$decoder:ident, $texel:ident| $channel:expr) => {
         impl Decode for $format {
             type Texel = u32;
             #[cfg(target_arch = "x86_64")]
@@ -185,20 +185,20 @@ macro_rules! decode_four_byte_texels {
             }
             #[inline(always)]
             unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> u32 {
-                // SAFETY: passed on to the caller.
+                // SAFETY: the caller guarantees it.
                 unsafe { read_u32(level, index) }
             }
             #[inline(always)]
             fn channel<const K: usize>(self, $texel: u32) -> f32 {
-                let $own = self;
+                let $decoder = self;
                 $channel
             }
         }
     };
 }
 
-decode_four_byte_texels!(Srgb, |own, texel| if K == 3 { unorm::<3>(texel) } else { own.0[(texel >> (8 * K) & 0xff) as usize] });
-decode_four_byte_texels!(Unorm, |_own, texel| unorm::<K>(texel));
+decode_four_byte_texels!(Srgb, |srgb, texel| if K == 3 { unorm::<3>(texel) } else { srgb.0[(texel >> (8 * K) & 0xff) as usize] });
+decode_four_byte_texels!(Unorm, |_unorm, texel| unorm::<K>(texel));
 
 impl Decode for Float {
     type Texel = [f32; 4];
@@ -219,8 +219,7 @@ impl Decode for Float {
     unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> [f32; 4] {
         // SAFETY: as in `read_u32`; a texel has sixteen bytes.
         let bits = unsafe { level.bytes.as_ptr().cast::<[u32; 4]>().wrapping_add(index as usize).read_unaligned() };
-        let f = |k: usize| f32::from_bits(u32::from_le(bits[k]));
-        [f(0), f(1), f(2), f(3)]
+        bits.map(|word| f32::from_bits(u32::from_le(word)))
     }
     #[inline(always)]
     fn channel<const K: usize>(self, texel: [f32; 4]) -> f32 {
@@ -286,11 +285,11 @@ mod gather {
     unsafe fn gather<const N: usize>(base: *const u8, index: &[u32; N]) -> [u32; N] {
         const { assert!(N.is_multiple_of(8)) };
         let mut out = [0; N];
-        for (to, from) in out.as_chunks_mut::<8>().0.iter_mut().zip(index.as_chunks::<8>().0) {
-            // SAFETY: passed on to the caller; both arrays have eight words.
+        for (to, indices) in out.as_chunks_mut::<8>().0.iter_mut().zip(index.as_chunks::<8>().0) {
+            // SAFETY: the caller guarantees the indices and AVX2; both arrays have eight words.
             unsafe {
-                let at = transmute::<[u32; 8], __m256i>(*from);
-                *to = transmute::<__m256i, [u32; 8]>(_mm256_i32gather_epi32::<4>(base.cast::<i32>(), at));
+                let indices = transmute::<[u32; 8], __m256i>(*indices);
+                *to = transmute::<__m256i, [u32; 8]>(_mm256_i32gather_epi32::<4>(base.cast::<i32>(), indices));
             }
         }
         out
@@ -305,7 +304,7 @@ mod gather {
         }
         #[inline(always)]
         unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> u32 {
-            // SAFETY: passed on to the caller.
+            // SAFETY: the caller guarantees it.
             unsafe { self.0.texel(level, index) }
         }
         #[inline(always)]
@@ -355,7 +354,7 @@ mod gather {
         }
         #[inline(always)]
         unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> [f32; 4] {
-            // SAFETY: passed on to the caller.
+            // SAFETY: the caller guarantees it.
             unsafe { self.0.texel(level, index) }
         }
         #[inline(always)]

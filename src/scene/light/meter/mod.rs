@@ -204,7 +204,7 @@ struct Ground<'g> {
     sun: DVec3,
     sun_irradiance: f64,
     /// Lights from other bodies: unit vector towards each, body axes, and irradiance.
-    shine: Vec<(DVec3, f64)>,
+    secondary_lights: Vec<(DVec3, f64)>,
     /// Radiance of the sky above the ground, if the camera is in the body's air; else 0.
     sky: f64,
     /// Ring-shine, and the ground's radiance per unit of ring-shine.
@@ -222,7 +222,7 @@ impl Ground<'_> {
             Some(shade) if normal.dot(self.sun) > 0.0 => shade.sunlight_fraction(point * body.radii_km / body.radii_km.x).max(0.0),
             _ => 1.0,
         };
-        let secondary: f64 = self.shine.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
+        let secondary: f64 = self.secondary_lights.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
         let lit = night_lights::lit(normal.dot(self.sun)) * self.night_light_weight;
         let night_lights = self.night_lights.map_or(0.0, |l| if lit > 0.0 { lit * l.at(point) } else { 0.0 });
         let rings = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
@@ -303,8 +303,8 @@ impl Frame<'_, '_> {
             tally.add(weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px(), shown, haze);
             return (tally, 0.0);
         }
-        let shine = self.shine_on(p);
-        let in_body = |v: DVec3| (p.body_from_icrf * v).normalize();
+        let secondary_lights = self.shine_on(p);
+        let to_body_frame = |v: DVec3| (p.body_from_icrf * v).normalize();
         let ground = Ground {
             body: p.body,
             night_lights: self
@@ -318,9 +318,9 @@ impl Frame<'_, '_> {
             night_light_weight: self.meter.night_lights,
             ring_shine: self.ring_shine_on(p, diameter_px),
             albedo_scale: p.radiance_scale().x * p.body.geometric_albedo * f64::from(p.body.colour.max_element()),
-            sun: in_body(p.sun_from_body_km),
+            sun: to_body_frame(p.sun_from_body_km),
             sun_irradiance: lights::sunlight(p.sun_from_body_km).irradiance.x,
-            shine: shine.iter().map(|l| (in_body(l.direction), l.irradiance.max_element())).collect(),
+            secondary_lights: secondary_lights.iter().map(|l| (to_body_frame(l.direction), l.irradiance.max_element())).collect(),
             sky: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.sky),
         };
         let mut sum = |shade: Option<&Shade<'_>>| {
