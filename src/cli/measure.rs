@@ -138,7 +138,7 @@ fn rounded(value: f64) -> f64 {
 }
 
 fn row(choice: &ChoiceMeasure, option: &OptionMeasure) -> Value {
-    let time = option.measurement.time;
+    let time = option.measurement.relative_time;
     json!({
         "choice": choice.name, "option": option.name, "error": rounded(option.measurement.error), "unit": choice.unit.name(),
         "time_ratio": rounded(time.median), "spread": [rounded(time.low), rounded(time.high)],
@@ -148,7 +148,7 @@ fn row(choice: &ChoiceMeasure, option: &OptionMeasure) -> Value {
 
 fn csv(choices: &[ChoiceMeasure]) -> String {
     let line = |(c, o): (&ChoiceMeasure, &OptionMeasure)| {
-        let time = o.measurement.time;
+        let time = o.measurement.relative_time;
         format!(
             "{},\"{}\",{},{},{},{},{},{},{}\n",
             c.name,
@@ -171,7 +171,7 @@ fn table(choices: &[ChoiceMeasure]) -> String {
     for choice in choices {
         text += &format!("{} ({})\n", choice.name, choice.about);
         for o in &choice.options {
-            let time = o.measurement.time;
+            let time = o.measurement.relative_time;
             let mut notes = names(&o.default_of).join(", ");
             if o.is_dominated {
                 notes += if notes.is_empty() { "dominated" } else { "; dominated" };

@@ -17,7 +17,7 @@ use crate::time::Instant;
 
 const SATURN: NaifId = NaifId(699);
 /// One sample per pixel and eight taps for all options, so that only the choice differs.
-const PLAIN: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
+const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 /// 2022-11-08T09:45 UTC: half of the Moon in the umbra, half in the penumbra.
 const MOON_IN_PENUMBRA_JD_TDB: f64 = 2_459_891.907_1;
 /// 2017-05-17: the Sun 26 degrees above Saturn's rings.
@@ -55,7 +55,7 @@ pub(super) fn standard_request(name: &str, effort: Effort) -> Result<ViewRequest
 fn qualities(dual: &DualRenderer<'_>, request: &ViewRequest, what: impl Fn(&Draw) -> bool) -> Result<Vec<Quality>, SessionError> {
     let mut found = Vec::new();
     for quality in Quality::ALL {
-        let view = dual.plan_view(&ViewRequest { quality, ..request.clone() }, PLAIN)?;
+        let view = dual.plan_view(&ViewRequest { quality, ..request.clone() }, SINGLE_SAMPLE)?;
         if view.scene.draws.iter().any(&what) {
             found.push(quality);
         }
@@ -97,15 +97,16 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
     let request = view_from_direction(NaifId::MOON, MOON_IN_PENUMBRA_JD_TDB, NaifId::EARTH, 20.0, effort);
     let request = ViewRequest { pixel_view: PixelView::Eclipse, ..request };
     let asked = |model: EclipseModel| with_effects(&request, &format!("+eclipse={}", model.name()));
-    let truth = dual.light(&dual.plan_view(&asked(EclipseModel::Refracted)?, PLAIN)?, Precision::F64)?;
+    let truth = dual.light(&dual.plan_view(&asked(EclipseModel::Refracted)?, SINGLE_SAMPLE)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for model in EclipseModel::CHOICES {
         let asked = asked(model)?;
         let default_of = qualities(&dual, &request, |d| d.body == NaifId::MOON && d.features.eclipse.model == model)?;
-        let measured =
-            drawing(&dual, model.name(), dual.plan_view(&asked, PLAIN)?, Precision::F32, vec![], |p| max_percent_of_light(p, &truth))?;
+        let measured = drawing(&dual, model.name(), dual.plan_view(&asked, SINGLE_SAMPLE)?, Precision::F32, vec![], |p| {
+            max_percent_of_light(p, &truth)
+        })?;
         // The error is that of the sunlight on the ground; the time is that of the final image.
-        let shown = dual.plan_view(&ViewRequest { pixel_view: PixelView::Final, ..asked }, PLAIN)?;
+        let shown = dual.plan_view(&ViewRequest { pixel_view: PixelView::Final, ..asked }, SINGLE_SAMPLE)?;
         let dual = &dual;
         candidates.push(Candidate { default_of, work: Box::new(move || dual.draw(&shown, Precision::F32)), ..measured });
     }
@@ -120,9 +121,9 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
 
 /// The view with `change` applied to all draws.
 fn with_draws(dual: &DualRenderer<'_>, request: &ViewRequest, change: impl Fn(&mut Draw)) -> Result<PlannedView, SessionError> {
-    let mut scene = dual.plan_view(request, PLAIN)?.scene;
+    let mut scene = dual.plan_view(request, SINGLE_SAMPLE)?.scene;
     scene.draws.iter_mut().for_each(change);
-    let plan = plan::plan(&scene, dual.session, PLAIN)?;
+    let plan = plan::plan(&scene, dual.session, SINGLE_SAMPLE)?;
     Ok(PlannedView { scene, plan })
 }
 
@@ -193,7 +194,7 @@ pub(super) fn air_tier(session: &Session, effort: Effort) -> Result<ChoiceMeasur
     let dual = DualRenderer::new(session)?;
     let views = atmosphere_views(&dual, effort)?;
     let asked = |request: &ViewRequest, tier: AtmosphereModel| {
-        dual.plan_view(&with_effects(request, &format!("-clouds,+atmosphere={}", tier.name()))?, PLAIN)
+        dual.plan_view(&with_effects(request, &format!("-clouds,+atmosphere={}", tier.name()))?, SINGLE_SAMPLE)
     };
     let mut truths = Vec::new();
     for request in &views {
@@ -223,7 +224,7 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let request = view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId(799), 4.0, effort);
     let request =
         dual.with_metered_exposure(with_effects(&request, "-rings,-ring-shadow,-ring-shine,-atmosphere,-eclipse,-points,-planet-shine")?)?;
-    let asked = |on: bool| dual.plan_target(&with_effects(&request, if on { "+ellipsoid" } else { "-ellipsoid" })?, PLAIN);
+    let asked = |on: bool| dual.plan_target(&with_effects(&request, if on { "+ellipsoid" } else { "-ellipsoid" })?, SINGLE_SAMPLE);
     let truth = dual.light(&asked(true)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (shape, name) in [(Shape::Sphere, "sphere"), (Shape::Ellipsoid, "ellipsoid")] {
@@ -272,9 +273,9 @@ pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasur
 pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
     let request = dual.with_metered_exposure(standard_request("saturn", effort)?)?;
-    let options =
-        [1_u8, 4].map(|samples| (samples.to_string(), SamplingQuality { samples, ..PLAIN }, qualities_sampling(|s| s.samples == samples)));
-    let candidates = sampled(&dual, &request, options.into_iter(), SamplingQuality { samples: 4, ..PLAIN })?;
+    let options = [1_u8, 4]
+        .map(|samples| (samples.to_string(), SamplingQuality { samples, ..SINGLE_SAMPLE }, qualities_sampling(|s| s.samples == samples)));
+    let candidates = sampled(&dual, &request, options.into_iter(), SamplingQuality { samples: 4, ..SINGLE_SAMPLE })?;
     let about = "Saturn with its rings; against 4 samples: limbs and rings have soft edges of their own";
     measure_choice("samples", about, Unit::Levels, effort.rounds(), candidates)
 }
@@ -304,7 +305,7 @@ pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeas
 pub(super) fn precision(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
     let request = dual.with_metered_exposure(standard_request("earth-3-radii", effort)?)?;
-    let view = || dual.plan_view(&request, PLAIN);
+    let view = || dual.plan_view(&request, SINGLE_SAMPLE);
     let truth = dual.light(&view()?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (precision, name, default_of) in

@@ -123,7 +123,7 @@ pub(crate) fn measure_choice(
     let measurements: Vec<Measurement> = candidates
         .iter()
         .enumerate()
-        .map(|(k, c)| Measurement { error: c.error, time: Spread::of_ratios(&times[k], &times[reference]).unwrap_or(one) })
+        .map(|(k, c)| Measurement { error: c.error, relative_time: Spread::of_ratios(&times[k], &times[reference]).unwrap_or(one) })
         .collect();
     let dominated = rule::dominated(&measurements);
     let allowed = Quality::ALL.map(|q| (q, rule::admissible(q, unit, &measurements)));

@@ -87,7 +87,7 @@ where
     let errors = span(positive, 0.1, 8.0);
     let floor = errors.start;
     let height = |o: &OptionMeasure| if o.measurement.error > 0.0 { o.measurement.error } else { floor };
-    let times = span(options.iter().map(|o| o.measurement.time.median), 0.5, 3.0);
+    let times = span(options.iter().map(|o| o.measurement.relative_time.median), 0.5, 3.0);
     let mut chart = ChartBuilder::on(panel)
         .margin(10)
         .caption(format!("{} [{}]", choice.name, choice.unit.name()), (FONT, 22).into_font().color(&INK))
@@ -109,30 +109,31 @@ where
         .light_line_style(WHITE)
         .draw()
         .map_err(failed)?;
-    let mut frontier: Vec<_> = options.iter().filter(|o| !o.is_dominated).map(|o| (o.measurement.time.median, height(o))).collect();
+    let mut frontier: Vec<_> =
+        options.iter().filter(|o| !o.is_dominated).map(|o| (o.measurement.relative_time.median, height(o))).collect();
     frontier.sort_by(|a, b| a.0.total_cmp(&b.0));
     chart.draw_series(LineSeries::new(frontier, FRONTIER.stroke_width(2))).map_err(failed)?;
     for option in options {
-        let (x, y) = (option.measurement.time.median, height(option));
+        let (x, y) = (option.measurement.relative_time.median, height(option));
         let colour = if option.is_dominated { DOMINATED } else { FRONTIER };
         let style = if option.is_dominated { colour.stroke_width(2) } else { colour.filled() };
-        let ends = [(option.measurement.time.low, y), (option.measurement.time.high, y)];
+        let ends = [(option.measurement.relative_time.low, y), (option.measurement.relative_time.high, y)];
         chart.draw_series([PathElement::new(ends.to_vec(), colour.stroke_width(2))]).map_err(failed)?;
         chart.draw_series([Circle::new((x, y), 5, style)]).map_err(failed)?;
     }
     let ends = (chart.backend_coord(&(times.start, errors.start)), chart.backend_coord(&(times.end, errors.end)));
-    let points: Vec<_> = options.iter().map(|o| chart.backend_coord(&(o.measurement.time.median, height(o)))).collect();
+    let points: Vec<_> = options.iter().map(|o| chart.backend_coord(&(o.measurement.relative_time.median, height(o)))).collect();
     let texts: Vec<String> = options
         .iter()
         .map(|o| {
             let zero = if o.measurement.error > 0.0 { "" } else { ", 0" };
-            format!("{} ({:.2}{zero})", o.name.chars().take(26).collect::<String>(), o.measurement.time.median)
+            format!("{} ({:.2}{zero})", o.name.chars().take(26).collect::<String>(), o.measurement.relative_time.median)
         })
         .collect();
     for (k, offset) in label_offsets(&points, &texts, ends).into_iter().enumerate() {
         let colour = if options[k].is_dominated { DOMINATED } else { FRONTIER };
         let font = (FONT, LABEL_PX).into_font().color(&colour);
-        let place = (options[k].measurement.time.median, height(&options[k]));
+        let place = (options[k].measurement.relative_time.median, height(&options[k]));
         chart.draw_series([EmptyElement::at(place) + Text::new(texts[k].clone(), offset, font)]).map_err(failed)?;
     }
     Ok(())

@@ -30,12 +30,12 @@ impl Unit {
         }
     }
 
-    /// The greatest error that a quality may have; `None`: the least that any option has.
+    /// Upper limit of a quality's error. `None`: that of the most accurate option.
     ///
-    /// `draft` is for exploring. A good eye resolves 60 arcsec; at a magnification of 15 that is 4 arcsec, and 1 arcsec is a quarter of it.
-    /// 15.9 % of light is a quarter of a stop. 32 levels mean that an edge pixel is off by an eighth of white, in one pixel of a thousand.
-    /// `standard` is used for the window and for written pictures. The Moon moves 0.1 arcsec in 0.2 s, which is the error of a contact
-    /// time. Half a percent of light is one level at mid grey, and three levels are 1 % of the display's range.
+    /// `draft` is for exploring. A good eye resolves 60 arcsec, or 4 arcsec at a magnification of 15; the bound of 1 arcsec is a quarter of that.
+    /// 15.9 % of light is a quarter of a stop. 32 levels of 255 are an eighth of white, exceeded in one pixel of a thousand.
+    /// `standard` is for the window and for saved pictures. The Moon moves 0.1 arcsec in 0.2 s, so a contact is early or late by as much.
+    /// Half a percent of light is a third of a level of 255 at mid grey, and three levels are 1 % of the display's range.
     pub(crate) fn bound(self, quality: Quality) -> Option<f64> {
         let [draft, standard] = match self {
             Self::Arcseconds => [1.0, 0.1],
@@ -56,13 +56,13 @@ pub(crate) struct Measurement {
     /// Error in the choice's unit, at least 0.
     pub error: f64,
     /// Ratio to the time of the choice's most accurate option.
-    pub time: Spread,
+    pub relative_time: Spread,
 }
 
 impl Measurement {
     /// Whether the quartiles do not overlap and the medians differ by more than 5 %; smaller differences do not justify a change.
     fn is_clearly_faster(&self, than: &Self) -> bool {
-        self.time.high < than.time.low && self.time.median < 0.95 * than.time.median
+        self.relative_time.high < than.relative_time.low && self.relative_time.median < 0.95 * than.relative_time.median
     }
 
     /// Whether the error is smaller by more than 1 %.
@@ -73,7 +73,7 @@ impl Measurement {
     /// Whether `self` is clearly better than `other` in time or error, and not worse in the other.
     pub(crate) fn dominates(&self, other: &Self) -> bool {
         let (cheaper, more_accurate) = (self.is_clearly_faster(other), self.is_more_accurate(other));
-        cheaper && !other.is_more_accurate(self) || more_accurate && self.time.median <= other.time.median
+        cheaper && !other.is_more_accurate(self) || more_accurate && self.relative_time.median <= other.relative_time.median
     }
 }
 
@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     fn option(error: f64, time: f64) -> Measurement {
-        Measurement { error, time: Spread { low: 0.95 * time, median: time, high: 1.05 * time } }
+        Measurement { error, relative_time: Spread { low: 0.95 * time, median: time, high: 1.05 * time } }
     }
 
     #[test]
@@ -131,7 +131,7 @@ mod tests {
         let mut changed = options;
         changed[2].error = 1.1 * standard;
         assert_eq!(allowed(&changed), [[1], [3], [3]]);
-        changed[3].time = option(0.0, 0.15).time;
+        changed[3].relative_time = option(0.0, 0.15).relative_time;
         assert_eq!(allowed(&changed), [[3], [3], [3]]);
         // Both of two options that the measurement cannot distinguish may be taken.
         assert_eq!(allowed(&[option(0.5, 1.0), option(0.5, 1.02)]), [[0, 1], [0, 1], [0, 1]]);

@@ -13,6 +13,11 @@ pub(super) fn worst_of(values: &[f64]) -> (usize, f64) {
     values.iter().enumerate().fold((0, 0.0), |(at, worst), (k, v)| if number(*v) > worst { (k, number(*v)) } else { (at, worst) })
 }
 
+/// The larger value; NaN, which `f64::max` ignores, counts as the largest.
+pub(super) fn larger_or_nan(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
 /// Draws a view in both precisions and adds it to `found` as a case; the worst pixel is added to `location`.
 pub(super) fn compare(bench: &SweepBench<'_>, found: &mut SweepResult, view: &PlannedView, location: &Value) -> Result<(), SessionError> {
     let [single, double] = [bench.light(view, Precision::F32)?, bench.light(view, Precision::F64)?];
@@ -40,7 +45,7 @@ pub(super) fn cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], 
             renderer.pixel_values(draw, bench.session().library(), size, pixel).ok().flatten()
         };
         let (single, double) = (values(Precision::F32)?, values(Precision::F64)?);
-        let apart = single.colour.iter().zip(&double.colour).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let apart = single.colour.iter().zip(&double.colour).map(|(a, b)| (a - b).abs()).fold(0.0, larger_or_nan);
         Some((apart, format!("{}: {}", draw.label, first_difference(&single.values, &double.values))))
     };
     let worst = draws.iter().filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0));
@@ -52,9 +57,9 @@ pub(super) fn cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], 
 fn first_difference(single: &[NamedValue], double: &[NamedValue]) -> String {
     let relative = |a: &NamedValue, b: &NamedValue| {
         let (sum, apart) = a.numbers.iter().zip(&b.numbers).fold((0.0_f64, 0.0_f64), |(sum, apart), (x, y)| {
-            (sum.max(x.abs()).max(y.abs()), if x.is_nan() && y.is_nan() { apart } else { apart.max((x - y).abs()) })
+            (sum.max(x.abs()).max(y.abs()), if x.is_nan() && y.is_nan() { apart } else { larger_or_nan(apart, (x - y).abs()) })
         });
-        if sum > 0.0 { apart / sum } else { 0.0 }
+        if sum > 0.0 { apart / sum } else { apart }
     };
     let off: Vec<f64> = single.iter().zip(double).map(|(a, b)| relative(a, b)).collect();
     let (_, greatest) = worst_of(&off);

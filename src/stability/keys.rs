@@ -1,6 +1,6 @@
 //! Every key of the covering set on the sample body, f32 against f64.
 
-use super::difference::{cause, worst_of};
+use super::difference::{cause, larger_or_nan, worst_of};
 use super::{SweepBench, SweepResult};
 use crate::catalog::NaifId;
 use crate::measure::PlannedView;
@@ -19,7 +19,7 @@ pub(super) fn run(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
     let session = bench.session();
     let request = ViewRequest { width: SIDE, height: SIDE, ..ViewRequest::of(NaifId::MOON, super::views::instant()) };
-    let scene = session.plan(&request, super::PLAIN)?.0;
+    let scene = session.plan(&request, super::SINGLE_SAMPLE)?.0;
     for key in covering(bench.pick(2, 3)) {
         for half_side in [HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB] {
             let mut plan = sample_plan(session.library(), &key, SIDE, half_side)?;
@@ -28,9 +28,7 @@ pub(super) fn run(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
             }
             let view = PlannedView { scene: scene.clone(), plan };
             let [single, double] = [bench.light(&view, Precision::F32)?, bench.light(&view, Precision::F64)?];
-            let apart = |(a, b): (&[f32; 4], &[f32; 4])| {
-                (0..4).map(|c| f64::from((a[c] - b[c]).abs())).fold(0.0, |m: f64, v| if v.is_nan() { v } else { m.max(v) })
-            };
+            let apart = |(a, b): (&[f32; 4], &[f32; 4])| (0..4).map(|c| f64::from((a[c] - b[c]).abs())).fold(0.0, larger_or_nan);
             let differences: Vec<f64> = single.light.iter().zip(&double.light).map(apart).collect();
             let (at, worst) = worst_of(&differences);
             let pixel = [at as u32 % SIDE, at as u32 / SIDE];

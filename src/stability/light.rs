@@ -1,7 +1,8 @@
 //! Sunlight in shadows: umbra, penumbra, antumbra and full light, and exposures of an umbra.
 
+use super::difference::larger_or_nan;
 use super::views::{JUPITER, view_from_offset};
-use super::{PLAIN, SweepBench, SweepResult};
+use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::angle_rad;
 use crate::probe::Prober;
@@ -99,7 +100,7 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
             for ((point, a), b) in points.iter().zip(&single).zip(&double) {
                 let place_km = *point * body.radii_km.x;
                 let certain = light_from_angles(sun_km - place_km, occluder_km - place_km, occluder);
-                let apart = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max);
+                let apart = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, larger_or_nan);
                 let is_wrong = certain.is_some_and(|light| a.iter().chain(b).any(|v| *v != light));
                 found.add(if is_wrong { 1.0 } else { apart }, || {
                     let location = json!({
@@ -162,7 +163,7 @@ pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<SweepResult, Sess
                 effects: effects.clone(),
                 ..view_from_offset(moon, seen, -antisunward * 20.0 * radius_km, 4.0, bench.pick(24, 64))
             };
-            let mut view = bench.plan_view(&request, PLAIN)?;
+            let mut view = bench.plan_view(&request, SINGLE_SAMPLE)?;
             // Only the moon's draws, not Jupiter's.
             view.plan.passes[0].draws.retain(|d| session.catalog().body(moon).is_some_and(|b| d.label.starts_with(&b.name)));
             for precision in [Precision::F32, Precision::F64] {

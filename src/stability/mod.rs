@@ -174,7 +174,7 @@ impl<'a> SweepBench<'a> {
 }
 
 /// One sample per pixel, as in draft pictures; eight taps.
-const PLAIN: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
+const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 
 /// Half a level of 255, which is invisible: the bound of f32 against f64.
 const HALF_LEVEL: f64 = 0.5;

@@ -1,7 +1,7 @@
 //! Sequences of pictures: steps of less than a pixel, and exposures through eclipses.
 
 use super::views::{JUPITER, SATURN, instant, sunward, view_from_offset};
-use super::{PLAIN, SweepBench, SweepResult};
+use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::catalog::NaifId;
 use crate::measure::{LightPicture, PlannedView};
 use crate::render::software::Precision;
@@ -76,7 +76,7 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     let mut sequence = |name: &str, frame: &dyn Fn(f64) -> ViewRequest| -> Result<(), SessionError> {
         let mut before: Option<(PlannedView, LightPicture)> = None;
         for k in 0..steps {
-            let view = bench.plan_view(&frame(f64::from(k)), PLAIN)?;
+            let view = bench.plan_view(&frame(f64::from(k)), SINGLE_SAMPLE)?;
             let picture = bench.light(&view, Precision::F32)?;
             if let Some((earlier, before)) = &before {
                 let (worst, pixel) = unexplained_change(before, &picture);
@@ -152,7 +152,7 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
             let time = from.plus_seconds(f64::from(k) * step_s);
             let request =
                 ViewRequest { position, fov_deg, exposure: ExposureRequest::Auto, width: 24, height: 24, ..ViewRequest::of(body, time) };
-            let view = bench.plan_view(&request, PLAIN)?;
+            let view = bench.plan_view(&request, SINGLE_SAMPLE)?;
             let display = bench.display(&view, Precision::F32)?;
             let brightest = display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
             let stops = view.scene.exposure.stops;

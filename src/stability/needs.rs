@@ -7,7 +7,7 @@
 //! "every feature" means that each effect is switched on by hand, in the model that the scene would choose.
 
 use super::difference::worst_of;
-use super::{PLAIN, SweepBench, SweepResult};
+use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::image::levels::display_level;
 use crate::measure::{LightPicture, PlannedView, quantile};
 use crate::random::Random;
@@ -84,8 +84,8 @@ fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effec
     for effect in effects.iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
         everything.effects.set(*effect, true);
     }
-    let chosen = bench.plan_view(&ViewRequest { purpose: bench.faults.purpose.unwrap_or(purpose), ..exposed }, PLAIN)?;
-    let mut scene = bench.plan_view(&everything, PLAIN)?.scene;
+    let chosen = bench.plan_view(&ViewRequest { purpose: bench.faults.purpose.unwrap_or(purpose), ..exposed }, SINGLE_SAMPLE)?;
+    let mut scene = bench.plan_view(&everything, SINGLE_SAMPLE)?.scene;
     for draw in &mut scene.draws {
         let same = chosen.scene.draws.iter().find(|c| c.body == draw.body && c.part == draw.part);
         let Some(models) = same.map(|c| c.features) else { continue };
@@ -97,7 +97,7 @@ fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effec
             features.body_shadow = models.body_shadow;
         }
     }
-    let plan = plan::plan(&scene, bench.session(), PLAIN)?;
+    let plan = plan::plan(&scene, bench.session(), SINGLE_SAMPLE)?;
     Ok(Frames { chosen, all: PlannedView { scene, plan } })
 }
 

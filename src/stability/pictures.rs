@@ -2,7 +2,7 @@
 
 use super::difference::worst_of;
 use super::views::{SATURN, sunward, view_from_offset};
-use super::{PLAIN, SweepBench, SweepResult};
+use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::catalog::NaifId;
 use crate::measure::{LightPicture, levels_apart};
 use crate::render::plan::SamplingQuality;
@@ -52,7 +52,7 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
             };
             // Only the draws of the body, because other bodies pass behind it.
             let drawn = |samples: u8, precision| -> Result<LightPicture, SessionError> {
-                let mut view = bench.plan_view(&request, SamplingQuality { samples, ..PLAIN })?;
+                let mut view = bench.plan_view(&request, SamplingQuality { samples, ..SINGLE_SAMPLE })?;
                 let name = session.catalog().body(body).map_or("", |b| b.name.as_str());
                 view.plan.passes[0].draws.retain(|d| d.label.starts_with(name));
                 bench.light(&view, precision)

@@ -13,7 +13,7 @@ use serde_json::json;
 /// The apparent direction in the scene of a view from the Earth's centre.
 fn by_scene(session: &Session, body: NaifId, time: Instant) -> Result<DVec3, SessionError> {
     let request = ViewRequest { position: Position::Centre(NaifId::EARTH), width: 16, height: 16, ..ViewRequest::of(body, time) };
-    let (scene, _) = session.plan(&request, super::PLAIN)?;
+    let (scene, _) = session.plan(&request, super::SINGLE_SAMPLE)?;
     Ok(scene.body(body).map_or(DVec3::ZERO, |b| b.placement.centre_km))
 }
 

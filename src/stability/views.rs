@@ -3,7 +3,7 @@
 //! In: lists of views. Out: the worst pixel of each list. An impossible view (a camera inside its target) is skipped.
 
 use super::difference::{compare, worst_of};
-use super::{PLAIN, SweepBench, SweepResult};
+use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::catalog::{Body, NaifId};
 use crate::events;
 use crate::random::Random;
@@ -30,7 +30,7 @@ fn compare_views(bench: &SweepBench<'_>, views: impl IntoIterator<Item = Extreme
     let mut found = SweepResult::none();
     for ExtremeView { location, request } in views {
         // A camera inside a body, or a time before its catalog's years, gives no view.
-        if let Ok(view) = bench.plan_view(&request, PLAIN) {
+        if let Ok(view) = bench.plan_view(&request, SINGLE_SAMPLE) {
             compare(bench, &mut found, &view, &location)?;
         }
     }
@@ -341,7 +341,7 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     ];
     let mut found = SweepResult::none();
     for (name, request) in views {
-        let view = bench.plan_view(&request, PLAIN)?;
+        let view = bench.plan_view(&request, SINGLE_SAMPLE)?;
         let (single, double) = (bench.display(&view, Precision::F32)?, bench.display(&view, Precision::F64)?);
         let apart = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
         let differences: Vec<f64> = single.iter().zip(&double).map(apart).collect();

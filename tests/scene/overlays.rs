@@ -201,7 +201,7 @@ fn wrong_overlays_are_named_by_line_and_field() {
     );
     let lunar_overlay = |n: &str| overlay_toml("moon", n, "a.png", REGION);
     let three = problems(&(lunar_overlay("a") + &lunar_overlay("b") + &lunar_overlay("c")));
-    assert_eq!(three, ["mine.toml:22: Moon: overlay \"c\" is lunar_overlay too many: a body takes 2, here \"a\" and \"b\""]);
+    assert_eq!(three, ["mine.toml:22: Moon: overlay \"c\" is one too many: a body takes 2, here \"a\" and \"b\""]);
     assert_eq!(
         problems(&(lunar_overlay("a") + &lunar_overlay("b") + &lunar_overlay("a"))),
         Vec::<String>::new(),
@@ -210,7 +210,7 @@ fn wrong_overlays_are_named_by_line_and_field() {
     assert_eq!(problems(&overlay_toml("Vulcan", "a", "a.png", REGION)), ["mine.toml:2: \"Vulcan\" is not the name of a body"]);
     assert_eq!(
         problems("[[overlay]]\nbody = \"Moon\"\nname = \"a\"\nfile = \"a.png\"\nprojection = \"mercator\"\n"),
-        ["mine.toml:5: overlay.projection = \"mercator\": expected lunar_overlay of \"equirectangular\", \"orthographic\""]
+        ["mine.toml:5: overlay.projection = \"mercator\": expected one of \"equirectangular\", \"orthographic\""]
     );
 }
 

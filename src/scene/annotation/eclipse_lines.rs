@@ -20,11 +20,12 @@ const PENUMBRA_COLOUR: DVec3 = DVec3::new(1.0, 0.75, 0.2);
 const PATH_COLOUR: DVec3 = DVec3::new(0.3, 0.9, 1.0);
 /// Opacities of lines on the ground.
 const UMBRA_OPACITY: f64 = 0.95;
+const CENTRE_LINE_OPACITY: f64 = 0.95;
 const PENUMBRA_OPACITY: f64 = 0.9;
 const LIMIT_OPACITY: f64 = 0.75;
 /// Opacity of cones, whose many lines overlap.
 const CONE_OPACITY: f64 = 0.4;
-/// Number of generating lines and of circular sections with which a cone is drawn.
+/// Number of generating lines and of sections with which a cone is drawn.
 const CONE_SIDES: u32 = 8;
 const CONE_SECTIONS: u32 = 4;
 
@@ -41,7 +42,7 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Contex
         let name = &occluder.body.name;
         if let Some(path) = context.caches.shadow_paths.of(context.ephemeris, sun, receiver, occluder) {
             let limits = path.limits.iter().map(|line| (line, LIMIT_OPACITY));
-            for (line, opacity) in path.centre_line.iter().map(|line| (line, UMBRA_OPACITY)).chain(limits) {
+            for (line, opacity) in path.centre_line.iter().map(|line| (line, CENTRE_LINE_OPACITY)).chain(limits) {
                 builder.draw_line(line, opacity, PATH_COLOUR);
             }
             if path.centre_line.is_some() || !path.limits.is_empty() {

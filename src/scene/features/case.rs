@@ -24,7 +24,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Inputs that the decisions about all bodies of a frame disc_fraction.
+/// Inputs that the decisions about all bodies of a frame have in common.
 #[derive(Clone, Copy)]
 pub(crate) struct Frame<'a> {
     pub context: Context<'a>,

@@ -28,7 +28,7 @@ pub(crate) fn uniforms(
     uniforms_of_fraction(case, placement, rect, maps, secondary_lights, case.disc_fraction)
 }
 
-/// Like [`uniforms`], with `fraction` as the fraction of the body's light that this draw shows.
+/// Like [`uniforms`], for a draw that shows `fraction` of the body's light.
 pub(crate) fn uniforms_of_fraction(
     case: &BodyContext<'_, '_>,
     placement: &camera::Placement,

@@ -25,8 +25,7 @@ const REAL_TIME_INTERVAL_S: f64 = 1.0;
 /// Change of the displayed time, seconds, above which a new image is drawn at once. It exceeds any interval between images, so the user must
 /// have set the time.
 const TIME_JUMP_S: f64 = 120.0;
-/// Upper bound of the motion of a pole in that time, radians: Mimas' is the fastest, 13.6 degrees from its mean pole at 1 degree a day (PCK),
-/// 5.7e-6. A drag that moves the camera by less is still drawn at once, because [`differs`] applies this bound only to a view at rest.
+/// Upper bound of the motion of any body's pole in that time, radians. A drag that moves the camera by less is still drawn at once, because [`differs`] applies this bound only to a view at rest.
 const MAX_POLE_MOTION_RAD: f64 = 1e-5;
 
 /// The image on screen, the last requested image, and the times of both, interface seconds.

@@ -97,7 +97,7 @@ pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, sam
         return;
     }
     let (x1, y1) = (x1 - tile_x, y1 - tile_y);
-    let mut block_coverage = BlockCoverage { triangle, samples, single_sample: None, four_samples: None };
+    let block_coverage = BlockCoverage::new(triangle, samples);
     for block_y in y0 / BLOCK_HEIGHT..y1.div_ceil(BLOCK_HEIGHT) {
         for block_x in x0 / BLOCK_WIDTH..x1.div_ceil(BLOCK_WIDTH) {
             let block = block_y * BLOCKS_ACROSS + block_x;
@@ -113,7 +113,7 @@ pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, sam
                 continue;
             }
             let clip = [x0.max(bx) - bx, y0.max(by) - by, x1.min(bx + BLOCK_WIDTH) - bx, y1.min(by + BLOCK_HEIGHT) - by];
-            let found = block_coverage.quads(tile_x + bx, tile_y + by, clip);
+            let found = block_coverage.quads(triangle, tile_x + bx, tile_y + by, clip);
             for (index, coverage) in found.index.iter().zip(&found.coverage).take(found.count) {
                 emit(first + usize::from(*index), 1, *coverage);
             }
@@ -154,17 +154,23 @@ struct QuadSamples<const N: usize> {
 }
 
 impl<const N: usize> QuadSamples<N> {
+    /// For a small triangle this takes as long as the coverage tests that follow: no multiplication per sample of a pixel, and built where it is used.
+    #[inline(always)]
     fn new(triangle: &RasterTriangle) -> Self {
         let positions = sample_positions((N / 4) as u8);
-        // Plain loops, because for a small triangle this takes as long as the coverage tests that follow.
-        let mut samples = Self { edge_values: [[0; N]; 3], max_at_samples: [i64::MIN; 3], step: [[0; 2]; 3] };
+        let mut samples = Self { edge_values: [[0; N]; 3], max_at_samples: [0; 3], step: [[0; 2]; 3] };
         for (k, e) in triangle.edges.iter().enumerate() {
-            for (n, value) in samples.edge_values[k].iter_mut().enumerate() {
-                let (corner, [sx, sy]) = ((n / positions.len()) as i64, positions[n % positions.len()]);
-                *value = e.a * ((corner & 1) * SUBPIXEL + sx) + e.b * ((corner >> 1) * SUBPIXEL + sy);
-                samples.max_at_samples[k] = samples.max_at_samples[k].max(*value);
+            let (right, down) = (e.a * SUBPIXEL, e.b * SUBPIXEL);
+            let mut max_in_pixel = i64::MIN;
+            for (s, [sx, sy]) in positions.iter().enumerate() {
+                let in_pixel = e.a * sx + e.b * sy;
+                max_in_pixel = max_in_pixel.max(in_pixel);
+                for (corner, at_corner) in [0, right, down, right + down].into_iter().enumerate() {
+                    samples.edge_values[k][corner * (N / 4) + s] = at_corner + in_pixel;
+                }
             }
-            samples.step[k] = [e.a * 2 * SUBPIXEL, e.b * 2 * SUBPIXEL];
+            samples.max_at_samples[k] = max_in_pixel + right.max(0) + down.max(0);
+            samples.step[k] = [2 * right, 2 * down];
         }
         samples
     }
@@ -247,32 +253,32 @@ const SAMPLE_BITS: [u16; 16] = {
 };
 
 /// Coverage of the partly covered blocks of one triangle. The edge functions at the samples are computed for the first such block.
-struct BlockCoverage<'a> {
-    triangle: &'a RasterTriangle,
-    samples: u8,
-    single_sample: Option<QuadSamples<4>>,
-    four_samples: Option<QuadSamples<16>>,
+enum BlockCoverage {
+    SingleSample(QuadSamples<4>),
+    FourSamples(QuadSamples<16>),
 }
 
-impl BlockCoverage<'_> {
-    fn quads(&mut self, x: u32, y: u32, clip: [u32; 4]) -> CoveredQuads {
-        let triangle = self.triangle;
-        if self.samples == 4 {
-            let samples = self.four_samples.get_or_insert_with(|| QuadSamples::new(triangle));
-            #[cfg(target_arch = "x86_64")]
-            if is_x86_feature_detected!("avx2") {
-                // SAFETY: AVX2 was detected.
-                return unsafe { samples.covered_avx2(triangle, x, y, clip) };
-            }
-            return samples.covered(triangle, x, y, clip);
-        }
-        let samples = self.single_sample.get_or_insert_with(|| QuadSamples::new(triangle));
+impl BlockCoverage {
+    #[inline(always)]
+    fn new(triangle: &RasterTriangle, samples: u8) -> Self {
+        if samples == 4 { Self::FourSamples(QuadSamples::new(triangle)) } else { Self::SingleSample(QuadSamples::new(triangle)) }
+    }
+
+    fn quads(&self, triangle: &RasterTriangle, x: u32, y: u32, clip: [u32; 4]) -> CoveredQuads {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
-            return unsafe { samples.covered_avx2(triangle, x, y, clip) };
+            return unsafe {
+                match self {
+                    Self::SingleSample(samples) => samples.covered_avx2(triangle, x, y, clip),
+                    Self::FourSamples(samples) => samples.covered_avx2(triangle, x, y, clip),
+                }
+            };
         }
-        samples.covered(triangle, x, y, clip)
+        match self {
+            Self::SingleSample(samples) => samples.covered(triangle, x, y, clip),
+            Self::FourSamples(samples) => samples.covered(triangle, x, y, clip),
+        }
     }
 }
 
