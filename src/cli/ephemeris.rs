@@ -23,8 +23,8 @@ use std::io::BufRead;
     orrery ephemeris --body mars --apparent --from 2027-01-01 --to 2027-03-01 --step 1d --csv\n  \
     orrery ephemeris --rise-set --at 48.14,11.58 --time 2026-06-21\n\n\
     Positions are geometric: km and km/s, ICRF axes. error_km bounds the source's error; null: unknown (--kernel). \
-    Azimuths run from north through east; altitudes are without refraction. Rise and set count 34 arcminutes of refraction on the Earth and the upper \
-    limb of the Sun and the Moon; twilight ends with the Sun's centre at -6, -12 and -18 degrees.",
+    Azimuth is measured from north through east; altitudes are without refraction. Rise and set are those of the upper limb of the Sun and the Moon, with 34 arcminutes of \
+    refraction on the Earth; twilight ends with the Sun's centre at -6, -12 and -18 degrees.",
     next_help_heading = "Query"
 )]
 pub(crate) struct EphemerisArgs {
@@ -101,8 +101,8 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
     if args.from.is_some() || args.at.is_some() {
         return print_result(&table(&catalog, &ephemeris, args).map_err(CliError::Failed)?);
     }
-    let word = |w: &Option<String>| w.clone().unwrap_or_default();
-    let query = StateQuery { body: word(&args.body), center: word(&args.center), time: word(&args.time), source };
+    let or_empty = |text: &Option<String>| text.clone().unwrap_or_default();
+    let query = Query { body: or_empty(&args.body), center: or_empty(&args.center), time: or_empty(&args.time), source };
     if quantity != Quantity::State {
         let value = query.apparent_or_orientation(&catalog, &ephemeris, quantity).map_err(CliError::Failed)?;
         return print_result(&if args.json { format!("{value}\n") } else { format!("{value:#}\n") });
@@ -161,14 +161,14 @@ fn time_of(option: &str, text: &str) -> Result<Instant, String> {
 }
 
 /// A query as the user wrote it; names and time are not yet resolved.
-struct StateQuery {
+struct Query {
     body: String,
     center: String,
     time: String,
     source: Option<Source>,
 }
 
-impl StateQuery {
+impl Query {
     fn answer(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<SourcedState, String> {
         let body = body_id(catalog, "body", &self.body)?;
         let center = body_id(catalog, "center", &self.center)?;
@@ -236,7 +236,7 @@ fn answer_lines(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>
         let line = line.map_err(|e| CliError::Failed(format!("standard input: {e}")))?;
         let answer = String::from_utf8(line)
             .map_err(|_| "not UTF-8 text".to_owned())
-            .and_then(|line| StateQuery::from_json(line.trim(), source, quantity))
+            .and_then(|line| Query::from_json(line.trim(), source, quantity))
             .and_then(|q| {
                 if quantity == Quantity::State {
                     q.answer(catalog, ephemeris).map(|a| as_json(&a))
@@ -281,7 +281,7 @@ mod tests {
     fn ask(line: &str) -> Result<SourcedState, String> {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped kernel");
-        StateQuery::from_json(line, None, Quantity::State)?.answer(&catalog, &ephemeris)
+        Query::from_json(line, None, Quantity::State)?.answer(&catalog, &ephemeris)
     }
 
     #[test]

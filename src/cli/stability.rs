@@ -18,8 +18,8 @@ to break, and compares f32 with f64, pictures with pictures, or positions with a
 computation. It prints its number of cases, the worst figure beside its bound, the case
 that gave it, and what is off first there: a named value of the module, a decision, a
 pixel. The exit status is 1 if a bound is broken. --short takes fewer cases: within two
-minutes on two cores. With --renderer gpu the GPU draws the pictures
-in f32; the bounds are the software renderer's, and llvmpipe breaks some of them.";
+minutes on two cores. With --renderer gpu the GPU draws the pictures in f32,
+against bounds of its own where its arithmetic needs them.";
 
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = EXAMPLE, next_help_heading = "Sweeps")]

@@ -5,7 +5,7 @@
 //! f64, rounded to f32; the same modules give the same bytes. docs/corpus.md describes the format. Not included: modules that draw no body.
 
 use super::revision::{Revision, RevisionError};
-use super::sample::{Sample, Sampler, levels_apart};
+use super::sample::{Sample, SampleRenderer, levels_apart};
 use crate::files::{FileAccess, WriteError, write_atomic, write_error};
 use crate::image::{TexelFormat, Texture};
 use crate::render::plan::{AddressMode, Attribute, PlanDraw, TextureSource, Vertices};
@@ -173,7 +173,7 @@ fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &Sample) -> Result<Ca
     })
 }
 
-fn case(sampler: &Sampler, revision: &Revision, key: &ShaderKey, lowering: &Lowering) -> Result<Case, CorpusError> {
+fn case(sampler: &SampleRenderer, revision: &Revision, key: &ShaderKey, lowering: &Lowering) -> Result<Case, CorpusError> {
     let wrong = |why: String| CorpusError::Case { key: key.to_string(), why };
     let module = Arc::new(revision.module(&ModuleId::Planet(*key), lowering)?.ok_or_else(|| wrong("not in the library".into()))?);
     let plan = sampler.plan(&module, key)?;
@@ -198,8 +198,8 @@ pub fn write(
     let mut written: BTreeSet<String> = BTreeSet::new();
     let mut cases: Vec<String> = Vec::new();
     for batch in keys.chunks(BATCH) {
-        let samplers = || Sampler::new(SIDE);
-        let build_case = |sampler: &mut Result<Sampler, SessionError>, key: &ShaderKey| {
+        let samplers = || SampleRenderer::new(SIDE);
+        let build_case = |sampler: &mut Result<SampleRenderer, SessionError>, key: &ShaderKey| {
             let result = match sampler {
                 Ok(sampler) => case(sampler, revision, key, lowering),
                 Err(e) => Err(CorpusError::Case { key: key.to_string(), why: e.to_string() }),

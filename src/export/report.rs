@@ -5,7 +5,7 @@
 //! generator, otherwise the lowering.
 
 use super::revision::Revision;
-use super::sample::{Sample, Sampler, levels_apart};
+use super::sample::{Sample, SampleRenderer, levels_apart};
 use crate::session::{SessionError, tape_costs};
 use crate::shader::compare::changed_lines;
 use crate::shader::{Lowering, ModuleId, ShaderModule};
@@ -128,7 +128,7 @@ fn causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
     if causes.is_empty() { vec![Cause { what: "generator".into(), ..Cause::default() }] } else { causes }
 }
 
-fn compare(sampler: &Sampler, modules: [ShaderModule; 2], id: &ModuleId) -> Result<ModuleComparison, String> {
+fn compare(sampler: &SampleRenderer, modules: [ShaderModule; 2], id: &ModuleId) -> Result<ModuleComparison, String> {
     if modules[0].wgsl == modules[1].wgsl && modules[0].tape == modules[1].tape {
         return Ok(ModuleComparison::Equal);
     }
@@ -174,8 +174,8 @@ impl Report {
         let ids = ids(revisions, default_ids);
         on_start(ids.len());
         // One sampler per work item, because each sampler has one thread.
-        let samplers = || Sampler::new(SIDE).map_err(|e| e.to_string());
-        let compare_module = |sampler: &mut Result<Sampler, String>, id: &ModuleId| {
+        let samplers = || SampleRenderer::new(SIDE).map_err(|e| e.to_string());
+        let compare_module = |sampler: &mut Result<SampleRenderer, String>, id: &ModuleId| {
             let built = revisions.map(|r| r.module(id, lowering).map_err(|e| format!("{}: {e}", r.name)));
             let compared = match built {
                 [Ok(Some(a)), Ok(Some(b))] => match sampler {

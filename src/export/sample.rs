@@ -52,7 +52,7 @@ impl Sample {
 }
 
 /// Draws the sample body with modules.
-pub(crate) struct Sampler {
+pub(crate) struct SampleRenderer {
     side: u32,
     single: SoftwareRenderer,
     double: SoftwareRenderer,
@@ -67,7 +67,7 @@ impl ModuleProvider for SingleModule<'_> {
     }
 }
 
-impl Sampler {
+impl SampleRenderer {
     /// A sampler for pictures with this side in pixels. It uses the portable kernels, which give the same bits on every machine.
     ///
     /// # Errors

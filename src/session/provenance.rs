@@ -155,7 +155,7 @@ impl Provenance {
         let exposure = match exposure {
             ExposureRequest::Auto => "auto".into(),
             ExposureRequest::Stops(stops) => format!("{stops} stops"),
-            ExposureRequest::Gliding { from_stops, part } => format!("{part} of the way from {from_stops} stops to auto"),
+            ExposureRequest::Transition { from_stops, part } => format!("{part} of the way from {from_stops} stops to auto"),
         };
         let of = |name: &str, value: String| (name.to_owned(), value);
         let mut values = sources.clone();

@@ -48,7 +48,7 @@ fn a_click_selects_what_the_picture_shows_there() {
     for composition in compositions() {
         let mut window = drawn(&composition);
         let sky = window.get_by_label_contains("The sky: ").rect();
-        let drawing = window.state().drawing().expect("a picture");
+        let drawing = window.state().shown().expect("a picture");
         let (width, scene) = (f64::from(drawing.width), &drawing.scene);
         let points = f64::from(sky.width()) / width;
         let pixel_of = |id: NaifId| {
@@ -98,7 +98,7 @@ fn a_click_follows_the_mesh_of_a_projector() {
     let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 640.0);
     settle(&mut window);
     let sky = window.get_by_label_contains("The sky: ").rect();
-    let drawing = window.state().drawing().expect("a picture");
+    let drawing = window.state().shown().expect("a picture");
     let points = f64::from(sky.width()) / f64::from(drawing.width);
     let scene = &drawing.scene;
     let centre_km = scene.body(SATURN).expect("of the catalog").placement.centre_km;
@@ -130,11 +130,11 @@ fn the_panel_chooses_a_projection_and_a_stereo_pair() {
         settle(window);
     };
     choose(&mut window, "Stereo", "anaglyph");
-    let composition = |window: &Window| window.state().drawing().expect("a picture").job.request.composition.clone();
+    let composition = |window: &Window| window.state().shown().expect("a picture").job.request.composition.clone();
     assert_eq!(composition(&window).stereo.map(|s| s.layout), Some(StereoLayout::Anaglyph));
     choose(&mut window, "Projection", "fisheye (dome)");
     assert_eq!((composition(&window).projection, composition(&window).stereo), (Projection::Fisheye, None));
-    let request = &window.state().drawing().expect("a picture").job.request;
+    let request = &window.state().shown().expect("a picture").job.request;
     assert_eq!(request.fov_deg, Some(180.0));
     choose(&mut window, "Stereo", "side by side");
     assert_eq!(composition(&window).projection, Projection::Perspective);

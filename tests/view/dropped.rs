@@ -26,7 +26,7 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
     let mut harness = harness_of(session, interface(NaifId::EARTH, "2024-03-20T03:00:00Z"));
     settle(&mut harness);
     let dots = |h: &egui_kittest::Harness<'static, orrery::view::panels::Interface>| {
-        h.state().drawing().and_then(|d| d.scene.labels.as_ref()).map_or(0, |l| l.dots.len())
+        h.state().shown().and_then(|d| d.scene.labels.as_ref()).map_or(0, |l| l.dots.len())
     };
     assert_eq!(dots(&harness), 0);
     let mut drop_file = |name: &str, text: &str| {

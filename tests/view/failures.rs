@@ -35,7 +35,7 @@ fn window(shaders: Option<&Path>, utc: &str) -> (&'static Session, Lines, Interf
 fn assert_reported_once(session: &'static Session, messages: &Lines, interface: Interface, part: &str) {
     let mut harness = harness_of(session, interface);
     settle(&mut harness);
-    assert!(harness.state().drawing().is_none());
+    assert!(harness.state().shown().is_none());
     let reason = harness.state().message_line().to_owned();
     assert!(reason.contains(part) && !reason.contains('\n'), "{reason}");
     assert!(harness.query_by_label(&reason).is_some(), "no label says: {reason}");
@@ -61,6 +61,6 @@ fn a_fragment_that_does_not_compile_is_reported_and_a_valid_one_is_silent() {
     let mut harness = harness_of(valid, interface);
     settle(&mut harness);
     assert!(
-        harness.state().drawing().is_some() && harness.state().message_line().is_empty() && messages.lock().expect("no panic").is_empty()
+        harness.state().shown().is_some() && harness.state().message_line().is_empty() && messages.lock().expect("no panic").is_empty()
     );
 }

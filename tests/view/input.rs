@@ -439,7 +439,7 @@ fn compared_pictures_are_never_stretched() {
     let mut window = pausable_window(moon, &is_drawing, 640.0);
     window.state_mut().tab = Some(Tab::Compare);
     settle(&mut window);
-    let request = window.state().drawing().expect("a picture").job.request.clone();
+    let request = window.state().shown().expect("a picture").job.request.clone();
     let aspect = f64::from(request.width) / f64::from(request.height);
     is_drawing.store(false, Ordering::Relaxed);
     let mut sizes = std::collections::BTreeSet::new();

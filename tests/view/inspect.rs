@@ -134,14 +134,14 @@ fn a_fragment_that_changes_on_disk_changes_the_picture_and_a_broken_one_is_shown
     assert_eq!(session.library().generator(), built_in, "the same text is the same generator");
     let worker = InlineWorker::new(&session);
     let mut harness = harness(&worker, saturn());
-    let picture_ms = harness.state().drawing().expect("a picture").took_ms;
+    let picture_ms = harness.state().shown().expect("a picture").took_ms;
     // Invalid WGSL.
     std::fs::write(&file, format!("{text}\nfn broken( {{\n")).expect("written");
     watch.check_files(&worker);
     assert_ne!(session.library().generator(), built_in);
     harness.state_mut().tab = Some(Tab::Shader);
     harness.run_steps(8);
-    assert_eq!(harness.state().drawing().expect("the last good picture").took_ms, picture_ms);
+    assert_eq!(harness.state().shown().expect("the last good picture").took_ms, picture_ms);
     assert!(harness.state().message_line().contains(path), "{}", harness.state().message_line());
     let labels = names_containing(&harness, "fn broken( {");
     assert!(labels.iter().any(|t| t.contains('^') && t.contains(path)), "source with a caret: {labels:?}");

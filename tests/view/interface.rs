@@ -99,7 +99,7 @@ pub fn settle(harness: &mut Harness<'static, Interface>) {
 }
 
 fn sky_pixels(harness: &Harness<'static, Interface>) -> (u32, u32) {
-    let d = harness.state().drawing().expect("a picture");
+    let d = harness.state().shown().expect("a picture");
     (d.width, d.height)
 }
 
@@ -116,7 +116,7 @@ fn saturn_is_found_by_search_and_flown_to() {
     assert!(harness.state().viewer.is_flying());
     settle(&mut harness);
     assert_eq!(harness.state().viewer.view.target, SATURN);
-    let drawing = harness.state().drawing().expect("a picture");
+    let drawing = harness.state().shown().expect("a picture");
     let saturn = drawing.scene.body(SATURN).expect("Saturn");
     assert!(saturn.diameter_px > 150.0, "{} px", saturn.diameter_px);
     assert!(harness.state().settings.recent.len() == 1, "the view that was left is remembered");
@@ -135,7 +135,7 @@ fn an_effect_switched_off_changes_the_picture_and_says_so() {
     toggle.click();
     settle(&mut harness);
     assert_eq!(harness.state().viewer.view.effects.to_text(), "-ring-shadow");
-    let decisions = harness.state().drawing().expect("a picture").scene.body(SATURN).expect("Saturn").decisions.clone();
+    let decisions = harness.state().shown().expect("a picture").scene.body(SATURN).expect("Saturn").decisions.clone();
     let shadow = decisions.iter().find(|d| d.feature == "ring-shadow").expect("a decision");
     assert!(!shadow.on);
     harness.state_mut().tab = None;
@@ -164,7 +164,7 @@ fn a_moment_is_one_click_away() {
     assert_eq!(state.viewer.view.target, NaifId::EARTH);
     assert!(state.viewer.view.time().to_utc_iso().starts_with("2024-04-08T18:17:1"));
     assert!(state.viewer.time_rate.is_paused());
-    let earth = state.drawing().expect("a picture").scene.body(NaifId::EARTH).expect("the Earth").clone();
+    let earth = state.shown().expect("a picture").scene.body(NaifId::EARTH).expect("the Earth").clone();
     assert!(earth.decisions.iter().any(|d| d.feature == "eclipse" && d.on), "{:?}", earth.decisions);
     // Back returns to Mars.
     harness.get_by_label("Back").click();
@@ -208,14 +208,14 @@ fn the_camera_stands_on_the_ground_or_at_another_body() {
     settle(&mut harness);
     let state = harness.state();
     assert!(matches!(state.viewer.view.eye, CameraPose::Ground { body: NaifId::EARTH, .. }));
-    assert!(state.message_line().is_empty() && state.drawing().is_some(), "{}", state.message_line());
+    assert!(state.message_line().is_empty() && state.shown().is_some(), "{}", state.message_line());
     harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "View from").click();
     harness.run_steps(2);
     harness.get_by_label("Centre of Mars").click();
     settle(&mut harness);
     let state = harness.state();
     assert_eq!(state.viewer.view.eye, CameraPose::Centre { body: NaifId(499) });
-    let earth = state.drawing().expect("a picture").scene.body(NaifId::EARTH).expect("the Earth").clone();
+    let earth = state.shown().expect("a picture").scene.body(NaifId::EARTH).expect("the Earth").clone();
     assert!(earth.distance_km > 5e7, "{} km", earth.distance_km);
 }
 
@@ -262,7 +262,7 @@ fn a_link_restores_the_view_in_another_window() {
     let view = view_from_text(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a link");
     second.state_mut().show(view, &InlineWorker::new(session()));
     settle(&mut second);
-    let pictures = [&mut first, &mut second].map(|h| h.state().drawing().expect("a picture").job.request.clone());
+    let pictures = [&mut first, &mut second].map(|h| h.state().shown().expect("a picture").job.request.clone());
     assert_eq!(pictures[0], pictures[1]);
 }
 

@@ -163,7 +163,7 @@ fn the_renderer_is_chosen_in_the_window() {
     harness.get_by_label("clipped").click();
     settle(&mut harness);
     assert_eq!(harness.state().viewer.view.tone_map, ToneMap::Clipped);
-    assert_eq!(harness.state().drawing().expect("a picture").scene.tone_map, ToneMap::Clipped);
+    assert_eq!(harness.state().shown().expect("a picture").scene.tone_map, ToneMap::Clipped);
     let (choices, chosen) = session.renderers();
     assert_eq!(chosen, RendererPreference::Software);
     if choices.len() == 1 {
@@ -174,11 +174,11 @@ fn the_renderer_is_chosen_in_the_window() {
         harness.get_by_label(name).click();
         settle(&mut harness);
         assert_eq!(session.renderers().1, preference);
-        assert!(harness.state().drawing().is_some() && harness.state().message_line().is_empty(), "{}", harness.state().message_line());
+        assert!(harness.state().shown().is_some() && harness.state().message_line().is_empty(), "{}", harness.state().message_line());
         // This session is never dropped: a driver still working at process exit would crash.
         while session.readiness() == Readiness::Preparing {
             std::thread::sleep(std::time::Duration::from_millis(10));
         }
     }
-    assert_eq!(harness.state().drawing().expect("a picture").by.renderer, "software");
+    assert_eq!(harness.state().shown().expect("a picture").by.renderer, "software");
 }

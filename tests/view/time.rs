@@ -139,7 +139,7 @@ fn a_click_keeps_the_full_resolution() {
     let mut window = harness(interface(NaifId(499), "2017-05-17T00:00:00Z"));
     window.state_mut().viewer.view.quality = Quality::Standard;
     settle(&mut window);
-    let size_and_sampling = |window: &Window| window.state().drawing().map(|d| (d.width, d.job.sampling)).expect("a picture");
+    let size_and_sampling = |window: &Window| window.state().shown().map(|d| (d.width, d.job.sampling)).expect("a picture");
     let full = size_and_sampling(&window);
     window.state_mut().viewer.selected = NaifId::SUN;
     let picture_centre = window.get_by_label_contains("The sky:").rect().center();

@@ -236,7 +236,7 @@ fn the_painter_and_the_software_pass_are_timed() {
         }
         primitives = context.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
     }
-    assert!(interface.drawing().is_some() && primitives.len() > 10);
+    assert!(interface.shown().is_some() && primitives.len() > 10);
     let mut pixels = vec![0; (size[0] * size[1]) as usize];
     let mut least = [f64::INFINITY; 2];
     for _ in 0..30 {

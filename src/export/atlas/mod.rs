@@ -10,7 +10,7 @@ mod page;
 
 use super::report::{Figures, figures};
 use super::revision::{Revision, RevisionError};
-use super::sample::{Sample, Sampler};
+use super::sample::{Sample, SampleRenderer};
 use crate::files::{FileAccess, WriteError, write_atomic};
 use crate::image::write_png;
 use crate::session::SessionError;
@@ -71,7 +71,7 @@ fn stem(id: &ModuleId) -> String {
     name.rsplit_once('.').map_or(name.clone(), |(stem, _)| stem.to_owned())
 }
 
-fn module_output(sampler: &Sampler, revision: &Revision, id: &ModuleId, lowering: &Lowering) -> Result<ModuleOutput, AtlasError> {
+fn module_output(sampler: &SampleRenderer, revision: &Revision, id: &ModuleId, lowering: &Lowering) -> Result<ModuleOutput, AtlasError> {
     let wrong = |why: String| AtlasError::Module { module: id.to_string(), why };
     let module = Arc::new(revision.module(id, lowering)?.ok_or_else(|| wrong("not in the library".into()))?);
     let picture = match id {
@@ -102,12 +102,12 @@ pub fn write(
         std::fs::create_dir_all(&part).map_err(|e| crate::files::write_error(&part, &e))?;
     }
     let names: BTreeMap<String, String> = ids.iter().map(|id| (id.to_string(), stem(id))).collect();
-    let steps_of = neighbours::of(names.keys().map(String::as_str));
+    let neighbours_of = neighbours::of(names.keys().map(String::as_str));
     let mut table = LineTable::default();
     let mut entries = Vec::new();
     for batch in ids.chunks(BATCH) {
-        let samplers = || Sampler::new(SIDE);
-        let build = |sampler: &mut Result<Sampler, SessionError>, id: &ModuleId| {
+        let samplers = || SampleRenderer::new(SIDE);
+        let build = |sampler: &mut Result<SampleRenderer, SessionError>, id: &ModuleId| {
             let module_output = match sampler {
                 Ok(sampler) => module_output(sampler, revision, id, lowering),
                 Err(e) => Err(AtlasError::Module { module: id.to_string(), why: e.to_string() }),
@@ -136,8 +136,8 @@ pub fn write(
                 figures,
                 module: name.clone(),
             };
-            let steps = steps_of.get(name.as_str()).map(Vec::as_slice).unwrap_or_default();
-            let linked: Vec<(String, &str)> = steps.iter().map(|s| (s.words.clone(), names[s.to].as_str())).collect();
+            let steps = neighbours_of.get(name.as_str()).map(Vec::as_slice).unwrap_or_default();
+            let linked: Vec<(String, &str)> = steps.iter().map(|s| (s.change.clone(), names[s.to].as_str())).collect();
             write_file(&folder.join(&entry.page), page::of_module(&entry, stem, &runs, &linked).as_bytes())?;
             entries.push(entry);
         }

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Step<'a> {
     /// `+clouds`, `-clouds` or `sun1 -> sun2`.
-    pub words: String,
+    pub change: String,
     pub to: &'a str,
 }
 
@@ -34,11 +34,11 @@ pub(crate) fn of<'a>(keys: impl IntoIterator<Item = &'a str>) -> BTreeMap<&'a st
         let shorter = keys.get(rest.as_str()).copied();
         for (key, part) in with {
             if let Some(shorter) = shorter {
-                steps.entry(key).or_default().insert(Step { words: format!("-{part}"), to: shorter });
-                steps.entry(shorter).or_default().insert(Step { words: format!("+{part}"), to: key });
+                steps.entry(key).or_default().insert(Step { change: format!("-{part}"), to: shorter });
+                steps.entry(shorter).or_default().insert(Step { change: format!("+{part}"), to: key });
             }
             for (other, its_part) in with.iter().filter(|(other, _)| other != key) {
-                steps.entry(key).or_default().insert(Step { words: format!("{part} -> {its_part}"), to: other });
+                steps.entry(key).or_default().insert(Step { change: format!("{part} -> {its_part}"), to: other });
             }
         }
     }
@@ -52,10 +52,10 @@ mod tests {
     #[test]
     fn a_step_adds_removes_or_replaces_one_part() {
         let near = of(["a.sun1", "a.clouds.sun1", "a.sun2", "b.sun2"]);
-        let words = |key: &str| near[key].iter().map(|s| format!("{} {}", s.words, s.to)).collect::<Vec<_>>();
-        assert_eq!(words("a.sun1"), ["+clouds a.clouds.sun1", "sun1 -> sun2 a.sun2"]);
-        assert_eq!(words("a.clouds.sun1"), ["-clouds a.sun1"]);
-        assert_eq!(words("b.sun2"), ["b -> a a.sun2"]);
+        let changes = |key: &str| near[key].iter().map(|s| format!("{} {}", s.change, s.to)).collect::<Vec<_>>();
+        assert_eq!(changes("a.sun1"), ["+clouds a.clouds.sun1", "sun1 -> sun2 a.sun2"]);
+        assert_eq!(changes("a.clouds.sun1"), ["-clouds a.sun1"]);
+        assert_eq!(changes("b.sun2"), ["b -> a a.sun2"]);
         for (key, steps) in &near {
             assert!(steps.iter().all(|s| near[s.to].iter().any(|back| back.to == *key)), "{key}");
         }

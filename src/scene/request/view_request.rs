@@ -114,7 +114,7 @@ pub enum ExposureRequest {
     /// Given in stops: at 0 a white plane facing the Sun at 1 au reaches linear 1; each stop doubles the value.
     Stops(f64),
     /// Interpolated from given stops to those of `Auto`.
-    Gliding {
+    Transition {
         /// The stops at the start.
         from_stops: f64,
         /// Fraction of the way to the metered stops, 0 to 1.
@@ -129,8 +129,8 @@ impl ExposureRequest {
             Self::Auto => metered_stops,
             Self::Stops(stops) => stops,
             // A transition ends when the difference is invisible, so that a picture at rest has exactly the metered exposure, whatever the start.
-            Self::Gliding { from_stops, .. } if (metered_stops - from_stops).abs() <= SETTLED_STOPS => metered_stops,
-            Self::Gliding { from_stops, part } => from_stops + (metered_stops - from_stops) * part.clamp(0.0, 1.0),
+            Self::Transition { from_stops, .. } if (metered_stops - from_stops).abs() <= SETTLED_STOPS => metered_stops,
+            Self::Transition { from_stops, part } => from_stops + (metered_stops - from_stops) * part.clamp(0.0, 1.0),
         }
     }
 }
@@ -312,7 +312,7 @@ impl ViewRequest {
         {
             return invalid("the camera's offset must be finite".into());
         }
-        if let ExposureRequest::Stops(ev) | ExposureRequest::Gliding { from_stops: ev, .. } = self.exposure
+        if let ExposureRequest::Stops(ev) | ExposureRequest::Transition { from_stops: ev, .. } = self.exposure
             && !(-60.0..=60.0).contains(&ev)
         {
             return invalid(format!("exposure {ev:?}: must be -60 to 60 stops"));

@@ -66,7 +66,7 @@ impl ExposureAdaptation {
             (None, None) => ExposureRequest::Auto,
             (None, Some(from)) => {
                 let part = -(-(now_s - from.at_s).max(0.0) / TIME_CONSTANT_S).exp_m1();
-                ExposureRequest::Gliding { from_stops: from.stops, part }
+                ExposureRequest::Transition { from_stops: from.stops, part }
             }
         }
     }
@@ -142,8 +142,8 @@ mod tests {
             adaptation.next_exposure(next, 0.1)
         };
         assert_eq!(after(&view(NaifId::MOON)), ExposureRequest::Auto);
-        assert!(matches!(after(&free), ExposureRequest::Gliding { from_stops: 0.0, .. }));
-        assert!(matches!(after(&view(NaifId::EARTH)), ExposureRequest::Gliding { .. }));
+        assert!(matches!(after(&free), ExposureRequest::Transition { from_stops: 0.0, .. }));
+        assert!(matches!(after(&view(NaifId::EARTH)), ExposureRequest::Transition { .. }));
         assert_eq!(after(&by_hand), ExposureRequest::Stops(3.0));
     }
 }

@@ -22,7 +22,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     renderers(ui, worker, &mut interface.settings.shown_by);
     let view = &mut interface.viewer.view;
     let mut automatic = view.exposure_stops.is_none();
-    let drawn_stops = interface.viewport.drawing.as_ref().map_or(0.0, |d| d.scene.exposure.stops);
+    let drawn_stops = interface.viewport.shown.as_ref().map_or(0.0, |d| d.scene.exposure.stops);
     ui.horizontal_wrapped(|ui| {
         let metered = ui.checkbox(&mut automatic, text!("effects-exposure-automatic"));
         if metered.on_hover_text(text!("effects-exposure-automatic-hint")).changed() {
@@ -35,7 +35,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             ui.label(text!("effects-drawn-stops", drawn_stops = signed(drawn_stops, 2)));
         }
     });
-    if let Some(drawing) = interface.viewport.drawing.as_ref().filter(|_| interface.viewer.view.exposure_stops.is_none()) {
+    if let Some(drawing) = interface.viewport.shown.as_ref().filter(|_| interface.viewer.view.exposure_stops.is_none()) {
         ui.label(egui::RichText::new(translated(&drawing.scene.exposure.reason)).weak().small());
     }
     let view = &mut interface.viewer.view;
@@ -68,7 +68,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     });
     let decisions = interface
         .viewport
-        .drawing
+        .shown
         .as_ref()
         .and_then(|d| d.scene.body(interface.viewer.selected))
         .map(|b| b.decisions.clone())
@@ -126,7 +126,7 @@ fn measure_costs(
     of_body: Option<String>,
     effects: &[(Effect, bool)],
 ) {
-    let Some(drawing) = &interface.viewport.drawing else { return };
+    let Some(drawing) = &interface.viewport.shown else { return };
     let request = &drawing.job.request;
     let stops = drawing.scene.exposure.stops;
     let effect_costs = &mut interface.effect_costs;

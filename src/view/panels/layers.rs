@@ -28,7 +28,7 @@ const SWITCHES: [(&str, &str, &str); 16] = [
 
 /// Shows the switches, and the slider that brightens stars and diffuse light.
 pub(crate) fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
-    let decisions = interface.viewport.drawing.as_ref().map(|d| d.scene.sky.clone()).unwrap_or_default();
+    let decisions = interface.viewport.shown.as_ref().map(|d| d.scene.sky.clone()).unwrap_or_default();
     let view = &mut interface.viewer.view;
     egui::CollapsingHeader::new(text!("sky-heading")).show(ui, |ui| {
         for (name, title, hover) in SWITCHES {

@@ -151,7 +151,7 @@ pub struct Interface {
     /// The displayed reply, and the time at which it disappears, interface seconds.
     message_shown: (String, f64),
     /// Why there is no picture of the current view.
-    no_picture: Option<String>,
+    failure_reason: Option<String>,
     /// Messages of the session: a fallback, a map that cannot be read.
     pub session_messages: Arc<Mutex<Vec<String>>>,
     /// The last of these messages, and the time at which it disappears, interface seconds.
@@ -198,7 +198,7 @@ impl Interface {
             has_keyboard: false,
             message: String::new(),
             message_shown: Default::default(),
-            no_picture: None,
+            failure_reason: None,
             session_messages: Arc::default(),
             language: settings.language.unwrap_or_default(),
             last_language: settings.language.unwrap_or_default(),
@@ -322,7 +322,7 @@ impl Interface {
 
     /// The message below the sky: the reason why there is no picture, else the reply to the last action, else the last message of the session.
     pub fn message_line(&self) -> &str {
-        match (&self.no_picture, self.message.as_str()) {
+        match (&self.failure_reason, self.message.as_str()) {
             (Some(why), _) => why,
             (None, "") => self.notice.as_ref().map_or("", |(line, _)| line),
             (None, message) => message,

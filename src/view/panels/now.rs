@@ -53,7 +53,7 @@ pub(crate) struct NowShowing {
 
 /// Takes the finished picture and requests the next, one at a time. Called only while the row is visible.
 fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
-    if interface.drawing().is_none() {
+    if interface.shown().is_none() {
         return;
     }
     let base_view = ViewState { quality: Quality::Standard, ..interface.viewer.destination().clone() };

@@ -114,7 +114,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
     for line in &account.messages {
         ui.add(egui::Label::new(line).wrap());
     }
-    let Some(drawing) = interface.drawing() else { return };
+    let Some(drawing) = interface.shown() else { return };
     let account_of = |ui: &mut egui::Ui| {
         let mut line = |what: &str, value: String| {
             ui.label(what);

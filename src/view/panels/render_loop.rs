@@ -31,7 +31,7 @@ const MAX_POLE_MOTION_RAD: f64 = 1e-5;
 /// The image on screen, the last requested image, and the times of both, interface seconds.
 pub(super) struct Viewport {
     pub(super) texture: Option<TextureHandle>,
-    pub(super) drawing: Option<RenderedView>,
+    pub(super) shown: Option<RenderedView>,
     pub(super) requested: Option<RenderJob>,
     pub(super) requested_s: f64,
     /// Time of the last action that moved the view.
@@ -43,8 +43,8 @@ pub(super) struct Viewport {
     pub(super) size_px: [u32; 2],
     /// The last clicked pixel, in a picture of `size_px`.
     pub(super) picked_px: Option<[u32; 2]>,
-    /// Number of pictures shown so far.
-    pub(super) drawings: u64,
+    /// Number of images shown so far.
+    pub(super) images_shown: u64,
     /// Generator of the shader modules, and the renderer preference; a change of either requires a new image.
     pub(super) drawn_with: Option<(Arc<str>, RendererPreference)>,
     pub(super) marks: Vec<Label>,
@@ -60,7 +60,7 @@ impl Default for Viewport {
     fn default() -> Self {
         Self {
             texture: None,
-            drawing: None,
+            shown: None,
             requested: None,
             requested_s: f64::NEG_INFINITY,
             moved_s: f64::NEG_INFINITY,
@@ -68,7 +68,7 @@ impl Default for Viewport {
             resolution: AdaptiveResolution::default(),
             size_px: [1, 1],
             picked_px: None,
-            drawings: 0,
+            images_shown: 0,
             drawn_with: None,
             marks: Vec::new(),
             menu_body: None,
@@ -80,18 +80,18 @@ impl Default for Viewport {
 
 impl Interface {
     /// The last valid image.
-    pub fn drawing(&self) -> Option<&RenderedView> {
-        self.viewport.drawing.as_ref()
+    pub fn shown(&self) -> Option<&RenderedView> {
+        self.viewport.shown.as_ref()
     }
 
     /// The last image, if it stayed on the GPU.
     pub(crate) fn gpu_image(&self) -> Option<&GpuImage> {
-        self.viewport.drawing.as_ref().and_then(|d| d.on_gpu.as_ref())
+        self.viewport.shown.as_ref().and_then(|d| d.on_gpu.as_ref())
     }
 
     /// Drops an image on a GPU that does not present the window, and lets the next frame request a new image.
     pub(crate) fn drop_gpu_image(&mut self) {
-        if let Some(drawing) = &mut self.viewport.drawing {
+        if let Some(drawing) = &mut self.viewport.shown {
             drawing.on_gpu = None;
         }
         self.viewport.requested = None;
@@ -103,7 +103,7 @@ impl Interface {
             None => {}
             Some(Err(why)) => self.fail(why.to_string(), worker),
             Some(Ok(mut drawing)) => {
-                self.no_picture = None;
+                self.failure_reason = None;
                 let pixels = u64::from(drawing.width) * u64::from(drawing.height);
                 if drawing.job.sampling == SamplingQuality::of(Quality::Draft) {
                     self.viewport.resolution.record(pixels, drawing.took_ms);
@@ -121,26 +121,26 @@ impl Interface {
                 self.performance.record(&drawing, self.viewport.last_s);
                 self.adaptation.record(&drawing.scene.exposure, drawing.job.request.exposure);
                 // The transitional exposure is replaced by automatic exposure, so that it does not get into requests derived from this image.
-                if let ExposureRequest::Gliding { .. } = drawing.job.request.exposure {
+                if let ExposureRequest::Transition { .. } = drawing.job.request.exposure {
                     drawing.job.request.exposure = ExposureRequest::Auto;
                 }
-                self.viewport.drawing = Some(drawing);
-                self.viewport.drawings += 1;
+                self.viewport.shown = Some(drawing);
+                self.viewport.images_shown += 1;
             }
         }
     }
 
     /// Records why there is no picture of this view. Before the first picture, the reason also goes to standard error.
     fn fail(&mut self, why: String, worker: &dyn RenderWorker) {
-        if self.viewport.drawing.is_none() && self.no_picture.as_ref() != Some(&why) {
+        if self.viewport.shown.is_none() && self.failure_reason.as_ref() != Some(&why) {
             worker.session().notify(&why);
         }
-        self.no_picture = Some(why);
+        self.failure_reason = Some(why);
     }
 
     /// Computes the labels and markers of the bodies in the displayed image.
     pub(super) fn refresh_marks(&mut self, metrics: &LabelMetrics) {
-        let Some(drawing) = &self.viewport.drawing else { return };
+        let Some(drawing) = &self.viewport.shown else { return };
         let parent = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
         self.viewport.marks =
             marks(&*drawing.scene.geometry.projection(&drawing.scene.camera), &drawing.scene.bodies, self.viewer.selected, parent, metrics);
@@ -149,7 +149,7 @@ impl Interface {
     /// Requests the image of the current view, at a coarse resolution while it moves.
     pub(super) fn request_image(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker, now_s: f64) {
         // The first image is coarse, too, so that it appears soon after the window.
-        let moving = self.viewer.is_animating() || now_s - self.viewport.moved_s < STILL_AFTER_S || self.viewport.drawing.is_none();
+        let moving = self.viewer.is_animating() || now_s - self.viewport.moved_s < STILL_AFTER_S || self.viewport.shown.is_none();
         let [width, height] = self.viewport.size_px;
         let divisor = if moving { self.viewport.resolution.divisor(u64::from(width) * u64::from(height)) } else { 1 };
         let session = worker.session();
@@ -180,7 +180,7 @@ impl Interface {
         request.selected = request.layers.outline.then_some(selected);
         let job = RenderJob { sampling: SamplingQuality::of(request.quality), request, on_gpu: self.on_gpu };
         // At real time, little changes between images, so at most a tenth of the time is spent on drawing.
-        let interval_s = REAL_TIME_INTERVAL_S.max(1e-2 * self.viewport.drawing.as_ref().map_or(0.0, |d| d.took_ms));
+        let interval_s = REAL_TIME_INTERVAL_S.max(1e-2 * self.viewport.shown.as_ref().map_or(0.0, |d| d.took_ms));
         let ignores_time = !moving && now_s - self.viewport.requested_s < interval_s;
         let stale = self
             .viewport

@@ -98,7 +98,7 @@ pub(crate) fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     let width = ui.available_width().max(60.0);
     let (rect, response) = ui.allocate_exact_size(vec2(width, HEIGHT), Sense::click_and_drag());
     let axis = TimeAxis { middle_s: interface.viewer.view.tdb_s, span_s, width: f64::from(rect.width()) };
-    if interface.drawing().is_some() {
+    if interface.shown().is_some() {
         interface.timeline.rare.update(&axis, worker);
         if span_s <= MAX_SPAN_MOONS_S {
             interface.timeline.frequent.update(&axis, worker);

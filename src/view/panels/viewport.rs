@@ -37,7 +37,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &description));
     ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
     tour::show(interface, ui, rect);
-    let Some(size_px) = interface.drawing().map(|d| [d.width, d.height]) else {
+    let Some(size_px) = interface.shown().map(|d| [d.width, d.height]) else {
         if interface.message_line().is_empty() {
             ui.painter().text(rect.center(), Align2::CENTER_CENTER, text!("drawing"), FontId::proportional(HEADING), NAME_COLOUR);
         } else {
@@ -55,7 +55,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     interface.refresh_marks(&metrics);
     paint_marks(interface, ui, rect, &placement);
     paint_star(interface, ui, rect, &placement);
-    if let Some(drawing) = interface.drawing() {
+    if let Some(drawing) = interface.shown() {
         let scene = &drawing.scene;
         let at = |px: DVec2| placement.picture.min + vec2(px * placement.points_per_px);
         interface.angle.paint(&ui.painter().with_clip_rect(rect), |direction| scene.geometry.pixel_of(&scene.camera, direction).map(at));
@@ -153,8 +153,8 @@ fn hints(interface: &Interface, ui: &egui::Ui, rect: Rect) {
 /// Shows the context menu of a body, or of the view if there is no body under the pointer.
 fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, actions: &mut Vec<Action>) {
     if response.secondary_clicked() {
-        let at = response.interact_pointer_pos().zip(interface.drawing()).map(|(at, drawing)| placement.px_of(at, &drawing.scene));
-        let found = at.zip(interface.drawing()).and_then(|(at_px, drawing)| hit(&interface.viewport.marks, &drawing.scene, at_px));
+        let at = response.interact_pointer_pos().zip(interface.shown()).map(|(at, drawing)| placement.px_of(at, &drawing.scene));
+        let found = at.zip(interface.shown()).and_then(|(at_px, drawing)| hit(&interface.viewport.marks, &drawing.scene, at_px));
         interface.viewport.menu_body = found;
         interface.viewport.menu_px = at;
         actions.extend(found.map(Action::Select));
@@ -184,7 +184,7 @@ fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImageP
         let measures = icons::button(ui, Icon::Measure, text!("menu-measure"));
         let hover = text!("menu-measure-hint");
         if ui.add(measures).on_hover_text(hover).clicked()
-            && let Some((at_px, drawing)) = interface.viewport.menu_px.zip(interface.viewport.drawing.as_ref())
+            && let Some((at_px, drawing)) = interface.viewport.menu_px.zip(interface.viewport.shown.as_ref())
         {
             let at_px = snapped_px(&interface.viewport.marks, &drawing.scene, at_px);
             measure(interface, at_px, interface.viewport.menu_body);
@@ -228,7 +228,7 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Ima
 
 /// Paints a ring around the chosen star, while the exposure shows the star.
 fn paint_star(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &ImagePlacement) {
-    let at_px = interface.viewport.star.zip(interface.drawing()).and_then(|(star, drawing)| star_px(&drawing.scene, star));
+    let at_px = interface.viewport.star.zip(interface.shown()).and_then(|(star, drawing)| star_px(&drawing.scene, star));
     if let Some(at_px) = at_px {
         let at = placement.picture.min + vec2(at_px * placement.points_per_px);
         ui.painter().with_clip_rect(rect).circle_stroke(at, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, SELECTED_COLOUR));
@@ -254,7 +254,7 @@ fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Cli
 
 /// Adds a place to the measured angle.
 fn measure(interface: &mut Interface, at_px: DVec2, body: Option<NaifId>) {
-    let Some(drawing) = &interface.viewport.drawing else { return };
+    let Some(drawing) = &interface.viewport.shown else { return };
     let found = body.and_then(|id| drawing.scene.body(id));
     let seen_body = found.map(|b| SeenBody { name: b.name.clone(), centre_km: b.placement.centre_km });
     // Pixels outside the circle of a fisheye picture have no direction.
@@ -303,7 +303,7 @@ fn mouse(
             actions.push(if changes_fov { Action::ChangeFov(notches) } else { Action::Zoom(notches) });
         }
     }
-    let (Some(at), Some(drawing)) = (response.interact_pointer_pos(), interface.drawing()) else { return None };
+    let (Some(at), Some(drawing)) = (response.interact_pointer_pos(), interface.shown()) else { return None };
     let at_px = placement.px_of(at, &drawing.scene);
     let body_at_pointer = || hit(&interface.viewport.marks, &drawing.scene, at_px);
     // This precedes the test for a double-click, so that two quick clicks with Ctrl also measure.

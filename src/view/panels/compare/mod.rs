@@ -156,7 +156,7 @@ impl ComparePanel {
 
     /// Starts to draw both variants once the view is at rest, unless they are drawn already.
     fn ask(&mut self, interface: &Interface, ui: &egui::Ui, worker: &dyn RenderWorker, variants: &[Variant; 2]) {
-        let Some(drawing) = interface.drawing() else { return };
+        let Some(drawing) = interface.shown() else { return };
         let quality = interface.viewer.view.quality;
         let still = drawing.job.request.quality == quality && drawing.job.sampling == SamplingQuality::of(quality);
         if self.pending.is_some() || !still || interface.viewer.is_animating() {

@@ -132,7 +132,7 @@ impl ShaderPanel {
 
     fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         self.queries.reset_on_new_fragments(worker);
-        let Some(drawing) = interface.drawing() else {
+        let Some(drawing) = interface.shown() else {
             ui.label(text!("shader-first"));
             return;
         };
@@ -161,7 +161,7 @@ impl ShaderPanel {
             (InspectedModule::Shared(name), _, _) => ModuleId::Simple(name),
             (InspectedModule::Part(_), None, _) => ModuleId::Simple("point"),
         };
-        let inspected = Inspected { worker, drawing, draw, drawn, id, view: interface.viewport.drawings };
+        let inspected = Inspected { worker, drawing, draw, drawn, id, view: interface.viewport.images_shown };
         self.name(ui, &inspected);
         ui.horizontal_wrapped(|ui| {
             for (page, name, about) in Page::ALL {
