@@ -252,7 +252,8 @@ const SAMPLE_BITS: [u16; 16] = {
     bits
 };
 
-/// Coverage of the partly covered blocks of one triangle. The edge functions at the samples are computed for the first such block.
+/// Computes the coverage of the partly covered blocks of one triangle.
+#[allow(clippy::large_enum_variant, reason = "on the stack, one per triangle and tile")]
 enum BlockCoverage {
     SingleSample(QuadSamples<4>),
     FourSamples(QuadSamples<16>),
