@@ -4,7 +4,7 @@ use super::composition_args::CompositionArgs;
 use super::view_args::instant;
 use super::{CliError, Common};
 
-const KEYS: &str = "`view` is the default command: `orrery --target saturn` is `orrery view --target saturn`.
+const AFTER_HELP: &str = "`view` is the default command: `orrery --target saturn` is `orrery view --target saturn`.
 With --shaders DIR, fragments are reloaded when a file changes. Press `?` in the window for keyboard and mouse help.
 
 Fields that a link or a file omits have the defaults of a new window: the Earth, now, the lit side from 3.5 radii.
@@ -19,7 +19,7 @@ Examples:
   orrery view --projection fisheye --dome-tilt 20 --warp projector.txt";
 
 #[derive(clap::Args, Debug)]
-#[command(after_help = KEYS, next_help_heading = "First view")]
+#[command(after_help = AFTER_HELP, next_help_heading = "First view")]
 pub(crate) struct ViewArgs {
     /// First body to look at
     #[arg(long, value_name = "BODY", default_value = "earth")]
@@ -113,7 +113,7 @@ mod windowed {
         // Also shown in the window, because a user who clicked on a link does not see standard error.
         warning.iter().for_each(|line: &String| print_message(line));
         let mut view = saved_view.ok().flatten().unwrap_or(default_view);
-        // Options of the command line take precedence over a link.
+        // The projection and stereo options of the command line take precedence over those of a link.
         let mut composition = args.composition.composition()?;
         let warp = composition.warp.take();
         if !composition.is_plain() {
@@ -131,14 +131,14 @@ mod windowed {
         interface.warning = warning;
         interface.warp = warp;
         interface.file_dialog = Some(window::file_dialog::open);
-        let keep = |settings: &Settings| path.as_ref().map_or(Ok(()), |path| settings.save(path));
+        let save_settings = |settings: &Settings| path.as_ref().map_or(Ok(()), |path| settings.save(path));
         let (ended, end) = channel();
         std::thread::scope(|scope| {
             if let Some(period) = loss_period() {
                 let session = &session;
                 scope.spawn(move || lose_devices(session, period, &end));
             }
-            let result = window::run(&mut interface, &session, watch.as_ref(), keep).map_err(|e| CliError::Failed(e.to_string()));
+            let result = window::run(&mut interface, &session, watch.as_ref(), save_settings).map_err(|e| CliError::Failed(e.to_string()));
             drop(ended);
             result
         })

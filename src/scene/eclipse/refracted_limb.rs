@@ -33,9 +33,11 @@ pub struct RefractedLimb {
     /// View rays over the part of the Sun's disc that was drawn unrefracted behind the atmosphere.
     pub unbent: Option<ViewRays>,
     pub axis_ratios: Vec3,
+    /// Reversed depth just in front of the body's near side.
     pub depth: f32,
     /// Unit vector to the Sun in body axes, then the cotangent of the Sun's angular radius.
     pub sun_direction: Vec4,
+    /// Two unit vectors perpendicular to the Sun's direction.
     pub sun_across: [Vec4; 2],
     /// Radiance of the Sun's disc: coefficients of 1, mu, mu².
     pub sun_limb: [Vec4; 3],
@@ -109,7 +111,7 @@ impl LimbGeometry {
 
     /// Upper limit, per channel, of the layers' radiance in pixels that span `pixel` radii at the limb: each layer that shows any part of the Sun counts
     /// with the radiance of the Sun's centre.
-    fn max_radiance(&self, layers: &RefractingLayers, centre: DVec3, pixel: f64) -> DVec3 {
+    fn max_radiance(&self, layers: &RefractingLayers, centre_radiance: DVec3, pixel: f64) -> DVec3 {
         let shows = |edge: &DVec4| {
             let (low, high) = self.directions_behind(edge);
             let nearest = if low * high <= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
@@ -120,7 +122,7 @@ impl LimbGeometry {
         let (sum, greatest) = showing.fold((DVec3::ZERO, DVec3::ZERO), |(sum, greatest), (edge, transmittances)| {
             (sum + *transmittances * ((edge.z - edge.x) / pixel), greatest.max(*transmittances))
         });
-        centre * sum.min(greatest)
+        centre_radiance * sum.min(greatest)
     }
 }
 
@@ -253,7 +255,7 @@ pub(crate) fn limbs(
             (None, _) => Some("nothing is known of how its air bends light".into()),
             (_, Some(false)) => Some("its air is switched off".into()),
             _ if camera_is_inside(p) => Some("the camera is in its air".into()),
-            _ if sun.distance_km <= p.distance_km => Some("it does not stand before the Sun".into()),
+            _ if sun.distance_km <= p.distance_km => Some("the Sun is nearer than it".into()),
             _ if body.diameter_px < BLEND_TO_PX => Some(format!("its disc is {:.1} px across against {BLEND_TO_PX}", body.diameter_px)),
             _ => None,
         };

@@ -92,7 +92,7 @@ pub(crate) fn background(
     let zodiacal_light = match () {
         () if !request.layers.zodiacal_light => decided("zodiacal-light", false, "set by you".into()),
         () if sun_au < zodiacal::NEAREST_AU => {
-            decided("zodiacal-light", false, format!("the Sun is nearer than {} au: the corona goes on for it", zodiacal::NEAREST_AU))
+            decided("zodiacal-light", false, format!("the Sun is nearer than {} au: the corona takes its place", zodiacal::NEAREST_AU))
         }
         () => decided("zodiacal-light", is_visible(light), format!("in the frame at most {}", comparison(light))),
     };

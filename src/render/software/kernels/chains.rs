@@ -204,6 +204,7 @@ impl<A: Eval> FusedKernel for First<A> {
     const OPERANDS: usize = A::ARITY;
     #[inline(always)]
     fn eval<R: Real, const N: usize, const FMA: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
+        // Arguments beyond the arity are ignored; any operand can stand in for them.
         let last = A::ARITY - 1;
         A::eval::<R, FMA>(x[0].at(lane), x[if last < 1 { last } else { 1 }].at(lane), x[last].at(lane))
     }

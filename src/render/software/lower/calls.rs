@@ -48,9 +48,9 @@ impl<'m> Lowerer<'m> {
             let values = self.scalars_of(init)?;
             self.env[first..first + values.len()].copy_from_slice(&values);
         }
-        let was_top_of_loop = std::mem::replace(&mut self.is_at_top_of_loop, false);
+        let was_directly_in_loop = std::mem::replace(&mut self.is_directly_in_loop, false);
         self.block(&function.body)?;
-        self.is_at_top_of_loop = was_top_of_loop;
+        self.is_directly_in_loop = was_directly_in_loop;
         self.capture_variables()?;
         self.frames.pop();
         let scalars = self.env[result..end].to_vec();

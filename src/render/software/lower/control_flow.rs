@@ -62,7 +62,7 @@ impl<'m> Lowerer<'m> {
     /// Lowers `body` for the lanes where `cond` holds, after a jump that skips it if there are no such lanes, and merges the scalars that it changed.
     pub(super) fn conditional(&mut self, cond: Val, body: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
         let before = self.env.clone();
-        let (outer_mask, was_top_of_loop) = (self.active_mask, std::mem::replace(&mut self.is_at_top_of_loop, false));
+        let (outer_mask, was_directly_in_loop) = (self.active_mask, std::mem::replace(&mut self.is_directly_in_loop, false));
         let label = self.builder.label();
         if matches!(cond, Val::Lane(_)) {
             self.active_mask = self.builder.bin(Op::And, outer_mask, cond);
@@ -82,7 +82,7 @@ impl<'m> Lowerer<'m> {
             self.builder.code.push(Step::Label(label));
         }
         self.active_mask = outer_mask;
-        self.is_at_top_of_loop = was_top_of_loop;
+        self.is_directly_in_loop = was_directly_in_loop;
         for (scalar, old) in before.into_iter().enumerate() {
             if self.env[scalar] != old {
                 self.env[scalar] = self.builder.select(cond, self.env[scalar], old);
@@ -145,7 +145,7 @@ impl<'m> Lowerer<'m> {
             matches.push(is_match);
         }
         let is_default = self.builder.not(any_match);
-        let was_top_of_loop = std::mem::replace(&mut self.is_at_top_of_loop, false);
+        let was_directly_in_loop = std::mem::replace(&mut self.is_directly_in_loop, false);
         // In a switch, `break` leaves the switch, and `continue` the loop around it.
         let break_flag = self.env.len();
         self.env.push(no);
@@ -174,7 +174,7 @@ impl<'m> Lowerer<'m> {
         }
         self.frame_mut().loops.pop();
         self.env.truncate(break_flag);
-        self.is_at_top_of_loop = was_top_of_loop;
+        self.is_directly_in_loop = was_directly_in_loop;
         Ok(())
     }
 
@@ -186,7 +186,7 @@ impl<'m> Lowerer<'m> {
         self.env.push(no);
         let start_env = self.env.clone();
         let start_code = self.builder.code.len();
-        let (outer_mask, was_top_of_loop) = (self.active_mask, self.is_at_top_of_loop);
+        let (outer_mask, was_directly_in_loop) = (self.active_mask, self.is_directly_in_loop);
         let mut changing: HashMap<usize, Change> = HashMap::default();
         loop {
             self.env.clone_from(&start_env);
@@ -213,7 +213,7 @@ impl<'m> Lowerer<'m> {
             }
         }
         self.active_mask = outer_mask;
-        self.is_at_top_of_loop = was_top_of_loop;
+        self.is_directly_in_loop = was_directly_in_loop;
         self.env.truncate(base);
         Ok(())
     }
@@ -273,17 +273,17 @@ impl<'m> Lowerer<'m> {
         };
         // Lanes that left the loop in an earlier iteration are inactive in this one.
         if self.builder.known_bool(exited_before) == Some(false) {
-            self.is_at_top_of_loop = true;
+            self.is_directly_in_loop = true;
             iteration(self)?;
         } else {
             let remaining = self.builder.not(exited_before);
-            self.is_at_top_of_loop = false;
+            self.is_directly_in_loop = false;
             self.conditional(remaining, |this| {
                 this.clear_flags();
                 iteration(this)
             })?;
         }
-        self.is_at_top_of_loop = false;
+        self.is_directly_in_loop = false;
         self.env[continue_flag] = no;
         let exited = self.exited();
         let end_env = self.env.clone();

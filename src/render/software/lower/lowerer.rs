@@ -37,7 +37,7 @@ pub(crate) struct LoopFlags {
 /// A loop whose body is being lowered. Uniform control flow leaves it by a jump.
 pub(crate) struct OpenLoop {
     pub exit: Label,
-    /// Scalars that change in the loop, with their loop variables.
+    /// For each scalar that changes in the loop: its index in the environment, and the variable that carries it from one iteration to the next.
     pub variables: Vec<(usize, Val)>,
     /// The environment at each exit by jump.
     pub exit_envs: Vec<Vec<Val>>,
@@ -58,15 +58,15 @@ pub(crate) struct Lowerer<'m> {
     pub globals: HashMap<Handle<naga::GlobalVariable>, Value>,
     pub open_loops: Vec<OpenLoop>,
     /// Whether the current statement is at the top level of the innermost loop's body, where a uniform exit may be a jump.
-    pub is_at_top_of_loop: bool,
+    pub is_directly_in_loop: bool,
     /// Named values to be output, if they were requested.
     pub named_values: Option<super::watch::NamedValueCapture>,
     /// Statements so far, weighted by the size of the environment; at most [`MAX_STATEMENTS`].
     statement_count: usize,
     /// Depth of nested blocks and calls; at most [`MAX_NESTING`].
     nesting: usize,
-    /// For functions with the name of a native operation: whether their body computes the same as the operation.
-    pub is_native: HashMap<Handle<Function>, bool>,
+    /// For each function with the name of a built-in operation, such as `filtered_map`: whether its body is the one that the operation was proven equal to.
+    pub matches_native: HashMap<Handle<Function>, bool>,
 }
 
 /// Index in [`Lowerer::env`] of the mask of lanes that have discarded.
@@ -89,8 +89,11 @@ impl<'m> Lowerer<'m> {
     /// More statements or steps than the limit.
     pub(super) fn count_statement(&mut self) -> Result<()> {
         self.statement_count += 1 + self.env.len() / SCALARS_PER_STATEMENT;
-        if self.statement_count > MAX_STATEMENTS || self.builder.code.len() > MAX_STEPS {
-            return Err(self.unsupported("the module has too many statements after all calls are inlined".into()));
+        for (count, max, what) in [(self.statement_count, MAX_STATEMENTS, "statements"), (self.builder.code.len(), MAX_STEPS, "operations")]
+        {
+            if count > max {
+                return Err(self.unsupported(format!("the module has too many {what} after all calls are inlined")));
+            }
         }
         Ok(())
     }
@@ -123,11 +126,11 @@ impl<'m> Lowerer<'m> {
             active_mask: active,
             globals: HashMap::default(),
             open_loops: Vec::new(),
-            is_at_top_of_loop: false,
+            is_directly_in_loop: false,
             named_values: None,
             statement_count: 0,
             nesting: 0,
-            is_native: HashMap::default(),
+            matches_native: HashMap::default(),
         };
         for (handle, global) in module.global_variables.iter() {
             this.span = module.global_variables.get_span(handle);

@@ -100,7 +100,7 @@ impl Lowerer<'_> {
     }
 
     fn is_shipped(&mut self, function: Handle<Function>, resources: [Handle<Expression>; 2]) -> Result<bool> {
-        if let Some(known) = self.is_native.get(&function) {
+        if let Some(known) = self.matches_native.get(&function) {
             return Ok(*known);
         }
         let resources = [self.value_of(resources[0])?, self.value_of(resources[1])?];
@@ -108,7 +108,7 @@ impl Lowerer<'_> {
             let lowered: std::result::Result<_, LowerError> = body(self.module, self.info, function, constants, &resources);
             lowered.is_ok_and(|(body, _)| body == *shipped)
         });
-        self.is_native.insert(function, is_equal);
+        self.matches_native.insert(function, is_equal);
         Ok(is_equal)
     }
 }

@@ -70,7 +70,7 @@ impl<'m> Lowerer<'m> {
             if rest.is_empty() {
                 return Ok(());
             }
-            if self.is_at_top_of_loop && !matches!(exited, Val::Lane(_)) && !self.may_continue() {
+            if self.is_directly_in_loop && !matches!(exited, Val::Lane(_)) && !self.may_continue() {
                 self.leave_loop_if(exited);
                 continue;
             }

@@ -1,10 +1,10 @@
 //! Texture sampling for the executor, batch by batch.
 //!
 //! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates, and `single` reads single texels.
-//! [`Textures`] binds textures to the texture uses of one program and samples them in a kernel class. Weights have the type of the lanes; texels are
-//! f32, exact to f32 rounding.
+//! [`Textures`] binds textures to the texture uses of one program and samples them with the kernels of one instruction set (a kernel class). Weights have
+//! the type of the lanes; texels are f32, exact to f32 rounding.
 //!
-//! Texels are kept as the map stores them, 4 bytes each, and are decoded when read: a map of 8192x4096 takes 179 MB with its mip levels, whereas
+//! Texels are kept as the texture stores them, 4 bytes each in a map (16 in a table of floats), and are decoded when read: a map of 8192x4096 takes 179 MB with its mip levels, whereas
 //! half floats or 16-bit integers would take 358 MB and f32 716 MB. Decoding sRGB with a table of 1 kB costs three loads per texel.
 //! `texels::gather` loads the texels of eight lanes with one gather instruction, on machines that have one. Every class gives the same bits.
 
@@ -77,6 +77,7 @@ fn filter_batch<R: Real, D: Decode>(
     request: Request<'_, R>,
     out: Channels<'_, R>,
 ) {
+    // Buffers that pad a partial batch to all lanes; a request has either a level or gradients, so these share one.
     let [u, v, level_or_du_dx, dv_dx, du_dy, dv_dy, taps] = &mut [const { None }; 7];
     let mut filter = FilterRequest::new(full_batch(request.u, u), full_batch(request.v, v));
     match request.level_source {
