@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Bytes of decoded maps above which unused ones are dropped: twelve maps of 2048x1024 with their mip levels.
-const BUDGET_BYTES: usize = 128 << 20;
+/// Bytes of decoded maps above which unused ones are dropped: six maps of 2048x1024 with their mip levels.
+const BUDGET_BYTES: usize = 64 << 20;
 /// A map that was used more recently is not dropped: the next frame will probably use it again.
 const UNUSED: Duration = Duration::from_secs(10);
 
@@ -177,7 +177,7 @@ mod tests {
         let decoding = MapDecoding { format: TexelFormat::Rgba8Unorm, poles: PoleFilter::None };
         let mut decoded = HashMap::new();
         for (name, used) in [("first", Some(after(0))), ("second", Some(after(1))), ("made", None), ("recent", Some(after(30)))] {
-            decoded.insert((name.to_owned(), decoding), Kept { texture: megabytes(40), last_used: used });
+            decoded.insert((name.to_owned(), decoding), Kept { texture: megabytes(20), last_used: used });
         }
         let names = |decoded: &HashMap<(String, MapDecoding), Kept>| {
             let mut names: Vec<String> = decoded.keys().map(|(name, _)| name.clone()).collect();
@@ -187,7 +187,7 @@ mod tests {
         evict(&mut decoded, after(5));
         assert_eq!(names(&decoded).len(), 4, "all were used in the last ten seconds");
         evict(&mut decoded, after(35));
-        assert_eq!(names(&decoded), ["made", "recent", "second"], "120 MB fit");
+        assert_eq!(names(&decoded), ["made", "recent", "second"], "60 MB fit");
         decoded.insert(("large".to_owned(), decoding), Kept { texture: megabytes(200), last_used: Some(after(34)) });
         evict(&mut decoded, after(36));
         assert_eq!(names(&decoded), ["large", "made", "recent"], "what is in use, or cannot be read again, stays");

@@ -284,7 +284,6 @@ impl TileShader<'_> {
     }
 
     /// Late depth test: removes discarded lanes from the coverage and depth-tests the others.
-    #[inline(always)]
     fn late_depth_test<R: Real>(&mut self, job: &DrawJob<'_, R>, depth: Option<&[R; LANES]>, remaining: LaneMask, quads: &mut [Quad]) {
         let state = job.fragment_plan.depth;
         let uses_depth = job.fragment_plan.uses_depth();

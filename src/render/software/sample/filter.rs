@@ -197,6 +197,20 @@ fn texel_pair<R: Real>(coordinate: &[R; CHUNK], size: u32, mode: AddressMode) ->
     out
 }
 
+/// The texels at the given columns and rows. A function and not a closure, because a closure that is not inlined lacks the instruction set of the kernel that
+/// calls it, and each gather instruction becomes a call.
+/// # Safety
+/// Columns and rows lie inside the level.
+#[inline(always)]
+unsafe fn fetch<D: Decode>(decode: D, level: &TexelLevel<'_>, column: &[u32; CHUNK], row: &[u32; CHUNK]) -> [D::Texel; CHUNK] {
+    let mut index = [0; CHUNK];
+    for i in 0..CHUNK {
+        index[i] = row[i].wrapping_mul(level.width).wrapping_add(column[i]);
+    }
+    // SAFETY: the caller guarantees it.
+    unsafe { decode.fetch(level, &index) }
+}
+
 #[inline(always)]
 fn bilinear<R: Real, D: Decode>(
     decode: D,
@@ -208,15 +222,15 @@ fn bilinear<R: Real, D: Decode>(
 ) -> [[R; CHUNK]; 4] {
     let x = texel_pair(u, level.width, state.address_u);
     let y = texel_pair(v, level.height, state.address_v);
-    let fetch = |column: &[u32; CHUNK], row: &[u32; CHUNK]| {
-        let mut index = [0; CHUNK];
-        for i in 0..CHUNK {
-            index[i] = row[i].wrapping_mul(level.width).wrapping_add(column[i]);
-        }
-        // SAFETY: `texel_pair` clamps columns and rows to the level.
-        unsafe { decode.fetch(level, &index) }
+    // SAFETY: `texel_pair` clamps columns and rows to the level.
+    let texels = unsafe {
+        [
+            fetch(decode, level, &x.below, &y.below),
+            fetch(decode, level, &x.above, &y.below),
+            fetch(decode, level, &x.below, &y.above),
+            fetch(decode, level, &x.above, &y.above),
+        ]
     };
-    let texels = [fetch(&x.below, &y.below), fetch(&x.above, &y.below), fetch(&x.below, &y.above), fetch(&x.above, &y.above)];
     let mut out = [[R::ZERO; CHUNK]; 4];
     let [r, g, b, a] = &mut out;
     if needed[0] {
