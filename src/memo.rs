@@ -10,49 +10,49 @@ use std::fmt;
 use std::sync::{Arc, OnceLock};
 
 /// Keys with their values, oldest first.
-type Slots<K, V> = VecDeque<(K, Arc<OnceLock<V>>)>;
+type Entries<K, V> = VecDeque<(K, Arc<OnceLock<V>>)>;
 
 /// A cache of values by key.
 pub(crate) struct Memo<K, V> {
-    slots: Mutex<Slots<K, V>>,
+    entries: Mutex<Entries<K, V>>,
     capacity: usize,
 }
 
 impl<K, V: Clone> Memo<K, V> {
     /// `capacity`: largest number of values.
     pub(crate) fn with_capacity(capacity: usize) -> Self {
-        Self { slots: Mutex::new(VecDeque::new()), capacity }
+        Self { entries: Mutex::new(VecDeque::new()), capacity }
     }
 
     /// The value of a cached key that can be used for `key`, or else the value of `key` itself, which `make` computes. `is_usable_for` decides this; it
     /// receives the cached key and the requested one.
     pub(crate) fn get_compatible(&self, is_usable_for: impl Fn(&K, &K) -> bool, key: K, make: impl FnOnce() -> V) -> V {
-        let slot = {
-            let mut slots = self.slots.lock();
-            let found = slots.iter().find(|(kept, _)| is_usable_for(kept, &key)).map(|(_, slot)| Arc::clone(slot));
+        let entry = {
+            let mut entries = self.entries.lock();
+            let found = entries.iter().find(|(cached_key, _)| is_usable_for(cached_key, &key)).map(|(_, entry)| Arc::clone(entry));
             found.unwrap_or_else(|| {
-                while slots.len() >= self.capacity.max(1) {
-                    slots.pop_front();
+                while entries.len() >= self.capacity.max(1) {
+                    entries.pop_front();
                 }
-                let slot = Arc::default();
-                slots.push_back((key, Arc::clone(&slot)));
-                slot
+                let entry = Arc::default();
+                entries.push_back((key, Arc::clone(&entry)));
+                entry
             })
         };
-        slot.get_or_init(make).clone()
+        entry.get_or_init(make).clone()
     }
 }
 
 impl<K: PartialEq, V: Clone> Memo<K, V> {
     /// The value of a key; `make` computes it if it is not cached.
     pub(crate) fn get(&self, key: K, make: impl FnOnce() -> V) -> V {
-        self.get_compatible(|kept, wanted| kept == wanted, key, make)
+        self.get_compatible(|cached_key, requested_key| cached_key == requested_key, key, make)
     }
 }
 
 impl<K, V> fmt::Debug for Memo<K, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let count = self.slots.lock().len();
+        let count = self.entries.lock().len();
         write!(f, "Memo({count} of {})", self.capacity)
     }
 }
@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn a_compatible_key_is_reused() {
         let memo: Memo<f64, f64> = Memo::with_capacity(4);
-        let near = |kept: &f64, wanted: &f64| (kept - wanted).abs() < 0.1;
+        let near = |cached_key: &f64, requested_key: &f64| (cached_key - requested_key).abs() < 0.1;
         assert_eq!(memo.get_compatible(near, 1.0, || 1.0), 1.0);
         assert_eq!(memo.get_compatible(near, 1.05, || 1.05), 1.0);
         assert_eq!(memo.get_compatible(near, 1.2, || 1.2), 1.2);

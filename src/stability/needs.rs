@@ -44,7 +44,7 @@ fn views(bench: &SweepBench<'_>, count: usize) -> Vec<RandomView> {
     let rich = ["earth", "saturn", "jupiter", "mars", "moon", "titan", "uranus", "io"];
     let rich: Vec<_> = rich.iter().filter_map(|n| bench.session().catalog().named(n).ok()).collect();
     let view = |k: usize| {
-        let body = if k.is_multiple_of(2) { *random.of(&rich) } else { random.of(bodies) };
+        let body = if k.is_multiple_of(2) { *random.choose(&rich) } else { random.choose(bodies) };
         let time = Instant::from_jd_tdb(random.between(2_415_100.0, 2_488_000.0));
         let distance_radii = 10.0_f64.powf(random.between(0.05, 4.0));
         let direction = random.direction();

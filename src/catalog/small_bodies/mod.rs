@@ -123,7 +123,7 @@ impl SmallBodies {
         let shipped = Self::embedded();
         let models: Vec<&SmallBody> = shipped.minor_planets.iter().filter(|b| (2.06..3.28).contains(&axis(&b.orbit))).collect();
         let mut random = Random::new(0);
-        let mut uniform = || random.part();
+        let mut uniform = || random.unit_interval();
         let body = |k: usize| {
             let model = models[((uniform() * models.len() as f64) as usize).min(models.len() - 1)];
             let o = &model.orbit;

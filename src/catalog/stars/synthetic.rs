@@ -20,7 +20,7 @@ impl StarCatalog {
             // Inverse transform sampling of N(m), which grows as 10^(0.48 m), beyond the limit of the embedded stars.
             let (least, most) = (1.0, 10_f64.powf(decades_beyond_shipped));
             let v_magnitude = SHIPPED_TO + random.between(least, most).log10() / DECADES_PER_MAGNITUDE;
-            let b_v = random.of(&shipped.stars).b_v;
+            let b_v = random.choose(&shipped.stars).b_v;
             stars.push(Star {
                 hip: 0,
                 direction: random.direction(),
