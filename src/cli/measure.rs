@@ -107,14 +107,14 @@ fn one_view(session: &Session, args: &MeasureArgs, body: &str, effort: Effort) -
     request.check().map_err(|e| CliError::Failed(e.to_string()))?;
     let measured = measure_view(session, &request, effort)?;
     let choices = std::slice::from_ref(&measured.qualities);
-    let enough = measured.enough.name();
+    let sufficient = measured.sufficient.name();
     let text = if args.json {
-        format!("{}\n", json!({ "choices": rows(choices).map(|(c, o)| row(c, o)).collect::<Vec<_>>(), "enough": enough }))
+        format!("{}\n", json!({ "choices": rows(choices).map(|(c, o)| row(c, o)).collect::<Vec<_>>(), "enough": sufficient }))
     } else if args.csv {
         csv(choices)
     } else {
         let within = format!("within {SUFFICIENT_LEVELS} level of the reference in 99.9 % of the pixels");
-        format!("{}\n{} at {}: {enough} is enough ({within})\n", table(choices), body.name, time.to_utc_iso())
+        format!("{}\n{} at {}: {sufficient} is enough ({within})\n", table(choices), body.name, time.to_utc_iso())
     };
     print_result(&text)
 }

@@ -16,7 +16,7 @@ mod places;
 mod views;
 
 use crate::catalog::NaifId;
-use crate::measure::{DualRenderer, Effort, LightPicture, PlannedView};
+use crate::measure::{DualRenderer, Effort, LinearPicture, PlannedView};
 use crate::render::plan::{Plan, SamplingQuality};
 use crate::render::software::Precision;
 use crate::scene::request::{Purpose, ViewRequest};
@@ -150,12 +150,12 @@ impl<'a> SweepBench<'a> {
     }
 
     /// The light of a view. In f32 the GPU draws it if the user requests the GPU.
-    fn light(&self, view: &PlannedView, precision: Precision) -> Result<LightPicture, SessionError> {
+    fn light(&self, view: &PlannedView, precision: Precision) -> Result<LinearPicture, SessionError> {
         if precision == Precision::F64 || !self.is_on_gpu() {
             return self.dual.light(view, precision);
         }
         let frame = self.session().draw_plan(&view.plan, true)?;
-        Ok(LightPicture { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor: view.scene.exposure.factor() })
+        Ok(LinearPicture { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor: view.scene.exposure.factor() })
     }
 
     /// The finished picture of a view, drawn as in [`Self::light`].

@@ -3,7 +3,7 @@
 use super::views::{JUPITER, SATURN, instant, sunward, view_from_offset};
 use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::catalog::NaifId;
-use crate::measure::{LightPicture, PlannedView};
+use crate::measure::{LinearPicture, PlannedView};
 use crate::render::software::Precision;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
 use crate::session::SessionError;
@@ -14,7 +14,7 @@ use serde_json::json;
 use std::collections::BTreeSet;
 
 /// Luminance of every pixel.
-fn luminances(picture: &LightPicture) -> Vec<f64> {
+fn luminances(picture: &LinearPicture) -> Vec<f64> {
     picture.light.iter().map(|p| crate::units::luminance([p[0], p[1], p[2]].map(f64::from))).collect()
 }
 
@@ -24,7 +24,7 @@ const MAX_CHANGE_FRACTION: f64 = 0.5;
 
 /// Greatest increase of light, in levels, that no neighbour within two pixels had before, and its pixel. Means over 3 x 3 pixels are
 /// compared, so that a sharp point may move within its pixel. The frame's edge is excluded because its neighbours are unknown.
-fn unexplained_increase(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
+fn unexplained_increase(first: &LinearPicture, second: &LinearPicture) -> (f64, [i64; 2]) {
     let (a, b) = (luminances(first), luminances(second));
     let (w, h) = (first.width as i64, first.height as i64);
     let around = |of: &[f64], x: i64, y: i64, reach: i64| -> Vec<f64> {
@@ -49,7 +49,7 @@ fn unexplained_increase(first: &LightPicture, second: &LightPicture) -> (f64, [i
 }
 
 /// The greater of the unexplained increases in both directions: light that appears and light that disappears.
-fn unexplained_change(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
+fn unexplained_change(first: &LinearPicture, second: &LinearPicture) -> (f64, [i64; 2]) {
     let (there, back) = (unexplained_increase(first, second), unexplained_increase(second, first));
     if there.0 >= back.0 { there } else { back }
 }
@@ -74,7 +74,7 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     let mut found = SweepResult::none();
     let (side, steps) = bench.pick((64, 10), (160, 60));
     let mut sequence = |name: &str, frame: &dyn Fn(f64) -> ViewRequest| -> Result<(), SessionError> {
-        let mut before: Option<(PlannedView, LightPicture)> = None;
+        let mut before: Option<(PlannedView, LinearPicture)> = None;
         for k in 0..steps {
             let view = bench.plan_view(&frame(f64::from(k)), SINGLE_SAMPLE)?;
             let picture = bench.light(&view, Precision::F32)?;
@@ -180,7 +180,7 @@ mod tests {
                 let v = (at - f64::from(k % 16)).clamp(0.0, 1.0) as f32;
                 [v, v, v, 1.0]
             });
-            LightPicture { width: 16, height: 16, light: light.collect(), exposure_factor: 1.0 }
+            LinearPicture { width: 16, height: 16, light: light.collect(), exposure_factor: 1.0 }
         };
         assert!(unexplained_change(&edge(7.0), &edge(7.5)).0 < 0.5);
         assert!(unexplained_change(&edge(7.0), &edge(10.0)).0 > 50.0);
