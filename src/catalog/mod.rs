@@ -36,7 +36,7 @@ pub use body::{
     Overlay, Photometry, Projection, Ring, Rotation, ShapeModel, Species,
 };
 pub use data_layer::{
-    ColourMap, DataLayer, DataLine, DataPoint, ImageLook, ImagePlace, PlacedImage, Stretch, is_layer_file, layer_endings,
+    ColourMap, DataLayer, DataLine, DataPoint, ImageLook, ImagePlace, PlacedImage, Stretch, is_layer_file, layer_extensions,
 };
 pub use eclipse_radii::EclipseRadii;
 pub use instrument::{Field, Instrument};

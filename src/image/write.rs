@@ -133,10 +133,10 @@ pub fn write_y4m_frame(out: &mut impl Write, display: &[[u8; 4]]) -> Result<(), 
     let blocks =
         display.chunks(BLOCK_PIXELS).zip(y.chunks_mut(BLOCK_PIXELS)).zip(cb.chunks_mut(BLOCK_PIXELS)).zip(cr.chunks_mut(BLOCK_PIXELS));
     for (((pixels, y), cb), cr) in blocks {
-        let mut piece = [[0; 4]; BLOCK_PIXELS];
-        piece[..pixels.len()].copy_from_slice(pixels);
-        let of_piece = luma_and_chroma(&piece);
-        for (to, from) in [y, cb, cr].into_iter().zip(&of_piece) {
+        let mut block = [[0; 4]; BLOCK_PIXELS];
+        block[..pixels.len()].copy_from_slice(pixels);
+        let converted = luma_and_chroma(&block);
+        for (to, from) in [y, cb, cr].into_iter().zip(&converted) {
             to.copy_from_slice(&from[..to.len()]);
         }
     }

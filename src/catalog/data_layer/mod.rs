@@ -60,14 +60,14 @@ pub fn is_layer_file(file: &str) -> bool {
 }
 
 /// The endings, for messages.
-pub fn layer_endings() -> String {
+pub fn layer_extensions() -> String {
     FORMATS.map(|(ending, _)| ending).join(", ")
 }
 
 /// Reads a `[[layer]]`: the name of its body, which the caller resolves, and the layer.
 pub(super) fn layer(mut s: TableReader) -> Option<(Option<WithLine<String>>, DataLayer)> {
     let name = s.need("name", "a name", is_name);
-    let allowed = format!("a file name without folders that ends in one of {}", layer_endings());
+    let allowed = format!("a file name without folders that ends in one of {}", layer_extensions());
     let file = s.need::<String>("file", &allowed, |f| is_layer_file(f) && !f.contains(['/', '\\']));
     let body = s.take("body", "the name of a body", |_: &String| true);
     let size_px = s.take("size_px", "pixels above 0, at most 100", |x: &f64| *x > 0.0 && *x <= 100.0);
@@ -141,7 +141,7 @@ impl DataLayer {
             Some(Format::VoTable) => votable::read(text, on_body),
             Some(Format::GeoJson) => on_body_only(geojson::read),
             Some(Format::Kml) => on_body_only(kml::read),
-            Some(Format::Fits) | None => Err((1, format!("`{}` ends in none of {}", echo_within(&self.file, 60), layer_endings()))),
+            Some(Format::Fits) | None => Err((1, format!("`{}` ends in none of {}", echo_within(&self.file, 60), layer_extensions()))),
         };
         let content = content.map_err(wrong)?;
         (self.points, self.lines) = (Arc::new(content.points), Arc::new(content.lines));
