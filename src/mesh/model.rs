@@ -223,7 +223,10 @@ impl Model {
                     position_km,
                     normal: file_normal.or(normals[position_ids[c.position as usize] as usize].try_normalize()).unwrap_or(face_normal),
                     map: file_uv.unwrap_or_else(|| frame.map_coordinates(position_km)),
-                    colour: obj.colours.get(c.position as usize).map_or(DVec3::ONE, |c| DVec3::from_array(c.to_array().map(srgb_to_linear))),
+                    colour: obj
+                        .colours
+                        .get(c.position as usize)
+                        .map_or(DVec3::ONE, |c| DVec3::from_array(c.to_array().map(srgb_to_linear))),
                 }
             };
             let corners = [point(&t[0]), point(&t[1]), point(&t[2])];
