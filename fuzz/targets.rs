@@ -6,7 +6,7 @@ use glam::DVec3;
 use orrery::catalog::DataLayer;
 use orrery::catalog::stars::StarCatalog;
 use orrery::ephemeris::orientation::Pck;
-use orrery::image::{TexelFormat, Texture, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
+use orrery::image::{TexelFormat, Texture, exr_head_text, verify_exr, verify_png, png_head_text};
 use orrery::mesh::{Model, ShapeFrame, obj};
 use orrery::probe::Prober;
 use orrery::render::software::lower::{check_bytes, programs_from_bytes};
@@ -175,7 +175,7 @@ pub static TARGETS: &[Target] = &[
         name: "picture-heads",
         run: |bytes| {
             drop((png_head_text(bytes, "Request"), exr_head_text(bytes)));
-            drop((is_whole_png(bytes, (4, 4)), is_whole_exr(bytes)));
+            drop((verify_png(bytes, (4, 4)), verify_exr(bytes)));
         },
         seeds: || {
             vec![seeds::small_png(), seeds::small_exr(), b"\x76\x2f\x31\x01\x02\x00\x00\x00comments\0string\0\x04\0\0\0four\0".to_vec()]
