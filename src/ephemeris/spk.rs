@@ -170,8 +170,8 @@ impl Spk {
         Ok(Self { name: name.to_owned(), by_target })
     }
 
-    /// State of `target` relative to the centre of the segment that covers the instant, with that centre.
-    pub fn step(&self, target: i32, tdb_s: f64) -> Option<(i32, State)> {
+    /// The centre of the segment that covers the instant, and the state of `target` relative to it.
+    pub fn state_and_center(&self, target: i32, tdb_s: f64) -> Option<(i32, State)> {
         self.segment(target, tdb_s).map(|segment| (segment.center, segment.state(tdb_s)))
     }
 
@@ -181,7 +181,7 @@ impl Spk {
     }
 
     /// The first and the last second that any segment of `target` covers.
-    pub fn reach(&self, target: i32) -> Option<(f64, f64)> {
+    pub fn coverage(&self, target: i32) -> Option<(f64, f64)> {
         let spans = self.by_target.get(&target)?.iter().map(|s| (s.start_s, s.end_s));
         spans.reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
     }
@@ -190,7 +190,7 @@ impl Spk {
     pub fn state(&self, target: i32, center: i32, tdb_s: f64) -> Option<State> {
         let to_root = |mut id: i32| {
             let mut path = vec![(id, State { pos_km: DVec3::ZERO, vel_km_s: DVec3::ZERO })];
-            while let Some((next, step)) = self.step(id, tdb_s) {
+            while let Some((next, step)) = self.state_and_center(id, tdb_s) {
                 let so_far = path[path.len() - 1].1;
                 path.push((next, State { pos_km: so_far.pos_km + step.pos_km, vel_km_s: so_far.vel_km_s + step.vel_km_s }));
                 id = next;
@@ -272,14 +272,14 @@ mod tests {
         // Midpoint, radius, then two coefficients of x, y, z and of their velocities, which differ from the slopes of the positions.
         let record = [0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0, 7.0, 0.5, 8.0, 0.25, 9.0, -1.0];
         let spk = Spk::parse("x.bsp", &file_of(3, &record)).expect("a kernel");
-        let (from, state) = spk.step(399, 50.0).expect("the Earth");
+        let (from, state) = spk.state_and_center(399, 50.0).expect("the Earth");
         assert_eq!(from, 3);
         assert!((state.pos_km - DVec3::new(6.0, 12.0, 18.0)).length() < 1e-12, "{}", state.pos_km);
         assert!((state.vel_km_s - DVec3::new(7.25, 8.125, 8.5)).length() < 1e-12, "{}", state.vel_km_s);
-        assert!(spk.step(399, 100.5).is_none() && spk.step(301, 50.0).is_none());
+        assert!(spk.state_and_center(399, 100.5).is_none() && spk.state_and_center(301, 50.0).is_none());
         // With type 2, the velocity is the slope of the same positions.
         let spk = Spk::parse("x.bsp", &file_of(2, &record[..8])).expect("a kernel");
-        let (_, state) = spk.step(399, 50.0).expect("the Earth");
+        let (_, state) = spk.state_and_center(399, 50.0).expect("the Earth");
         assert!((state.vel_km_s - DVec3::new(0.1, 0.2, 0.3)).length() < 1e-12, "{}", state.vel_km_s);
     }
 
