@@ -197,9 +197,9 @@ impl Fragments {
             return Vec::new();
         }
         let mut reached: BTreeSet<String> = FRAGMENTS.iter().map(|(path, _)| (*path).to_owned()).collect();
-        let mut open: Vec<String> = self.replaced.keys().filter(|path| reached.contains(*path)).cloned().collect();
-        while let Some(path) = open.pop() {
-            open.extend(imported_by(&path).into_iter().filter(|p| reached.insert(p.clone())));
+        let mut pending: Vec<String> = self.replaced.keys().filter(|path| reached.contains(*path)).cloned().collect();
+        while let Some(path) = pending.pop() {
+            pending.extend(imported_by(&path).into_iter().filter(|p| reached.insert(p.clone())));
         }
         self.replaced.keys().filter(|path| !reached.contains(*path)).map(String::as_str).collect()
     }

@@ -198,9 +198,9 @@ fn best_completion(
     skeletons: &[DrawFeatures],
     values: &Combination<'_>,
     random: &mut Random,
-    adds: impl Fn(&DrawFeatures) -> usize,
+    count_new: impl Fn(&DrawFeatures) -> usize,
 ) -> Option<DrawFeatures> {
-    let mut best = complete(skeletons, random.below(skeletons.len()), values).map(|n| (adds(&n), n))?;
+    let mut best = complete(skeletons, random.below(skeletons.len()), values).map(|n| (count_new(&n), n))?;
     for _ in 0..TRIES {
         let Some(mut features) = complete(skeletons, random.below(skeletons.len()), values) else { break };
         for d in DIMENSIONS.iter().filter(|d| !RULE_DIMENSIONS.iter().any(|(name, _)| *name == d.name)) {
@@ -214,8 +214,8 @@ fn best_completion(
             }
         }
         let features = canonical(&with(features, values));
-        if has_values(&features, values) && adds(&features) > best.0 {
-            best = (adds(&features), features);
+        if has_values(&features, values) && count_new(&features) > best.0 {
+            best = (count_new(&features), features);
         }
     }
     Some(best.1)
