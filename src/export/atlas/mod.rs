@@ -72,13 +72,13 @@ fn stem(id: &ModuleId) -> String {
 }
 
 fn module_output(sampler: &SampleRenderer, revision: &Revision, id: &ModuleId, lowering: &Lowering) -> Result<ModuleOutput, AtlasError> {
-    let wrong = |why: String| AtlasError::Module { module: id.to_string(), why };
-    let module = Arc::new(revision.module(id, lowering)?.ok_or_else(|| wrong("not in the library".into()))?);
+    let failed = |why: String| AtlasError::Module { module: id.to_string(), why };
+    let module = Arc::new(revision.module(id, lowering)?.ok_or_else(|| failed("not in the library".into()))?);
     let picture = match id {
         ModuleId::Planet(key) => Some(sampler.draw(&module, key)?),
         _ => None,
     };
-    let figures = figures(&module, picture.as_ref()).map_err(wrong)?;
+    let figures = figures(&module, picture.as_ref()).map_err(failed)?;
     Ok(ModuleOutput { module, figures, picture })
 }
 
@@ -108,16 +108,16 @@ pub fn write(
     for batch in ids.chunks(BATCH) {
         let samplers = || SampleRenderer::new(SIDE);
         let build = |sampler: &mut Result<SampleRenderer, SessionError>, id: &ModuleId| {
-            let module_output = match sampler {
+            let output = match sampler {
                 Ok(sampler) => module_output(sampler, revision, id, lowering),
                 Err(e) => Err(AtlasError::Module { module: id.to_string(), why: e.to_string() }),
             };
             done();
-            module_output
+            output
         };
         let outputs: Vec<Result<ModuleOutput, AtlasError>> = batch.par_iter().map_init(samplers, build).collect();
-        for (id, module_output) in batch.iter().zip(outputs) {
-            let ModuleOutput { module, figures, picture } = module_output?;
+        for (id, output) in batch.iter().zip(outputs) {
+            let ModuleOutput { module, figures, picture } = output?;
             let name = id.to_string();
             let stem = &names[&name];
             let is_count = matches!(id, ModuleId::Planet(key) if key.instructions_per_read().is_some());
@@ -136,8 +136,8 @@ pub fn write(
                 figures,
                 module: name.clone(),
             };
-            let steps = neighbours_of.get(name.as_str()).map(Vec::as_slice).unwrap_or_default();
-            let linked: Vec<(String, &str)> = steps.iter().map(|s| (s.change.clone(), names[s.to].as_str())).collect();
+            let neighbours = neighbours_of.get(name.as_str()).map(Vec::as_slice).unwrap_or_default();
+            let linked: Vec<(String, &str)> = neighbours.iter().map(|n| (n.change.clone(), names[n.key].as_str())).collect();
             write_file(&folder.join(&entry.page), page::of_module(&entry, stem, &runs, &linked).as_bytes())?;
             entries.push(entry);
         }
