@@ -80,7 +80,8 @@ pub(super) fn source_digests(
     let files = files.chain([MILKY_WAY_FILE]);
     let found = files.flat_map(|name| folders.iter().map(move |f| (name, f.join(name)))).filter(|(_, path)| path.is_file());
     let digests: BTreeMap<&str, String> = found.map(|(name, path)| (name, file_digest(&path))).collect();
-    let images = if digests.is_empty() { "embedded".into() } else { hex_digest(digests.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
+    let images =
+        if digests.is_empty() { "embedded".into() } else { hex_digest(digests.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
     let entry = |name: &str, value: String| (name.to_owned(), value);
     BTreeMap::from([
         entry("program", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
@@ -155,7 +156,7 @@ impl Provenance {
         let exposure = match exposure {
             ExposureRequest::Auto => "auto".into(),
             ExposureRequest::Stops(stops) => format!("{stops} stops"),
-            ExposureRequest::Transition { from_stops, part } => format!("{part} of the way from {from_stops} stops to auto"),
+            ExposureRequest::Transition { from_stops, progress } => format!("{progress} of the way from {from_stops} stops to auto"),
         };
         let entry = |name: &str, value: String| (name.to_owned(), value);
         let mut values = sources.clone();

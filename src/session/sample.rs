@@ -58,8 +58,8 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
     let occluders = &OCCLUDERS[..usize::from(key.features().eclipse.occluders).min(OCCLUDERS.len())];
     let [_, _, _, radius] = OCCLUDERS[0];
     // Refraction and extinction decrease with height; extinction is weakest in red.
-    let fade = |k: usize| 1.0 - k as f32 / REFRACTING_LAYERS as f32;
-    let edge = |k: usize| (radius * (1.1 - 0.1 * fade(k)), 0.02 * fade(k).powi(2));
+    let density = |k: usize| 1.0 - k as f32 / REFRACTING_LAYERS as f32;
+    let edge = |k: usize| (radius * (1.1 - 0.1 * density(k)), 0.02 * density(k).powi(2));
     let edges = (0..REFRACTING_LAYERS).map(|k| {
         let ((r0, b0), (r1, b1)) = (edge(k), edge(k + 1));
         Vec4::new(r0, b0, r1, b1)
@@ -73,7 +73,7 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
         places: occluders.iter().map(|c| Vec4::new(c[0], c[1], c[2], 0.0)).collect(),
         shapes: occluders.iter().map(|c| Vec4::new(0.8, 0.6, c[3], 0.9 * c[3])).collect(),
         air_edges: edges.collect(),
-        air_transmittance: (0..REFRACTING_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * fade(k)).extend(0.0)).collect(),
+        air_transmittance: (0..REFRACTING_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * density(k)).extend(0.0)).collect(),
         // Factors that increase from the centre of the shadow outwards, and from red to blue.
         spread: (0..REACHES).map(spread).chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); TABLES - REACHES]).collect(),
     }
@@ -131,7 +131,7 @@ fn limb() -> LimbTable {
     LimbTable { texels: (0..points).flat_map(|k| [height(k), height(k + 1) - height(k), 0.0, 0.0]).collect() }
 }
 
-/// An atmosphere with gas, haze and an absorption layer, as thick as a tenth of the body's diameter so that each part is visible.
+/// An atmosphere with Rayleigh and Mie scattering and an absorption layer, as thick as a tenth of the body's diameter so that each part is visible.
 fn air() -> AtmosphereUniforms {
     let radius_sq_minus_1 = |height: f32| height * (2.0 + height);
     AtmosphereUniforms {
@@ -248,7 +248,8 @@ fn map(role: MapRole) -> Result<Texture, SessionError> {
 /// The sphere as triangles with position, normal, map coordinates, height of the Sun and colour; vertices are duplicated along the seam.
 fn mesh(vertex_colour: bool) -> Vertices {
     let (around, down) = MESH;
-    let (mut position, mut normal, mut place, mut colour, mut indices) = (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut position, mut normal, mut map_coordinates, mut colour, mut indices) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut sun_height = Vec::new();
     for j in 0..=down {
         for i in 0..=around {
@@ -257,7 +258,7 @@ fn mesh(vertex_colour: bool) -> Vertices {
             let p = [latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin()];
             position.extend(p);
             normal.extend(p);
-            place.extend([u, v]);
+            map_coordinates.extend([u, v]);
             // Heights as if a ridge cast a shadow over the western side.
             sun_height.push(30.0 * p[1] + 10.0);
             colour.extend([u, v, 0.5, 1.0]);
@@ -269,7 +270,7 @@ fn mesh(vertex_colour: bool) -> Vertices {
         }
     }
     let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
-    let mut attributes = vec![attribute(3, position), attribute(3, normal), attribute(2, place), attribute(1, sun_height)];
+    let mut attributes = vec![attribute(3, position), attribute(3, normal), attribute(2, map_coordinates), attribute(1, sun_height)];
     if vertex_colour {
         attributes.push(attribute(4, colour));
     }

@@ -330,7 +330,7 @@ fn a_frame_is_exposed_by_its_instant_alone() {
     let [first, day_stops, again] = [&night, &day, &night].map(stops);
     assert_eq!(first.to_bits(), again.to_bits());
     assert!(first > day_stops + 8.0, "{first} at night, {day_stops} by day");
-    let in_transition = ViewRequest { exposure: ExposureRequest::Transition { from_stops: day_stops, part: 0.25 }, ..night };
+    let in_transition = ViewRequest { exposure: ExposureRequest::Transition { from_stops: day_stops, progress: 0.25 }, ..night };
     let quarter_way = scene(&in_transition).exposure;
     assert!(
         (quarter_way.stops - (day_stops + 0.25 * (first - day_stops))).abs() < 1e-9 && quarter_way.metered_stops == first,

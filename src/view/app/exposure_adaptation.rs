@@ -65,8 +65,8 @@ impl ExposureAdaptation {
             (Some(stops), _) => ExposureRequest::Stops(stops),
             (None, None) => ExposureRequest::Auto,
             (None, Some(from)) => {
-                let part = -(-(now_s - from.at_s).max(0.0) / TIME_CONSTANT_S).exp_m1();
-                ExposureRequest::Transition { from_stops: from.stops, part }
+                let progress = -(-(now_s - from.at_s).max(0.0) / TIME_CONSTANT_S).exp_m1();
+                ExposureRequest::Transition { from_stops: from.stops, progress }
             }
         }
     }
