@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Differences are in levels of 0 to 255, over red, green and blue (and alpha, if present).\n\n\
-Example:\n  orrery compare before.png after.png --tolerance 3 -o difference.png\n\
+Examples:\n  orrery compare before.png after.png --tolerance 3 -o difference.png\n  \
   orrery compare earth.png reference.png --error bound.png",
     next_help_heading = "Comparison"
 )]

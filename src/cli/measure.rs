@@ -20,12 +20,13 @@ const EXAMPLE: &str = "Examples:
   orrery measure --body saturn --time 2017-05-17T00:00:00Z
 
 Each line is an option of a choice: its error against the best that the program can do,
-its processor time as a ratio to that of the choice's most accurate option (median and
-quartiles of rounds in which all options take turns), and the qualities that take it.
-An option is dominated if another is better in both. A quality takes the cheapest
-option within its bound: draft 1 arcsec, 15.9 % of light (a quarter of a stop), 32
-levels of 255 in 99.9 % of the pixels; standard 0.1 arcsec, 0.5 %, 3 levels; reference the most accurate one. With --body, the qualities in one view, and the first
-that keeps 99.9 % of the pixels within 1 level of the reference.";
+its CPU time as a ratio to that of the choice's most accurate option (median and
+quartiles of rounds in which all options take turns), and the qualities that use it.
+An option is dominated if another one is better in both. A quality uses the cheapest
+option within its bound: for draft 1 arcsec, 15.9 % of light (a quarter of a stop), 32
+levels of 255 in 99.9 % of the pixels; for standard 0.1 arcsec, 0.5 %, 3 levels.
+Reference uses the most accurate option. With --body, the qualities in one view, and
+the first one that keeps 99.9 % of the pixels within 1 level of the reference.";
 
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = EXAMPLE, next_help_heading = "Measurement")]

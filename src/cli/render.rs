@@ -41,10 +41,10 @@ to 8 taps, reference 4 samples and up to 16 taps.
 /// The fields of a tour file.
 const TOUR_FILE_HELP: &str = "Tour file: \"title\", and \"stops\" in order, each with
   \"view\": a link (orrery://view?target=699&time=2017-05-17) or the fields of a saved view
-  \"text\": what to say there (the window shows it)
+  \"text\": the text that the window shows there
   \"hold_s\": seconds for which the camera stays [6]
-  \"time_rate\": simulated seconds a second meanwhile [0]
-  \"travel_s\": seconds of the way from the stop before; 0 is a cut [4]
+  \"time_rate\": simulated seconds per second during the stay [0]
+  \"travel_s\": seconds of the flight from the previous stop; 0 is a cut [4]
 ";
 
 /// Heading of the options that do not describe the view.
@@ -62,7 +62,7 @@ pub(crate) struct RenderArgs {
     view: ViewArgs,
     #[command(flatten)]
     composition: CompositionArgs,
-    /// Output file: .png, .exr (linear), a pattern such as out-%05d.png, a moving picture (.apng keeps every level, .gif has 256 colours), or - for a y4m stream
+    /// Output file: .png, .exr (linear), a pattern such as out-%05d.png, an animation (.apng is lossless, .gif has 256 colours), or - for a y4m stream
     #[arg(short, long, value_name = "FILE", help_heading = OUTPUT)]
     output: Option<String>,
     /// Number of frames
@@ -85,7 +85,7 @@ pub(crate) struct RenderArgs {
     /// Write a per-pixel error bound relative to reference quality: .png (1 level = 1/255), .exr linear; repeat for both
     #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     error: Vec<PathBuf>,
-    /// Frames per second of a y4m stream, of a moving picture and of a tour
+    /// Frames per second of a y4m stream, an animation or a tour
     #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT)]
     rate: u32,
     /// Print timings per stage and the time to the first frame as JSON (on standard error if the image goes to standard output)
@@ -103,7 +103,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let (first, stride) = shard(args.shard.as_deref())?;
     if matches!(output, Output::Stream | Output::Animation(..)) && stride > 1 {
         return Err(CliError::Failed(
-            "--shard needs files of one frame: a stream or a moving picture is written in order by one process".into(),
+            "--shard needs files of one frame: a stream or an animation is written in order by one process".into(),
         ));
     }
     let session = Session::open(&common.sources_to_draw(), print_message)?;

@@ -15,11 +15,11 @@ const EXAMPLE: &str = "Examples:
 
 Each sweep draws, probes or places bodies where arithmetic and decisions are most likely
 to break, and compares f32 with f64, pictures with pictures, or positions with another
-computation. It prints its number of cases, the worst figure beside its bound, the case
-that gave it, and what is off first there: a named value of the module, a decision, a
-pixel. The exit status is 1 if a bound is broken. --short takes fewer cases: within two
-minutes on two cores. With --renderer gpu the GPU draws the pictures in f32,
-against bounds of its own where its arithmetic needs them.";
+computation. It prints its number of cases, the largest error beside its bound, the
+case that gave it, and what deviates first there: a named value of the module, a
+decision, a pixel. The exit status is 1 if a bound is broken. --short takes fewer cases: within two
+minutes on two cores. With --renderer gpu the GPU draws the f32 pictures;
+where its arithmetic is less precise, they have bounds of their own.";
 
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = EXAMPLE, next_help_heading = "Sweeps")]
