@@ -250,7 +250,7 @@ pub const MAX_OVERLAYS: u8 = 2;
 
 /// The map projection of an overlay. Latitudes are planetographic, longitudes east; north is up in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Projection {
+pub enum OverlayProjection {
     /// Equirectangular: linear in longitude and latitude.
     Equirectangular {
         /// Longitude of the left edge.
@@ -287,7 +287,7 @@ pub struct Overlay {
     /// Factor on its alpha.
     pub opacity: f64,
     /// Its projection and extent.
-    pub projection: Projection,
+    pub projection: OverlayProjection,
 }
 
 /// A shape model of triangles that replaces the ellipsoid.

@@ -90,11 +90,11 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     }
     let mut scenes = standard_scenes(width, height);
     let names: Vec<&str> = scenes.iter().map(|s| s.name).collect();
-    if let Some(unknown) = args.scene.iter().find(|wanted| !names.contains(&wanted.as_str())) {
+    if let Some(unknown) = args.scene.iter().find(|name| !names.contains(&name.as_str())) {
         return Err(CliError::Failed(format!("--scene {}: {}", echo(unknown), suggestion_or_list(unknown, &names))));
     }
     scenes.iter_mut().for_each(|s| s.request.quality = common.quality);
-    scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|wanted| wanted == s.name));
+    scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|name| name == s.name));
     let open = || Session::open(&common.sources_to_draw(), print_message).map(Session::counting_cpu);
     let session = open()?;
     let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));

@@ -30,7 +30,7 @@ const JD_TDB: f64 = 2_456_524.5;
 /// A bumpy sphere as a Wavefront OBJ, and its number of triangles.
 fn bumpy_sphere(rows: u32) -> (String, u32) {
     let columns = 2 * rows;
-    let place = |i: u32, j: u32| {
+    let position = |i: u32, j: u32| {
         let (latitude, longitude) = (PI * (f64::from(j) / f64::from(rows) - 0.5), TAU * f64::from(i) / f64::from(columns));
         let direction = DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
         let bumps = (9.0 * direction.x).sin() * (7.0 * direction.y).sin() + (11.0 * direction.z).sin() * (8.0 * direction.x).cos();
@@ -40,9 +40,9 @@ fn bumpy_sphere(rows: u32) -> (String, u32) {
     let mut vertex = |p: DVec3| {
         let _ = writeln!(text, "v {:.6} {:.6} {:.6}", p.x, p.y, p.z);
     };
-    vertex(place(0, 0));
-    (1..rows).for_each(|j| (0..columns).for_each(|i| vertex(place(i, j))));
-    vertex(place(0, rows));
+    vertex(position(0, 0));
+    (1..rows).for_each(|j| (0..columns).for_each(|i| vertex(position(i, j))));
+    vertex(position(0, rows));
     // Index of a vertex between the poles; the southern pole is vertex 1.
     let at = |i: u32, j: u32| 2 + (j - 1) * columns + i % columns;
     let north = 2 + (rows - 1) * columns;

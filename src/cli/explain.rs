@@ -60,7 +60,7 @@ pub(crate) fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
 
 /// The shader keys of a body's draws; that of the globe comes first.
 fn keys(body: &BodyInView) -> Vec<String> {
-    body.features.iter().map(|n| ShaderKey::for_draw(n).to_string()).collect()
+    body.features.iter().map(|f| ShaderKey::for_draw(f).to_string()).collect()
 }
 
 /// Notes on the body's values that are estimates.

@@ -2,7 +2,7 @@
 use super::composition_args::CompositionArgs;
 use super::frames::{Output, existing_frames, shard, step_seconds};
 use super::moving_output::MovingOutput;
-use super::output::{print_message, print_result, write_error};
+use super::output::{print_message, print_result, progress, write_error};
 use super::render_views::Views;
 use super::view_args::{ViewArgs, size};
 use super::{CliError, Common};
@@ -12,7 +12,6 @@ use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
 use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
 use crate::wording::echo;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant as Moment};
 
@@ -121,9 +120,9 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         ViewRequest { purpose, quality: common.quality, ..views.request(number) }
     };
     let numbers = || (first..views.count()).step_by(stride as usize);
-    let wanted = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&frame(n)))));
+    let requested = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&frame(n)))));
     let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
-    let mut existing_frames = existing_frames(wanted, size(&args.view.size)?, args.overwrite, starts_now)?;
+    let mut existing_frames = existing_frames(requested, size(&args.view.size)?, args.overwrite, starts_now)?;
     if views.count() == 1 {
         // A single picture is drawn again; the bytes would be the same.
         existing_frames.clear();
@@ -136,7 +135,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let sampling = SamplingQuality::of(common.quality);
     let mut written = Stages::default();
     let mut moving = MovingOutput::begin(&output, size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
-    let bar = progress(views.count());
+    let bar = frame_progress(views.count());
     let mut drawn_frames = 0_u32;
     let mut drawn_by = None;
     for number in numbers() {
@@ -211,17 +210,13 @@ fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest
             return Err(CliError::Failed(format!("--error {}: the name must end in .png or .exr", echo(&path.display().to_string()))));
         }
     }
-    let wanted = args.error.iter().map(|path| (0, path.clone(), session.provenance(request)));
-    existing_frames(wanted, (request.width, request.height), args.overwrite, starts_now).map(drop)
+    let requested = args.error.iter().map(|path| (0, path.clone(), session.provenance(request)));
+    existing_frames(requested, (request.width, request.height), args.overwrite, starts_now).map(drop)
 }
 
-/// A progress bar if standard error is a terminal and there are several frames, otherwise a hidden one.
-fn progress(frames: u32) -> indicatif::ProgressBar {
-    if frames > 1 && std::io::stderr().is_terminal() {
-        indicatif::ProgressBar::new(u64::from(frames))
-    } else {
-        indicatif::ProgressBar::hidden()
-    }
+/// A progress bar for several frames, a hidden one for a single frame.
+fn frame_progress(frames: u32) -> indicatif::ProgressBar {
+    if frames > 1 { progress(u64::from(frames)) } else { indicatif::ProgressBar::hidden() }
 }
 
 /// The metadata of a picture. It does not contain the time of writing, so that the same command writes the same bytes.

@@ -43,16 +43,16 @@ pub(crate) struct StabilityArgs {
 
 pub(crate) fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError> {
     let names: Vec<&str> = SWEEPS.iter().map(|s| s.name).collect();
-    if let Some(unknown) = args.sweep.iter().find(|wanted| !names.contains(&wanted.as_str())) {
+    if let Some(unknown) = args.sweep.iter().find(|name| !names.contains(&name.as_str())) {
         return Err(CliError::Failed(format!("--sweep {}: {}", echo(unknown), suggestion_or_list(unknown, &names))));
     }
-    let wanted: Vec<&Sweep> = SWEEPS.iter().filter(|s| args.sweep.is_empty() || args.sweep.iter().any(|n| n == s.name)).collect();
+    let chosen: Vec<&Sweep> = SWEEPS.iter().filter(|s| args.sweep.is_empty() || args.sweep.iter().any(|n| n == s.name)).collect();
     let session = Session::open(&common.sources(), print_message)?;
     let effort = if args.short { Effort::Short } else { Effort::Full };
     let bench = SweepBench::new(&session, effort, args.seed, Faults::default())?.with_views(args.views.map(|n| n as usize));
-    let bar = progress(wanted.len() as u64);
+    let bar = progress(chosen.len() as u64);
     let mut reports = Vec::new();
-    for sweep in wanted {
+    for sweep in chosen {
         let report = run_sweep(sweep, &bench)?;
         if !args.json {
             bar.suspend(|| print_result(&lines(&report)))?;

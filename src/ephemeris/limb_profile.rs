@@ -130,7 +130,7 @@ fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, limb_directi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::catalog::lunar_heights::USUAL_SPHERE_KM;
+    use crate::catalog::lunar_heights::DEFAULT_SPHERE_KM;
 
     const COLUMNS: usize = 1440;
 
@@ -141,7 +141,7 @@ mod tests {
             (0..COLUMNS).map(move |column| (latitude, place(column, COLUMNS, 360.0) - 180.0)).collect::<Vec<_>>()
         });
         let km = km.map(|(latitude, longitude)| height(latitude, longitude) as f32).collect();
-        HeightMap::new("made", COLUMNS, km, -180.0, USUAL_SPHERE_KM).expect("a map")
+        HeightMap::new("made", COLUMNS, km, -180.0, DEFAULT_SPHERE_KM).expect("a map")
     }
 
     fn from(latitude_deg: f64, longitude_deg: f64, distance_km: f64) -> DVec3 {
@@ -165,7 +165,7 @@ mod tests {
     fn summits_behind_and_in_front_of_the_limb_count() {
         for (behind_deg, seen) in [(0.0, true), (2.0, true), (-2.0, true), (4.0, true), (6.5, false)] {
             // A ridge of 9 km that crosses the equator, east, wider than the spacing of the profile's points; the place's limb is 89.73 degrees away.
-            let limb_deg = (USUAL_SPHERE_KM / 370_000.0_f64).acos().to_degrees();
+            let limb_deg = (DEFAULT_SPHERE_KM / 370_000.0_f64).acos().to_degrees();
             let at_deg: f64 = (limb_deg + behind_deg) / 0.25;
             // At the middle of a cell.
             let summit_deg = (at_deg.floor() + 0.5) * 0.25;
@@ -175,7 +175,7 @@ mod tests {
             };
             let profile = LimbProfile::seen_from(&map(hill), from(0.125, 0.0, 370_000.0));
             let beyond_limb_rad = (summit_deg - limb_deg).to_radians();
-            let expected = (USUAL_SPHERE_KM + 9.0) * beyond_limb_rad.cos() - USUAL_SPHERE_KM;
+            let expected = (DEFAULT_SPHERE_KM + 9.0) * beyond_limb_rad.cos() - DEFAULT_SPHERE_KM;
             let [_, greatest] = profile.range_km();
             assert_eq!(expected > 0.1, seen, "{expected}");
             assert!((greatest - expected.max(0.0)).abs() < 0.03, "{behind_deg}: {greatest} for {expected}");
@@ -197,7 +197,7 @@ mod tests {
         for k in (0..LIMB_POINTS).step_by(97) {
             let ray = profile.direction(k, place.length());
             assert!((ray.length() - 1.0).abs() < 1e-12);
-            assert!((place.cross(ray).length() - USUAL_SPHERE_KM - profile.heights_km[k]).abs() < 1e-6);
+            assert!((place.cross(ray).length() - DEFAULT_SPHERE_KM - profile.heights_km[k]).abs() < 1e-6);
             let angle = TAU * (k as f64 + 0.5) / LIMB_POINTS as f64;
             let mean = 0.5 * (profile.heights_km[k] + profile.heights_km[(k + 1) % LIMB_POINTS]);
             assert!((profile.height_km(angle) - mean).abs() < 1e-9 && (profile.height_km(angle - TAU) - mean).abs() < 1e-9);

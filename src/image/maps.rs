@@ -134,10 +134,10 @@ impl MapStore {
     }
 
     /// Decodes in parallel the maps that are not in memory yet. Errors are reported to later callers that request the map.
-    pub fn prefetch(&self, wanted: &[(&str, MapDecoding)]) {
+    pub fn prefetch(&self, requested: &[(&str, MapDecoding)]) {
         let missing: Vec<&(&str, MapDecoding)> = {
             let decoded = self.decoded.lock();
-            wanted.iter().filter(|(name, decoding)| !decoded.contains_key(&((*name).to_owned(), *decoding))).collect()
+            requested.iter().filter(|(name, decoding)| !decoded.contains_key(&((*name).to_owned(), *decoding))).collect()
         };
         missing.into_par_iter().for_each(|(name, decoding)| drop(self.get_decoded(name, *decoding)));
     }

@@ -127,13 +127,13 @@ fn bound_inputs(dual: &DualRenderer<'_>, request: &ViewRequest, view: &PlannedVi
     let reference_models =
         dual.plan_view(&reference_request, SamplingQuality { anisotropy: SamplingQuality::of(Quality::Reference).anisotropy, ..sampling })?;
     let features = || reference_models.scene.draws.iter().map(|d| d.features);
-    let eclipse_fraction = features().filter_map(|f| of_eclipse(f.eclipse.model)).map(|t| t.at_most).fold(0.0, f64::max);
+    let eclipse_fraction = features().filter_map(|f| of_eclipse(f.eclipse.model)).map(|t| t.max_error).fold(0.0, f64::max);
     let without_eclipses = if features().any(|f| f.eclipse.model != EclipseModel::None) {
         Some((drawn(&without(Effect::Eclipse))?, eclipse_fraction))
     } else {
         None
     };
-    let without_air = if let Some(fraction) = features().filter_map(|f| of_atmosphere(f.air.tier)).map(|t| t.at_most).reduce(f64::max) {
+    let without_air = if let Some(fraction) = features().filter_map(|f| of_atmosphere(f.air.tier)).map(|t| t.max_error).reduce(f64::max) {
         let depth = ViewRequest { pixel_view: PixelView::OpticalDepth, ..exposed.clone() };
         Some((drawn(&without(Effect::Atmosphere))?, drawn(&depth)?, fraction))
     } else {

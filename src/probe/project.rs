@@ -68,7 +68,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let viewer = viewer(prober.catalog(), prober.ephemeris(), &request).map_err(|e| e.to_string())?;
     let (direction, distance_km) = match (&f.body, &f.star, f.ra_deg, f.dec_deg) {
         (Some(name), None, None, None) => {
-            let id = prober.catalog().named(name).map_err(|e| format!("field `body`: {e}"))?.id;
+            let id = prober.catalog().body_named(name).map_err(|e| format!("field `body`: {e}"))?.id;
             let body = scene.body(id).filter(|b| b.placement.centre_km.is_finite());
             let body = body.ok_or_else(|| format!("field `body`: {name} cannot be placed at this time"))?;
             (body.placement.centre_km, body.distance_km)

@@ -90,7 +90,7 @@ fn sun_tangent(degrees: f64) -> Result<f32, ProbeError> {
 }
 
 fn body<'a>(prober: &'a Prober<'_>, name: &str) -> Result<&'a Body, ProbeError> {
-    prober.catalog().named(name).map_err(|e| format!("field \"body\": {e}").into())
+    prober.catalog().body_named(name).map_err(|e| format!("field \"body\": {e}").into())
 }
 
 fn evaluate(

@@ -21,7 +21,7 @@ struct Fields {
     /// Away from the camera, and towards the Sun; of any length.
     dir: [f64; 3],
     sun: [f64; 3],
-    tier: Tier,
+    tier: TierName,
 }
 
 #[derive(Deserialize)]
@@ -57,7 +57,7 @@ enum Phase {
 }
 
 #[derive(Deserialize)]
-enum Tier {
+enum TierName {
     #[serde(rename = "vertex")]
     Vertex,
     #[serde(rename = "pixel-8")]
@@ -92,11 +92,11 @@ pub(super) static KIND: QueryKind = QueryKind {
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let f: Fields = fields(query)?;
     let tier = match f.tier {
-        Tier::Vertex => AtmosphereModel::Vertex,
-        Tier::Pixel8 => AtmosphereModel::Pixel8,
-        Tier::Pixel16 => AtmosphereModel::Pixel16,
-        Tier::Pixel32 => AtmosphereModel::Pixel32,
-        Tier::Table => AtmosphereModel::Table,
+        TierName::Vertex => AtmosphereModel::Vertex,
+        TierName::Pixel8 => AtmosphereModel::Pixel8,
+        TierName::Pixel16 => AtmosphereModel::Pixel16,
+        TierName::Pixel32 => AtmosphereModel::Pixel32,
+        TierName::Table => AtmosphereModel::Table,
     };
     let (camera, direction, sun) = (DVec3::from_array(f.cam), unit_vector("dir", f.dir)?, unit_vector("sun", f.sun)?);
     let radius_sq_minus_1 = (camera.length() - 1.0) * (camera.length() + 1.0);

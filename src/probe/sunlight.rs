@@ -88,7 +88,7 @@ pub(super) static KIND: QueryKind = QueryKind {
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let f: Fields = fields(query)?;
-    let body = prober.catalog().named(&f.body).map_err(|e| format!("field \"body\": {e}"))?;
+    let body = prober.catalog().body_named(&f.body).map_err(|e| format!("field \"body\": {e}"))?;
     if body.id == NaifId::SUN {
         return Err("field \"body\": the Sun lights itself".into());
     }

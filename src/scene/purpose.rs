@@ -53,12 +53,12 @@ impl Threshold {
     }
 
     /// Whether this relative change of a pixel is large enough to be kept.
-    pub(crate) fn is_exceeded_by_change(self, part: f64) -> bool {
-        part > self.least_change()
+    pub(crate) fn is_exceeded_by_change(self, change: f64) -> bool {
+        change > self.min_change()
     }
 
     /// The smallest relative change of a pixel that is kept.
-    pub(crate) fn least_change(self) -> f64 {
+    pub(crate) fn min_change(self) -> f64 {
         match self.purpose {
             Purpose::Display => VISIBLE_CHANGE,
             Purpose::Linear { floor } => floor,
@@ -76,8 +76,8 @@ impl Threshold {
     }
 
     /// The radiance of a fraction of white, below which a display cuts light off; 0 for linear light, which keeps all light.
-    pub(crate) fn cutoff_radiance(self, part_of_white: f64) -> f64 {
-        if self.is_linear() { 0.0 } else { part_of_white * self.white }
+    pub(crate) fn cutoff_radiance(self, white_fraction: f64) -> f64 {
+        if self.is_linear() { 0.0 } else { white_fraction * self.white }
     }
 
     /// A radiance and its threshold, in words.
@@ -89,8 +89,8 @@ impl Threshold {
     }
 
     /// A relative change and its threshold, in words.
-    pub(crate) fn change_description(self, part: f64) -> String {
-        format!("{part:.2e} of the light against {:.2e}", self.least_change())
+    pub(crate) fn change_description(self, change: f64) -> String {
+        format!("{change:.2e} of the light against {:.2e}", self.min_change())
     }
 }
 

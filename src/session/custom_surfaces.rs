@@ -97,7 +97,7 @@ pub fn with_surfaces(mut catalog: Catalog, surfaces: &[SurfaceFile]) -> Result<C
     }
     for (number, surface) in (1..).zip(surfaces) {
         let body = || echo(&surface.body);
-        let id = catalog.named(&surface.body).map_err(|e| SurfaceError::Body { body: body(), why: e.to_string() })?.id;
+        let id = catalog.body_named(&surface.body).map_err(|e| SurfaceError::Body { body: body(), why: e.to_string() })?.id;
         if !catalog.set_custom_surface(id, number) {
             return Err(SurfaceError::Twice(body()));
         }

@@ -42,7 +42,7 @@ fn views(bench: &SweepBench<'_>, count: usize) -> Vec<RandomView> {
     let bodies = bench.session().catalog().bodies();
     // Half of the views look at bodies with an atmosphere, rings or moons, which have the most features.
     let rich = ["earth", "saturn", "jupiter", "mars", "moon", "titan", "uranus", "io"];
-    let rich: Vec<_> = rich.iter().filter_map(|n| bench.session().catalog().named(n).ok()).collect();
+    let rich: Vec<_> = rich.iter().filter_map(|n| bench.session().catalog().body_named(n).ok()).collect();
     let view = |k: usize| {
         let body = if k.is_multiple_of(2) { *random.choose(&rich) } else { random.choose(bodies) };
         let time = Instant::from_jd_tdb(random.between(2_415_100.0, 2_488_000.0));

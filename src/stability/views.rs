@@ -42,7 +42,7 @@ pub(super) fn instant() -> Instant {
 }
 
 fn named(bench: &SweepBench<'_>, names: &[&str]) -> Vec<Body> {
-    names.iter().filter_map(|n| bench.session().catalog().named(n).ok().cloned()).collect()
+    names.iter().filter_map(|n| bench.session().catalog().body_named(n).ok().cloned()).collect()
 }
 
 /// Direction from the body to the Sun, ICRF.

@@ -116,8 +116,8 @@ fn grids_run_through_their_coordinates() {
                     }
                 }
                 for segment in &built.sky_lines {
-                    let is_valid = segment.ends.iter().all(|e| e.is_finite() && e.z == 0.0)
-                        && segment.strength.iter().all(|s| (0.0..=1.0).contains(s));
+                    let is_valid =
+                        segment.ends.iter().all(|e| e.is_finite() && e.z == 0.0) && segment.opacity.iter().all(|s| (0.0..=1.0).contains(s));
                     assert!(is_valid && segment.across.iter().all(|a| (a.length() - 1.0).abs() < 1e-4), "{layer} {fov_deg}: {segment:?}");
                 }
             }
@@ -139,7 +139,7 @@ fn nothing_jumps_when_panning() {
     for pan_px in [0.5, 1.0, 2.0] {
         let next = scene(&towards(middle + sideways * (pan_px * step), 30.0, only("grid-equatorial")));
         let line_ends_inside = |built: &Scene| -> Vec<DVec2> {
-            let all = built.sky_lines.iter().filter(|p| p.strength[0] > 0.05).map(|p| pixel(&built.camera, p.ends[0]));
+            let all = built.sky_lines.iter().filter(|p| p.opacity[0] > 0.05).map(|p| pixel(&built.camera, p.ends[0]));
             all.filter(|at| at.cmpgt(DVec2::splat(15.0)).all() && at.cmplt(DVec2::new(485.0, 385.0)).all()).collect()
         };
         for at in line_ends_inside(&next) {
@@ -305,7 +305,7 @@ fn visible_stars_have_names() {
     let texts = built.texts.as_ref().expect("names");
     for (name, hip) in [("Rigel", 24_436), ("Betelgeuse", 27_989), ("Bellatrix", 25_336)] {
         let text = texts.texts.iter().find(|t| t.text == name).unwrap_or_else(|| panic!("{name} has no label"));
-        let star = SESSION.catalog().stars().place_of_hip(hip).expect("in the catalogue");
+        let star = SESSION.catalog().stars().index_of_hip(hip).expect("in the catalogue");
         let at = orrery::scene::marks::star_px(&built, star).expect("drawn");
         let offset = text.left_px - at;
         assert!((0.0..2.0 * texts.size_px).contains(&offset.x) && offset.y.abs() < texts.size_px, "{name}: {offset}");

@@ -122,7 +122,7 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
         let before = builder.all.segments.len();
         for line in layer.lines.iter() {
             let Some(opacity) = opacity_at(layer, line.time, now) else { continue };
-            let path = Path::of(&line.corners, radii_km, merge_distance);
+            let path = Path::of(&line.vertices, radii_km, merge_distance);
             if path.vertices.len() < 2 {
                 continue;
             }

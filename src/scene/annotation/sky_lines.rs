@@ -4,7 +4,7 @@
 //! all bodies, their labels, and a decision about each layer. Always: a vertex of a figure is at the drawn position of its star, and a grid line is where
 //! the probe query `project` puts its coordinates, both with the viewer's aberration; the horizontal grid belongs to the ground and has no aberration.
 
-use crate::catalog::constellations::{Constellations, Corner, icrf_from_b1875};
+use crate::catalog::constellations::{Constellations, FigureVertex, icrf_from_b1875};
 use crate::catalog::stars::StarCatalog;
 use crate::ephemeris::apparent::aberrated;
 use crate::scene::annotation::grids::{Cap, GridLine, GridLineKind, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg};
@@ -229,9 +229,9 @@ fn boundaries(builder: &mut SkyLineBuilder<'_>) {
 fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewer: &Viewer) {
     let stars = StarCatalog::embedded();
     let placer = StarPlacer::of_stars(&stars, viewer, request);
-    let apparent = |corner: &Corner| match corner.star {
-        Some(place) => placer.place(&stars.stars()[place]).direction,
-        None => aberrated(corner.direction, viewer.body_velocity_km_s),
+    let apparent = |vertex: &FigureVertex| match vertex.star {
+        Some(index) => placer.place(&stars.stars()[index]).direction,
+        None => aberrated(vertex.direction, viewer.body_velocity_km_s),
     };
     let camera = builder.camera;
     let writes_names = 2.0 * camera.tan_half_fov.y.atan().to_degrees() > NAMES_FROM_DEG;

@@ -43,7 +43,7 @@ fn shell(case: &BodyContext<'_, '_>, so_far: &mut Decisions<'_>) -> Option<Draw>
     let features = so_far.chosen.cloud_features(body, case.pixel_view())?;
     let rect = Outline::of(case.frame.camera, &shell).rect(case.frame.camera)?;
     let mut uniforms = globe::uniforms(case, &shell, rect, MapSet::default(), &so_far.secondary_lights);
-    let brightness = photometry::phase_correction(body, p.alpha, p.distance_km / body.radii_km.x);
+    let brightness = photometry::phase_correction(body, p.phase_angle, p.distance_km / body.radii_km.x);
     uniforms.air = air::uniforms(body, scale);
     air::set_ends(&mut uniforms, false);
     uniforms.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness * case.disc_fraction));

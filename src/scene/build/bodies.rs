@@ -12,7 +12,7 @@ use crate::scene::camera::{Camera, Placement};
 use crate::scene::decision::Decision;
 use crate::scene::draw::features::{Detail, PixelView, Shape};
 use crate::scene::draw::{Draw, Point};
-use crate::scene::features::case::Frame;
+use crate::scene::features::case::FrameContext;
 use crate::scene::features::{self, DecidedBody};
 use crate::scene::in_view::{Appearance, BodyInView, SubPoint};
 use crate::scene::light::magnitude;
@@ -35,7 +35,7 @@ pub(super) struct BodiesInFrame {
 
 impl BodiesInFrame {
     /// Decides on every feature of every placed body, and on its orbit and trace.
-    pub(super) fn decide(builder: &SceneBuilder<'_>, frame: &Frame<'_>) -> Self {
+    pub(super) fn decide(builder: &SceneBuilder<'_>, frame: &FrameContext<'_>) -> Self {
         let (request, placed) = (builder.request, &builder.placed);
         let is_final = request.pixel_view == PixelView::Final;
         let is_target = |p: &&PlacedBody<'_>| request.target == Some(p.body.id) && !builder.is_inside(p.body);
@@ -45,7 +45,7 @@ impl BodiesInFrame {
         let mut placed_reports = placed.iter().map(|p| {
             let own_request = builder.own_request(p.body);
             let own_context = Context { request: own_request.as_ref().unwrap_or(request), ..frame.context };
-            let mut decided = features::decide(&Frame { context: own_context, ..*frame }, p, builder.is_inside(p.body));
+            let mut decided = features::decide(&FrameContext { context: own_context, ..*frame }, p, builder.is_inside(p.body));
             let (own_draws, point) = (std::mem::take(&mut decided.draws), decided.point.take());
             let mut report = report(p, decided, &own_draws, magnitude::magnitude(frame.context, p, placed));
             let orbit = (request.layers.orbits && is_final).then(|| orbits::line(frame.camera, builder.ephemeris, p, target_distance_km));
@@ -87,7 +87,7 @@ fn report(p: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitude: O
         distance_km: p.distance_km,
         angular_diameter_deg: 2.0 * (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin().to_degrees(),
         diameter_px: decided.diameter_px,
-        phase_angle_deg: p.alpha.to_degrees(),
+        phase_angle_deg: p.phase_angle.to_degrees(),
         magnitude,
         sub_viewer: SubPoint::of(to_viewer),
         sub_solar: (p.body.id != NaifId::SUN).then(|| SubPoint::of(p.body_from_icrf * p.sun_from_body_km)),

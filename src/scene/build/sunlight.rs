@@ -4,7 +4,7 @@ use crate::catalog::NaifId;
 use crate::scene::decision::Decision;
 use crate::scene::draw::PixelView;
 use crate::scene::eclipse::refracted_limb::{self, RefractedLimb};
-use crate::scene::features::case::Frame;
+use crate::scene::features::case::FrameContext;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::corona::{self, Corona};
 use crate::scene::light::glow::{self, Glow};
@@ -23,7 +23,7 @@ pub(super) struct LightAroundSun {
 
 impl LightAroundSun {
     /// Decides on all three effects, and records each decision in the report of its body.
-    pub(super) fn decide(frame: &Frame<'_>, placed: &[PlacedBody<'_>], reports: &mut [BodyInView]) -> Self {
+    pub(super) fn decide(frame: &FrameContext<'_>, placed: &[PlacedBody<'_>], reports: &mut [BodyInView]) -> Self {
         let (request, camera, threshold) = (frame.context.request, frame.camera, frame.threshold);
         let tint = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.tint(towards));
         let transmittance = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.transmittance(towards));

@@ -116,7 +116,7 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewReq
         tan_half_fov: DVec2::splat(tangent),
         width: side,
         height: side,
-        one_of_several: true,
+        is_part_of_composite: true,
         ..viewer.camera.clone()
     };
     let (mut frames, mut used, mut frame_of) = (Vec::new(), Vec::new(), [None; 6]);
@@ -138,7 +138,7 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewReq
     }
     // The light meter sees the middle of the picture, at most the front face.
     let half_fov = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
-    let metered = Camera { one_of_several: false, ..camera(AXES[0], half_fov.tan(), frame_px) };
+    let metered = Camera { is_part_of_composite: false, ..camera(AXES[0], half_fov.tan(), frame_px) };
     let meter = FrameRequest { request: face_request, viewer: Viewer { camera: metered, ..viewer } };
     Ok(Frames { meter, frames, arrangement: Arrangement::Faces(Faces { picture, frame_of, face_px, used }) })
 }

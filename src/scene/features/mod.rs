@@ -23,7 +23,7 @@ use crate::scene::point::{self, BLEND_FROM_PX, BLEND_TO_PX};
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::{ground, mesh_decision, meshes, overlays};
 use crate::scene::{atmosphere, eclipse, light, rings};
-use case::{BodyContext, Decisions, Feature, Frame, decide_in_order};
+use case::{BodyContext, Decisions, Feature, FrameContext, decide_in_order};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
@@ -86,7 +86,7 @@ fn leave_out_rare_pairs<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c
 }
 
 /// Decides on all features of one body. `camera_at_centre`: the camera is at the body's centre.
-pub(crate) fn decide(frame: &Frame<'_>, placed: &PlacedBody<'_>, camera_at_centre: bool) -> DecidedBody {
+pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_at_centre: bool) -> DecidedBody {
     let case = BodyContext::of(frame, placed);
     let mut log = case.log();
     if camera_at_centre {
@@ -112,9 +112,9 @@ pub(crate) fn decide(frame: &Frame<'_>, placed: &PlacedBody<'_>, camera_at_centr
 
 /// The map files that the body's draws would read if all files were readable, and the shape of the globe's draw; `None` if the body is not drawn as a
 /// disc.
-pub(crate) fn maps_wanted(frame: &Frame<'_>, placed: &PlacedBody<'_>) -> Option<(MapFiles, Shape)> {
+pub(crate) fn required_maps(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -> Option<(MapFiles, Shape)> {
     let case = BodyContext::of(frame, placed);
-    let has_mesh = meshes::is_wanted(frame.context, frame.camera, placed);
+    let has_mesh = meshes::is_required(frame.context, frame.camera, placed);
     if case.disc_fraction <= 0.0 || case.rect.is_none() && case.ring_view.is_none() && !has_mesh {
         return None;
     }

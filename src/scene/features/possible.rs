@@ -163,8 +163,8 @@ mod tests {
             .features(sun, PixelView::Final);
         assert_eq!((features.surface, features.lights, features.maps.night), (Surface::Emissive, 0, false));
         assert!(all.contains(&features));
-        assert!(all.iter().all(|n| n.lights <= MAX_LIGHTS && (n.surface == Surface::Emissive) == (n.lights == 0)));
-        assert!(!all.iter().any(|n| n.shape == Shape::Mesh));
+        assert!(all.iter().all(|f| f.lights <= MAX_LIGHTS && (f.surface == Surface::Emissive) == (f.lights == 0)));
+        assert!(!all.iter().any(|f| f.shape == Shape::Mesh));
         let foreign = DrawFeatures { flags: Flags { two_sided: true, ..Flags::default() }, ..features };
         assert!(!all.contains(&foreign));
     }
@@ -176,7 +176,7 @@ mod tests {
             Catalog::with_files(&[("mine.toml".into(), text)]).expect("reads")
         };
         let flags = |catalog: &Catalog| -> BTreeSet<Flags> {
-            possible_features(catalog).into_iter().filter(|n| n.shape == Shape::Mesh).map(|n| n.flags).collect()
+            possible_features(catalog).into_iter().filter(|f| f.shape == Shape::Mesh).map(|f| f.flags).collect()
         };
         let plain = Flags::default();
         assert_eq!(flags(&file("")), [plain, Flags { vertex_colour: true, ..plain }].into());

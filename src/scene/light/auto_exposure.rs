@@ -95,7 +95,7 @@ fn from_reading(reading: Reading) -> Exposure {
 }
 
 /// Bodies in the frame whose city lights the exposure would overexpose.
-pub(crate) fn night_lights_wanted(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
+pub(crate) fn required_night_lights(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
     let request = context.request;
     let metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final;
     let drawn = request.effects.override_of(Effect::Night) != Some(false);

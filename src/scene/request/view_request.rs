@@ -274,7 +274,7 @@ impl ViewRequest {
     /// Rejects effects for bodies that the catalog does not have.
     pub fn check_bodies(&self, catalog: &Catalog) -> Result<(), SceneError> {
         for name in self.effects.bodies() {
-            catalog.named(name).map_err(|e| SceneError::Request(format!("effects: {e}")))?;
+            catalog.body_named(name).map_err(|e| SceneError::Request(format!("effects: {e}")))?;
         }
         Ok(())
     }

@@ -161,7 +161,7 @@ impl<'a> View<'a> {
         let reason = match strongest {
             None => "it has no rings".into(),
             Some((part, name)) if seen.is_empty() => {
-                format!("the strongest, {name}, changes a pixel by {part:.2e} of white against {:.2e}", self.threshold.least_change())
+                format!("the strongest, {name}, changes a pixel by {part:.2e} of white against {:.2e}", self.threshold.min_change())
             }
             Some((part, name)) => {
                 format!("{name} changes a pixel by {part:.2e} of white; out to {outer:.0} km, {area_px:.1} px against 0.5")

@@ -34,7 +34,7 @@ pub struct SkyBackground {
     pub to_sun: Vec3,
     pub ecliptic_pole: Vec3,
     pub zodiacal_law: [Vec4; 5],
-    /// `zodiacal::NEAR`, and the cosines of `zodiacal::HANDOVER_DEG`; see the shader.
+    /// `zodiacal::NEAR`, and the cosines of `zodiacal::CORONA_BLEND_DEG`; see the shader.
     pub near: f32,
     pub inner_cosine: f32,
     pub outer_cosine: f32,
@@ -46,7 +46,7 @@ const PROBES: u32 = 17;
 
 /// The brightest zodiacal light in the frame, radiance.
 fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit: f64) -> f64 {
-    let inner = zodiacal::HANDOVER_DEG.0.to_radians().cos();
+    let inner = zodiacal::CORONA_BLEND_DEG.0.to_radians().cos();
     let clip = |k: u32| 2.0 * f64::from(k) / f64::from(PROBES - 1) - 1.0;
     let at = |k: u32| {
         let ray = camera.ray(DVec2::new(clip(k % PROBES), clip(k / PROBES))).normalize();
@@ -112,8 +112,8 @@ pub(crate) fn background(
         ecliptic_pole: axis(ecliptic_pole()),
         zodiacal_law: zodiacal::LAW.map(|row| narrow4(DVec4::from_array(row))),
         near: narrow_scalar(zodiacal::NEAR),
-        inner_cosine: narrow_scalar(zodiacal::HANDOVER_DEG.0.to_radians().cos()),
-        outer_cosine: narrow_scalar(zodiacal::HANDOVER_DEG.1.to_radians().cos()),
+        inner_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.0.to_radians().cos()),
+        outer_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.1.to_radians().cos()),
         // With boosted zodiacal light the transition to the corona would be visible, so it is not made.
         corona: if has_corona && request.stars_boost == 0.0 { 1.0 } else { 0.0 },
     };

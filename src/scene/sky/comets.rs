@@ -47,7 +47,7 @@ const TAILS_AU: (f64, f64) = (3.0, 1.5);
 /// Fraction of white below which tails are left out.
 const MIN_LEVEL: f64 = 1.0 / 4096.0;
 /// Opacity of a comet's orbit at the comet.
-const ORBIT_STRENGTH: f64 = 0.6;
+const ORBIT_OPACITY: f64 = 0.6;
 /// Length of the ion tail at a production of 10^30 water molecules per second, and its maximum, au.
 const ION_LENGTH_AU: f64 = 0.25;
 const MAX_ION_LENGTH_AU: f64 = 0.8;
@@ -64,7 +64,7 @@ const COMA_RGB: [f64; 3] = [0.85, 1.05, 0.8];
 
 /// A segment of a ribbon, the shape of which tails consist.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TailPiece {
+pub struct TailSegment {
     /// Clip x and y, reversed depth.
     pub ends: [Vec3; 2],
     /// Vectors from each end to the ribbon's edge, pixels, x right, y up.
@@ -81,7 +81,7 @@ pub struct TailPiece {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comets {
     pub heads: Vec<StarSprite>,
-    pub tails: Vec<TailPiece>,
+    pub tails: Vec<TailSegment>,
     /// Orbits of the comets in the frame that have tails, if orbits are switched on.
     pub orbits: Vec<OrbitArc>,
 }
@@ -167,7 +167,14 @@ impl CometProjection<'_> {
     }
 
     /// Adds a ribbon through points. For each point: `irradiance` is that of the segment that starts there, `half_px` the ribbon's half width.
-    fn ribbon(&self, stations: &[Option<ProjectedPoint>], irradiance: &[f64], half_px: &[f64], colour: DVec3, into: &mut Vec<TailPiece>) {
+    fn ribbon(
+        &self,
+        stations: &[Option<ProjectedPoint>],
+        irradiance: &[f64],
+        half_px: &[f64],
+        colour: DVec3,
+        segments: &mut Vec<TailSegment>,
+    ) {
         let length = |k: usize| match (stations.get(k).copied().flatten(), stations.get(k + 1).copied().flatten()) {
             (Some(a), Some(b)) => a.px.distance(b.px),
             _ => 0.0,
@@ -188,7 +195,7 @@ impl CometProjection<'_> {
                 continue;
             }
             let edge = |k: usize| narrow2(tangent(k).perp() * half_px[k]);
-            into.push(TailPiece {
+            segments.push(TailSegment {
                 ends: [self.clip(&a), self.clip(&b)],
                 edges: [edge(k), edge(k + 1)],
                 radiance: [radiance(k, &a), radiance(k + 1, &b)],
@@ -199,12 +206,12 @@ impl CometProjection<'_> {
     }
 
     /// Adds the dust tail, of total irradiance `light`: patches between grains of neighbouring beta and age.
-    fn dust(&self, orbit: &HeliocentricOrbit, days: f64, light: f64, into: &mut Vec<TailPiece>) {
+    fn dust(&self, orbit: &HeliocentricOrbit, days: f64, light: f64, segments: &mut Vec<TailSegment>) {
         // Ages are more densely spaced for recently released grains.
         let age = |k: usize| MAX_AGE_DAYS * (k as f64 / (STATIONS - 1) as f64).powi(2);
         // Light is distributed evenly in the logarithm of beta, and fades at both ends.
-        let part = |line: usize| line as f64 / (SYNDYNES - 1) as f64;
-        let beta = |line: usize| MIN_BETA * (MAX_BETA / MIN_BETA).powf(part(line));
+        let beta_fraction = |line: usize| line as f64 / (SYNDYNES - 1) as f64;
+        let beta = |line: usize| MIN_BETA * (MAX_BETA / MIN_BETA).powf(beta_fraction(line));
         let fan: Vec<Vec<DVec3>> =
             (0..SYNDYNES).map(|line| (0..STATIONS).map(|k| grain(orbit, days, age(k), beta(line))).collect()).collect();
         let projected: Vec<Vec<Option<ProjectedPoint>>> = fan.iter().map(|line| line.iter().map(|p| self.station(*p)).collect()).collect();
@@ -214,7 +221,8 @@ impl CometProjection<'_> {
             (age(k + 1) - age(k)) / (release_au * release_au * current_au * current_au) * (-age(k) / (0.4 * MAX_AGE_DAYS)).exp()
         };
         let production: Vec<f64> = (0..STATIONS - 1).map(production).collect();
-        let beta_weight: Vec<f64> = (0..SYNDYNES - 1).map(|line| (PI * 0.5 * (part(line) + part(line + 1))).sin().powi(2)).collect();
+        let beta_weight: Vec<f64> =
+            (0..SYNDYNES - 1).map(|line| (PI * 0.5 * (beta_fraction(line) + beta_fraction(line + 1))).sin().powi(2)).collect();
         let total = production.iter().sum::<f64>() * beta_weight.iter().sum::<f64>();
         // A point of a patch's centre line, the vector to the patch's edge, widened by the grains' own speed, and the point's projection.
         let side = |line: usize, k: usize| -> Option<(DVec2, DVec2, ProjectedPoint)> {
@@ -245,7 +253,7 @@ impl CometProjection<'_> {
                 if self.is_outside(&a.2, &b.2, a.1.length().max(b.1.length())) {
                     continue;
                 }
-                into.push(TailPiece {
+                segments.push(TailSegment {
                     ends: [self.clip(&a.2), self.clip(&b.2)],
                     edges: [narrow2(a.1), narrow2(b.1)],
                     radiance: [mean(line, k), mean(line, k + 1)],
@@ -263,11 +271,11 @@ impl CometProjection<'_> {
         let from_camera = state.position - self.camera_au;
         let apparent_km = aberrated(from_camera.normalize(), self.velocity_km_s) * from_camera.length() * KM_PER_AU;
         let conic = Conic::of(&km, gm_km3_s2);
-        conic.map_or_else(Vec::new, |conic| orbits::arcs(self.camera, &conic, apparent_km, ORBIT_STRENGTH, of_luminance_1(COMA_RGB)))
+        conic.map_or_else(Vec::new, |conic| orbits::arcs(self.camera, &conic, apparent_km, ORBIT_OPACITY, of_luminance_1(COMA_RGB)))
     }
 
     /// Adds the ion tail, of total irradiance `light`: a straight ribbon.
-    fn ions(&self, state: &ConicState, light: f64, length_au: f64, into: &mut Vec<TailPiece>) {
+    fn ions(&self, state: &ConicState, light: f64, length_au: f64, segments: &mut Vec<TailSegment>) {
         let direction = ion_direction(state);
         let along = |k: usize| length_au * (k as f64 / (STATIONS - 1) as f64).powf(1.5);
         let stations: Vec<_> = (0..STATIONS).map(|k| self.station(state.position + direction * along(k))).collect();
@@ -275,7 +283,7 @@ impl CometProjection<'_> {
         // Light that the part of the tail beyond a station has.
         let beyond = |k: usize| (-3.0 * along(k) / length_au).exp() - (-3.0_f64).exp();
         let irradiance: Vec<f64> = (0..STATIONS - 1).map(|k| light * (beyond(k) - beyond(k + 1)) / beyond(0)).collect();
-        self.ribbon(&stations, &irradiance, &(0..STATIONS).map(half).collect::<Vec<_>>(), of_luminance_1(ION_RGB), into);
+        self.ribbon(&stations, &irradiance, &(0..STATIONS).map(half).collect::<Vec<_>>(), of_luminance_1(ION_RGB), segments);
     }
 }
 

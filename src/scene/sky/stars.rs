@@ -26,14 +26,14 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// The apparent direction of a star, and its brightness relative to that in the catalogue.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StarPlace {
+pub struct ApparentStar {
     /// Unit vector, ICRF, with proper motion, parallax and aberration.
     pub direction: DVec3,
     /// Factor on the catalogue's irradiance.
     pub brightening: f64,
 }
 
-impl StarPlace {
+impl ApparentStar {
     fn boosted(self, factor: f64) -> Self {
         Self { brightening: self.brightening * factor, ..self }
     }
@@ -60,11 +60,11 @@ impl StarPlacer {
         }
     }
 
-    pub fn place(&self, star: &Star) -> StarPlace {
+    pub fn place(&self, star: &Star) -> ApparentStar {
         let vector = star_from_viewer(star, self.years, self.viewer_au);
         // Avoids a division by zero for a viewer at the star.
         let distance = vector.length().max(1e-9);
-        StarPlace { direction: aberrated(vector / distance, self.velocity_km_s), brightening: distance.powi(-2) }
+        ApparentStar { direction: aberrated(vector / distance, self.velocity_km_s), brightening: distance.powi(-2) }
     }
 
     /// Upper limit of the displacement of a cell's stars by motion since the epoch and by parallax, relative to their distance.
@@ -199,7 +199,7 @@ impl InView<'_> {
 }
 
 /// The sprite of a star, if it is in the frame. The caller sets the star's index.
-fn sprite(camera: &Camera, star: &Star, place: &StarPlace, tint: Option<&AirTint>, white: f64) -> Option<StarSprite> {
+fn sprite(camera: &Camera, star: &Star, place: &ApparentStar, tint: Option<&AirTint>, white: f64) -> Option<StarSprite> {
     let clip = camera.clip(place.direction)?;
     let cos_off_axis = place.direction.dot(camera.forward);
     let pixel_sr = camera.pixel_tangent().powi(2) * cos_off_axis.max(1e-3).powi(3);

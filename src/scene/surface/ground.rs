@@ -84,7 +84,7 @@ const TERMINATOR_MARGIN_DEG: f64 = 2.0;
 fn lit_ground(case: &BodyContext<'_, '_>) -> (bool, String) {
     let (body, p) = (case.body(), case.placed);
     let horizon_deg = (body.radii_km.min_element() / p.distance_km).min(1.0).acos().to_degrees();
-    let (separation_deg, max_separation_deg) = (p.alpha.to_degrees(), 90.0 + horizon_deg + TERMINATOR_MARGIN_DEG);
+    let (separation_deg, max_separation_deg) = (p.phase_angle.to_degrees(), 90.0 + horizon_deg + TERMINATOR_MARGIN_DEG);
     (
         separation_deg < max_separation_deg,
         format!(

@@ -4,7 +4,7 @@ use crate::catalog::NaifId;
 use crate::mesh::Model;
 use crate::scene::decision::with_invented;
 use crate::scene::draw::uniforms::{DrawUniforms, MeshInstance};
-use crate::scene::features::case::{BodyContext, Decisions, Frame};
+use crate::scene::features::case::{BodyContext, Decisions, FrameContext};
 use crate::scene::features::choice::Capabilities;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 const UNOBSTRUCTED_SUN_HEIGHT: f32 = 1e3;
 
 /// Direction of the Sun in body axes and its angular radius (radians), for a mesh's self-shadowing; `None` without sunlight.
-pub(crate) fn sun_over(frame: &Frame<'_>, p: &PlacedBody<'_>) -> Option<(DVec3, f64)> {
+pub(crate) fn sun_over(frame: &FrameContext<'_>, p: &PlacedBody<'_>) -> Option<(DVec3, f64)> {
     let sun = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN && r.body.id != p.body.id)?;
     let radius_rad = (sun.body.radii_km.x / p.sun_from_body_km.length()).clamp(0.0, 1.0).asin();
     Some(((p.body_from_icrf * p.sun_from_body_km).normalize(), radius_rad))

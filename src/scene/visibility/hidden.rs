@@ -28,13 +28,13 @@ struct Limb {
 
 impl Limb {
     /// The limb on the plane of the rays `ray + x dx + y dy`.
-    fn on(place: &Placement, ray: DVec3, dx: DVec3, dy: DVec3) -> Self {
-        let camera = place.camera_in_unit_sphere();
-        let middle = place.centre_km.normalize();
+    fn on(placement: &Placement, ray: DVec3, dx: DVec3, dy: DVec3) -> Self {
+        let camera = placement.camera_in_unit_sphere();
+        let middle = placement.centre_km.normalize();
         // The camera's position is parallel to the direction of the body's centre: that component drops out of the cross product and is removed
         // before rounding.
-        let [d0, d1, d2] = [ray, dx, dy].map(|v| place.direction_in_unit_sphere(v));
-        let [n0, n1, n2] = [ray, dx, dy].map(|v| camera.cross(place.direction_in_unit_sphere(v - middle * v.dot(middle))));
+        let [d0, d1, d2] = [ray, dx, dy].map(|v| placement.direction_in_unit_sphere(v));
+        let [n0, n1, n2] = [ray, dx, dy].map(|v| camera.cross(placement.direction_in_unit_sphere(v - middle * v.dot(middle))));
         let near = [-camera.dot(d0), -camera.dot(d1), -camera.dot(d2)];
         // The scale is arbitrary but must suit f32. It does not use L, because above a horizon the middle ray may point away from the body.
         let unit = 1.0 / (camera.length() * d0.length());

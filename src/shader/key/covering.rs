@@ -82,7 +82,7 @@ fn has_values(features: &DrawFeatures, values: &Combination<'_>) -> bool {
 /// Canonical features with these values, from the first skeleton at or after `start` that allows it.
 fn complete(skeletons: &[DrawFeatures], start: usize, values: &Combination<'_>) -> Option<DrawFeatures> {
     let (before, after) = skeletons.split_at(start);
-    after.iter().chain(before).map(|s| with(*s, values)).find(|n| canonical(n) == *n)
+    after.iter().chain(before).map(|s| with(*s, values)).find(|f| canonical(f) == *f)
 }
 
 /// Every choice of `t` dimensions out of `count`, ascending, with the index of its first combination in the list of all combinations. Then
@@ -157,7 +157,7 @@ fn compute_covering(t: usize) -> Vec<ShaderKey> {
                 continue;
             }
             let Some(features) =
-                best_completion(&skeletons, &values, &mut random, |n| combinations_of(n, &choices).filter(|p| !covered[*p]).count())
+                best_completion(&skeletons, &values, &mut random, |f| combinations_of(f, &choices).filter(|p| !covered[*p]).count())
             else {
                 continue;
             };
@@ -200,7 +200,7 @@ fn best_completion(
     random: &mut Random,
     count_new: impl Fn(&DrawFeatures) -> usize,
 ) -> Option<DrawFeatures> {
-    let mut best = complete(skeletons, random.below(skeletons.len()), values).map(|n| (count_new(&n), n))?;
+    let mut best = complete(skeletons, random.below(skeletons.len()), values).map(|f| (count_new(&f), f))?;
     for _ in 0..TRIES {
         let Some(mut features) = complete(skeletons, random.below(skeletons.len()), values) else { break };
         for d in DIMENSIONS.iter().filter(|d| !RULE_DIMENSIONS.iter().any(|(name, _)| *name == d.name)) {

@@ -201,7 +201,7 @@ fn apply_answer(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Ren
             match stars.hip(hip).and_then(|star| star_view(star, years, &places, view)) {
                 Some(view) => {
                     actions.push(Action::Show(Box::new(view)));
-                    interface.viewport.star = stars.place_of_hip(hip);
+                    interface.viewport.star = stars.index_of_hip(hip);
                 }
                 None => interface.message = text!("search-star-outside", hip = hip, body = interface.viewer.name(NaifId::EARTH)),
             }

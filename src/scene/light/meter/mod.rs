@@ -130,7 +130,7 @@ fn dusk_factor(radiance: f64) -> f64 {
 }
 
 /// Inputs that all parts of a reading share.
-struct Frame<'f, 'a> {
+struct MeteredFrame<'f, 'a> {
     meter: &'f Meter<'f, 'a>,
     glare: Option<VeilingGlare>,
     /// Radiance of the sky around the camera.
@@ -149,8 +149,8 @@ impl Meter<'_, '_> {
         let glare =
             VeilingGlare::of(self.camera, self.placed).filter(|_| self.context.request.effects.override_of(Effect::Glow) != Some(false));
         let resolved_bodies: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
-        let frame = Frame { meter: self, glare, sky: 0.0, resolved_bodies };
-        let frame = Frame { sky: frame.skylight(), ..frame };
+        let frame = MeteredFrame { meter: self, glare, sky: 0.0, resolved_bodies };
+        let frame = MeteredFrame { sky: frame.skylight(), ..frame };
         let mut metered = Vec::new();
         let (mut target, mut others) = (Tally::default(), Tally::default());
         let (mut target_name, mut brightest, mut max_weight) = ("", None, 0.0);
@@ -233,7 +233,7 @@ impl Ground<'_> {
     }
 }
 
-impl Frame<'_, '_> {
+impl MeteredFrame<'_, '_> {
     /// Radiance added in front of a body: glare, and the sky unless the body is the one whose air surrounds the camera.
     fn haze(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
         let glare = self.glare.as_ref().map_or(0.0, |v| v.radiance(direction.normalize()));

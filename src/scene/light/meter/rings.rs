@@ -1,7 +1,7 @@
 //! Meters the light of rings: the light towards the camera, and ring-shine on the night side of the globe.
 
 use super::geometry::{frame_position_weight, intersect};
-use super::{Frame, Tally};
+use super::{MeteredFrame, Tally};
 use crate::catalog::{Photometry, Ring};
 use crate::scene::draw::tables::RingShine;
 use crate::scene::light::{lights, photometry};
@@ -18,11 +18,11 @@ const RING_RAYS: u32 = 28;
 /// Range of phase angles over which ring-shine on the night side fades in, radians.
 const NIGHT_SIDE_FADE_RAD: [f64; 2] = [1.0, 1.7];
 
-impl Frame<'_, '_> {
+impl MeteredFrame<'_, '_> {
     /// Ring-shine on the globe, if its night side is visible, and the ground's radiance per unit of ring-shine. On the day side ring-shine is a
     /// hundredth of the light and is left out.
     pub(super) fn ring_shine_on(&self, p: &PlacedBody<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
-        let weight = smoothstep((p.alpha - NIGHT_SIDE_FADE_RAD[0]) / (NIGHT_SIDE_FADE_RAD[1] - NIGHT_SIDE_FADE_RAD[0]));
+        let weight = smoothstep((p.phase_angle - NIGHT_SIDE_FADE_RAD[0]) / (NIGHT_SIDE_FADE_RAD[1] - NIGHT_SIDE_FADE_RAD[0]));
         let user_choice = self.meter.context.request.effects.override_of(Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
         if weight <= 0.0 || diameter_px < 2.0 || rings.is_empty() || user_choice == Some(false) {
@@ -40,7 +40,7 @@ impl Frame<'_, '_> {
             placement: &p.placement,
             sun: (p.body_from_icrf * p.sun_from_body_km).normalize(),
             sun_km: p.sun_from_body_km.length(),
-            alpha: p.alpha,
+            alpha: p.phase_angle,
             irradiance: 1.0,
             threshold: Threshold::of(Purpose::LINEAR, 1.0),
             caches: self.meter.context.caches,
