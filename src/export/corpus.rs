@@ -5,7 +5,7 @@
 //! f64, rounded to f32; the same modules give the same bytes. docs/corpus.md describes the format. Not included: modules that draw no body.
 
 use super::revision::{Revision, RevisionError};
-use super::sample::{Sample, SampleRenderer, levels_apart};
+use super::sample::{Sample, SampleRenderer, levels_apart, make_all};
 use crate::files::{FileAccess, WriteError, write_atomic, write_error};
 use crate::image::{TexelFormat, Texture};
 use crate::render::plan::{AddressMode, Attribute, PlanDraw, TextureSource, Vertices};
@@ -14,7 +14,6 @@ use crate::shader::generator::hex;
 use crate::shader::key::ShaderKey;
 use crate::shader::library::file_name;
 use crate::shader::{Lowering, ModuleId, ShaderModule};
-use rayon::prelude::*;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
@@ -198,17 +197,9 @@ pub fn write(
     let mut written: BTreeSet<String> = BTreeSet::new();
     let mut cases: Vec<String> = Vec::new();
     for batch in keys.chunks(BATCH) {
-        let samplers = || SampleRenderer::new(SIDE);
-        let build_case = |sampler: &mut Result<SampleRenderer, SessionError>, key: &ShaderKey| {
-            let result = match sampler {
-                Ok(sampler) => case(sampler, revision, key, lowering),
-                Err(e) => Err(CorpusError::Case { key: key.to_string(), why: e.to_string() }),
-            };
-            done();
-            result
-        };
-        let results: Vec<Result<Case, CorpusError>> = batch.par_iter().map_init(samplers, build_case).collect();
-        for case in results {
+        let make = |sampler: &SampleRenderer, key: &ShaderKey| case(sampler, revision, key, lowering);
+        let no_renderer = |key: &ShaderKey, e: &SessionError| CorpusError::Case { key: key.to_string(), why: e.to_string() };
+        for case in make_all(SIDE, batch, make, no_renderer, &done) {
             let Case { folder: case_folder, wgsl, json, blobs } = case?;
             let path = folder.join(&case_folder);
             create_dir(&path)?;

@@ -10,14 +10,13 @@ mod page;
 
 use super::report::{Figures, figures};
 use super::revision::{Revision, RevisionError};
-use super::sample::{Sample, SampleRenderer};
+use super::sample::{Sample, SampleRenderer, make_all};
 use crate::files::{FileAccess, WriteError, write_atomic};
 use crate::image::write_png;
 use crate::session::SessionError;
 use crate::shader::library::file_name;
 use crate::shader::{Lowering, ModuleId, ShaderModule};
 use lines::LineTable;
-use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -106,16 +105,9 @@ pub fn write(
     let mut table = LineTable::default();
     let mut entries = Vec::new();
     for batch in ids.chunks(BATCH) {
-        let samplers = || SampleRenderer::new(SIDE);
-        let build = |sampler: &mut Result<SampleRenderer, SessionError>, id: &ModuleId| {
-            let output = match sampler {
-                Ok(sampler) => module_output(sampler, revision, id, lowering),
-                Err(e) => Err(AtlasError::Module { module: id.to_string(), why: e.to_string() }),
-            };
-            done();
-            output
-        };
-        let outputs: Vec<Result<ModuleOutput, AtlasError>> = batch.par_iter().map_init(samplers, build).collect();
+        let make = |sampler: &SampleRenderer, id: &ModuleId| module_output(sampler, revision, id, lowering);
+        let no_renderer = |id: &ModuleId, e: &SessionError| AtlasError::Module { module: id.to_string(), why: e.to_string() };
+        let outputs = make_all(SIDE, batch, make, no_renderer, &done);
         for (id, output) in batch.iter().zip(outputs) {
             let ModuleOutput { module, figures, picture } = output?;
             let name = id.to_string();

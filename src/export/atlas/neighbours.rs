@@ -30,14 +30,14 @@ pub(crate) fn of<'a>(keys: impl IntoIterator<Item = &'a str>) -> BTreeMap<&'a st
         }
     }
     let mut neighbours: BTreeMap<&str, BTreeSet<Neighbour<'_>>> = keys.iter().map(|k| (*k, BTreeSet::new())).collect();
-    for (rest, with) in &by_rest {
+    for (rest, keys_and_parts) in &by_rest {
         let shorter = keys.get(rest.as_str()).copied();
-        for (key, part) in with {
+        for (key, part) in keys_and_parts {
             if let Some(shorter) = shorter {
                 neighbours.entry(key).or_default().insert(Neighbour { change: format!("-{part}"), key: shorter });
                 neighbours.entry(shorter).or_default().insert(Neighbour { change: format!("+{part}"), key });
             }
-            for (other, other_part) in with.iter().filter(|(other, _)| other != key) {
+            for (other, other_part) in keys_and_parts.iter().filter(|(other, _)| other != key) {
                 neighbours.entry(key).or_default().insert(Neighbour { change: format!("{part} -> {other_part}"), key: other });
             }
         }
