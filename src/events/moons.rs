@@ -86,7 +86,7 @@ pub fn moon_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: 
         let pair = MoonAndPlanet { ephemeris, sun_km: sun.radii_km.x, planet, moon };
         for source in [NaifId::EARTH, NaifId::SUN] {
             for (middle, is_in_front) in pair.conjunctions(source, from, to)? {
-                let event = Passage::around(&pair, source, middle)?.event(&pair, is_in_front)?;
+                let event = MoonConjunction::around(&pair, source, middle)?.event(&pair, is_in_front)?;
                 found.extend(event.filter(|e| (from..to).contains(&e.greatest)));
             }
         }
@@ -149,7 +149,7 @@ impl MoonAndPlanet<'_> {
 
 /// A moon, its planet and the source (the Sun, or the Earth as observer) around a conjunction. Times are seconds from the middle, at the planet; vectors
 /// are from the planet's centre, km, ICRF axes.
-struct Passage {
+struct MoonConjunction {
     source: NaifId,
     middle: Instant,
     half_s: f64,
@@ -171,7 +171,7 @@ enum Edge {
     InternalTangent,
 }
 
-impl Passage {
+impl MoonConjunction {
     fn around(pair: &MoonAndPlanet<'_>, source: NaifId, middle: Instant) -> Result<Self, EphemerisError> {
         let (planet, ephemeris) = (pair.planet.id, pair.ephemeris);
         let (_, vel_km_s) = pair.moon_from_planet(middle)?;

@@ -55,8 +55,9 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
             if let (Some(second_last), Some(last)) = (&second_last, &last) {
                 for (k, &(a, b)) in pairs.iter().enumerate() {
                     if last[k] <= second_last[k] && last[k] < now[k] && last[k] < MAX_DISTANCE_KM {
-                        let passage = Passage::around(ephemeris, [moons[a], moons[b]], source, sun.radii_km.x, at.plus_seconds(-STEP_S))?;
-                        found.extend(passage.event(ephemeris)?.filter(|e| (from..to).contains(&e.greatest)));
+                        let conjunction =
+                            MutualConjunction::around(ephemeris, [moons[a], moons[b]], source, sun.radii_km.x, at.plus_seconds(-STEP_S))?;
+                        found.extend(conjunction.event(ephemeris)?.filter(|e| (from..to).contains(&e.greatest)));
                     }
                 }
             }
@@ -68,7 +69,7 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
 }
 
 /// Two moons around their conjunction. Times are seconds from the middle, at the farther moon; vectors are from Jupiter's centre, km.
-struct Passage<'a> {
+struct MutualConjunction<'a> {
     near: &'a Body,
     far: &'a Body,
     near_km: FittedPosition,
@@ -97,7 +98,7 @@ enum Region {
     Umbra,
 }
 
-impl<'a> Passage<'a> {
+impl<'a> MutualConjunction<'a> {
     fn around(
         ephemeris: &Ephemeris,
         moons: [&'a Body; 2],

@@ -34,7 +34,7 @@ pub struct Transit {
     pub magnitude: f64,
     /// I to IV; II and III are missing if the planet is never entirely in front of the Sun.
     pub contacts: Vec<Contact>,
-    passage: Passage,
+    conjunction: PlanetConjunction,
     greatest_s: f64,
 }
 
@@ -46,7 +46,7 @@ impl Transit {
 
     /// Local circumstances at a place; `None` if the planet misses the Sun.
     pub fn seen_from(&self, place: Place) -> Option<LocalCircumstances> {
-        Station::new(&self.passage.sky, self.passage.bodies, place).solar(self.greatest_s)
+        Station::new(&self.conjunction.sky, self.conjunction.bodies, place).solar(self.greatest_s)
     }
 }
 
@@ -72,8 +72,8 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
         for i in 0..=steps {
             let next = elongation(at(i + 1))?;
             if current <= previous && current < next && current < MAX_ELONGATION_RAD {
-                let passage = Passage::around(ephemeris, planet, at(i), bodies)?;
-                found.extend(passage.transit(planet).filter(|t| (from..to).contains(&t.greatest)));
+                let conjunction = PlanetConjunction::around(ephemeris, planet, at(i), bodies)?;
+                found.extend(conjunction.transit(planet).filter(|t| (from..to).contains(&t.greatest)));
             }
             (previous, current) = (current, next);
         }
@@ -83,12 +83,12 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
 
 /// The discs of the Sun and a planet for some hours.
 #[derive(Clone, Debug)]
-struct Passage {
+struct PlanetConjunction {
     sky: EarthSky,
     bodies: EclipseBodies,
 }
 
-impl Passage {
+impl PlanetConjunction {
     fn around(ephemeris: &Ephemeris, planet: NaifId, near: Instant, bodies: EclipseBodies) -> Result<Self, EphemerisError> {
         // Fitted over some days to find the middle, then over the hours of a transit.
         let days = Self { sky: EarthSky::around(ephemeris, planet, near, 2.0 * STEP_S)?, bodies };
@@ -127,7 +127,7 @@ impl Passage {
             gamma: (self.separation(greatest_s) / sun_radius).copysign(north),
             magnitude: (-outer(greatest_s) / 2.0).min(planet_radius) / sun_radius,
             contacts,
-            passage: self,
+            conjunction: self,
             greatest_s,
         })
     }

@@ -185,14 +185,14 @@ pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
         return Err(CacheFolderError::None);
     };
     let program_folder = folder.join("orrery");
-    for (path, is_above) in [
+    for (path, is_parent) in [
         (&folder, true),
         (&program_folder, false),
         (&program_folder.join("shaders"), false),
         (&program_folder.join("air"), false),
         (&program_folder.join("rings"), false),
     ] {
-        if let Some(why) = foreign_write_access(path, is_above) {
+        if let Some(why) = foreign_write_access(path, is_parent) {
             return Err(CacheFolderError::Shared { folder: echo(&path.display().to_string()), why });
         }
     }

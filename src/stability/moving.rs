@@ -27,9 +27,9 @@ const MAX_CHANGE_FRACTION: f64 = 0.5;
 fn unexplained_increase(first: &LinearPicture, second: &LinearPicture) -> (f64, [i64; 2]) {
     let (a, b) = (luminances(first), luminances(second));
     let (w, h) = (first.width as i64, first.height as i64);
-    let around = |of: &[f64], x: i64, y: i64, reach: i64| -> Vec<f64> {
-        (-reach..=reach)
-            .flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)))
+    let around = |of: &[f64], x: i64, y: i64, radius: i64| -> Vec<f64> {
+        (-radius..=radius)
+            .flat_map(|dy| (-radius..=radius).map(move |dx| (dx, dy)))
             .map(|(dx, dy)| of[((y + dy) * w + x + dx) as usize])
             .collect()
     };
@@ -39,10 +39,10 @@ fn unexplained_increase(first: &LinearPicture, second: &LinearPicture) -> (f64, 
     for (x, y) in (2..h - 2).flat_map(|y| (2..w - 2).map(move |x| (x, y))) {
         let (old, new) = (mean(&a, x, y), mean(&b, x, y));
         let (low, high) = around(&a, x, y, 2).into_iter().fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
-        let beyond = (new - old).abs() - MAX_CHANGE_FRACTION * (high - low);
-        let out = level(old.max(new)) - level(old.max(new) - beyond.max(0.0));
-        if out > worst.0 {
-            worst = (out, [x, y]);
+        let unexplained = (new - old).abs() - MAX_CHANGE_FRACTION * (high - low);
+        let levels = level(old.max(new)) - level(old.max(new) - unexplained.max(0.0));
+        if levels > worst.0 {
+            worst = (levels, [x, y]);
         }
     }
     worst
@@ -50,8 +50,8 @@ fn unexplained_increase(first: &LinearPicture, second: &LinearPicture) -> (f64, 
 
 /// The greater of the unexplained increases in both directions: light that appears and light that disappears.
 fn unexplained_change(first: &LinearPicture, second: &LinearPicture) -> (f64, [i64; 2]) {
-    let (there, back) = (unexplained_increase(first, second), unexplained_increase(second, first));
-    if there.0 >= back.0 { there } else { back }
+    let (forward, reverse) = (unexplained_increase(first, second), unexplained_increase(second, first));
+    if forward.0 >= reverse.0 { forward } else { reverse }
 }
 
 /// Names the draw whose removal makes the two frames most similar.
@@ -101,9 +101,9 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
             ..base.clone()
         })?;
         // Moves away from the body, by a third of a pixel at the limb.
-        let part = 0.33 * fov_deg.to_radians() / f64::from(side) * distance_radii;
+        let growth = 0.33 * fov_deg.to_radians() / f64::from(side) * distance_radii;
         sequence(&format!("away from {} at {distance_radii} radii", body.0), &|k| {
-            let offset_km = towards * (distance_radii - 1.0) * (1.0 + part.min(0.05)).powf(k) * radius_km + towards * radius_km;
+            let offset_km = towards * (distance_radii - 1.0) * (1.0 + growth.min(0.05)).powf(k) * radius_km + towards * radius_km;
             ViewRequest { position: Position::Offset { body, offset_km, axes: Axes::Icrf }, ..base.clone() }
         })?;
     }
@@ -134,7 +134,8 @@ const INVISIBLE_RESULT: f64 = 99.0;
 /// Changes of automatic exposure in stops from step to step through eclipses, and whether anything is visible in each picture.
 pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
-    let part = bench.pick(4.0, 1.0);
+    // A short sweep takes steps four times as long.
+    let step_factor = bench.pick(4.0, 1.0);
     let dallas = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 2e-3 };
     let from_earth = Position::Centre(NaifId::EARTH);
     let over = Position::Over { towards: Some(NaifId::SUN), distance_radii: None };
@@ -146,7 +147,7 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
     ];
     for (name, body, position, from, length_s, step_s, fov_deg) in sequences {
         let Ok(from) = Instant::parse(from) else { continue };
-        let step_s: f64 = step_s * part;
+        let step_s: f64 = step_s * step_factor;
         let mut before: Option<f64> = None;
         for k in 0..=(length_s / step_s) as u32 {
             let time = from.plus_seconds(f64::from(k) * step_s);
@@ -156,7 +157,7 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
             let display = bench.display(&view, Precision::F32)?;
             let brightest = display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
             let stops = view.scene.exposure.stops;
-            let step = before.map_or(0.0, |before: f64| (stops - before).abs() / part);
+            let step = before.map_or(0.0, |before: f64| (stops - before).abs() / step_factor);
             let result = if brightest < VISIBLE_LEVEL { INVISIBLE_RESULT } else { step };
             found.add(result, || {
                 let location = json!({ "sequence": name, "time": time.to_utc_iso(), "step_s": step_s });
@@ -184,8 +185,8 @@ mod tests {
         };
         assert!(unexplained_change(&edge(7.0), &edge(7.5)).0 < 0.5);
         assert!(unexplained_change(&edge(7.0), &edge(10.0)).0 > 50.0);
-        let mut popped = edge(7.0);
-        popped.light[8 * 16 + 12] = [1.0, 1.0, 1.0, 1.0];
-        assert!(unexplained_change(&edge(7.0), &popped).0 > 50.0);
+        let mut with_new_light = edge(7.0);
+        with_new_light.light[8 * 16 + 12] = [1.0, 1.0, 1.0, 1.0];
+        assert!(unexplained_change(&edge(7.0), &with_new_light).0 > 50.0);
     }
 }
