@@ -124,14 +124,14 @@ impl Spk {
                 if frame != 1 {
                     return Err(wrong(format!("segment of {target}: frame {frame}; only ICRF (1) is read")));
                 }
-                let read = |e: &dyn std::fmt::Display| wrong(format!("segment of {target}: {e}"));
-                let (record_len, components, data) = match summary.data_type().map_err(|e| read(&e))? {
+                let segment_error = |e: &dyn std::fmt::Display| wrong(format!("segment of {target}: {e}"));
+                let (record_len, components, data) = match summary.data_type().map_err(|e| segment_error(&e))? {
                     DafDataType::Type2ChebyshevTriplet => {
-                        let set: Type2ChebyshevSet = spk.nth_data(block, index).map_err(|e| read(&e))?;
+                        let set: Type2ChebyshevSet = spk.nth_data(block, index).map_err(|e| segment_error(&e))?;
                         (set.rsize, 3, set.record_data.get(..set.rsize * set.num_records).unwrap_or(&[]))
                     }
                     DafDataType::Type3ChebyshevSextuplet => {
-                        let set: Type3ChebyshevSet = spk.nth_data(block, index).map_err(|e| read(&e))?;
+                        let set: Type3ChebyshevSet = spk.nth_data(block, index).map_err(|e| segment_error(&e))?;
                         (set.rsize, 6, set.record_data.get(..set.rsize * set.num_records).unwrap_or(&[]))
                     }
                     other => return Err(wrong(format!("segment of {target}: data of kind {other:?}; types 2 and 3 are read"))),
@@ -151,8 +151,8 @@ impl Spk {
                     components,
                     data: data.to_vec(),
                 };
-                let whole = record_len >= 2 + components && (record_len - 2).is_multiple_of(components) && data.len() >= record_len;
-                if !whole || !segment.length_s.is_finite() || segment.length_s <= 0.0 || data.iter().any(|d| !d.is_finite()) {
+                let is_complete = record_len >= 2 + components && (record_len - 2).is_multiple_of(components) && data.len() >= record_len;
+                if !is_complete || !segment.length_s.is_finite() || segment.length_s <= 0.0 || data.iter().any(|d| !d.is_finite()) {
                     return Err(wrong(format!("segment of {target}: broken records; fetch the file again")));
                 }
                 // A later segment of a file has precedence over an earlier one (SPK Required Reading).
@@ -188,7 +188,7 @@ impl Spk {
 
     /// State of `target` relative to `center` from this file only, by following both chains of centres.
     pub fn state(&self, target: i32, center: i32, tdb_s: f64) -> Option<State> {
-        let to_root = |mut id: i32| {
+        let chain_of_centres = |mut id: i32| {
             let mut path = vec![(id, State { pos_km: DVec3::ZERO, vel_km_s: DVec3::ZERO })];
             while let Some((next, step)) = self.state_and_center(id, tdb_s) {
                 let so_far = path[path.len() - 1].1;
@@ -200,7 +200,7 @@ impl Spk {
             }
             path
         };
-        let (from_target, from_center) = (to_root(target), to_root(center));
+        let (from_target, from_center) = (chain_of_centres(target), chain_of_centres(center));
         from_target.iter().find_map(|(id, a)| {
             let (_, b) = from_center.iter().find(|(other, _)| other == id)?;
             Some(State { pos_km: a.pos_km - b.pos_km, vel_km_s: a.vel_km_s - b.vel_km_s })
@@ -257,8 +257,8 @@ mod tests {
         put(1024 + 16, &1.0_f64.to_le_bytes());
         put(1024 + 24, &(-100.0_f64).to_le_bytes());
         put(1024 + 32, &100.0_f64.to_le_bytes());
-        for (i, whole) in [399, 3, 1, data_type, first, last].into_iter().enumerate() {
-            put(1024 + 40 + 4 * i, &i32::to_le_bytes(whole));
+        for (i, integer) in [399, 3, 1, data_type, first, last].into_iter().enumerate() {
+            put(1024 + 40 + 4 * i, &i32::to_le_bytes(integer));
         }
         put(2048, &[b' '; 1024]);
         for (i, number) in data.iter().enumerate() {

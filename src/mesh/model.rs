@@ -65,7 +65,7 @@ pub struct Model {
     /// Indices, three per triangle, counter-clockwise seen from outside.
     pub indices: Arc<Vec<u32>>,
     /// Distance of the farthest vertex from the centre, in the unit-sphere frame.
-    pub reach: f64,
+    pub max_radius: f64,
     pub(super) solid: Solid,
 }
 
@@ -259,13 +259,13 @@ impl Model {
             Arc::new(builder.points.iter().flat_map(|p| of(p).as_vec3().to_array()).collect())
         };
         let colours = coloured.then(|| Arc::new(builder.points.iter().flat_map(|p| p.colour.as_vec3().extend(1.0).to_array()).collect()));
-        let reach = builder.points.iter().map(|p| (p.position_km / frame.radii_km).length()).fold(0.0, f64::max);
+        let max_radius = builder.points.iter().map(|p| (p.position_km / frame.radii_km).length()).fold(0.0, f64::max);
         Self {
             positions: flat(&|p| p.position_km / frame.radii_km),
             normals: flat(&|p| p.normal),
             map_coordinates: Arc::new(builder.points.iter().flat_map(|p| p.map.as_vec2().to_array()).collect()),
             colours,
-            reach,
+            max_radius,
             solid: Solid::new(
                 builder.points.iter().map(|p| (p.position_km, p.normal)).collect(),
                 &builder.position_ids,
@@ -293,7 +293,7 @@ mod tests {
         let text = "v 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n\
                     f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 2 1 6\nf 3 2 6\nf 4 3 6\nf 1 4 6\n";
         let model = Model::of(&parse(text).expect("reads"), &ROUND).expect("a model");
-        assert_eq!((model.triangles(), model.reach), (8, 1.0));
+        assert_eq!((model.triangles(), model.max_radius), (8, 1.0));
         // Four on the equator, the one at 180 degrees twice, and each pole once for each of its four faces.
         assert_eq!(model.vertices(), 4 + 1 + 8);
         for t in model.indices.chunks_exact(3) {

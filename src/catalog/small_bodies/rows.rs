@@ -77,12 +77,12 @@ pub(super) fn number(k: usize, text: &str) -> Result<Option<f64>, String> {
 
 /// Builds the body of a row.
 pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<SmallBody, String> {
-    let needed = |k: usize| {
+    let required = |k: usize| {
         let f = &FIELDS[k];
         values[k].ok_or_else(|| format!("{} is empty; expected {} from {} to {}", f.name, f.unit, f.min, f.max))
     };
-    let e = needed(E)?;
-    let (i, node, argument) = (needed(I)?, needed(NODE)?, needed(ARGUMENT)?);
+    let e = required(E)?;
+    let (i, node, argument) = (required(I)?, required(NODE)?, required(ARGUMENT)?);
     let perihelion_au = match (values[Q], values[A]) {
         (Some(q), _) => q,
         (None, Some(a)) if a * (1.0 - e) > 0.0 => a * (1.0 - e),

@@ -61,9 +61,9 @@ pub struct OrbitArc {
 
 impl OrbitArc {
     /// Clip x and y and reversed depth at a fraction of the arc, 0 to 1, computed from the narrowed values.
-    pub fn clip(&self, part: f64) -> DVec3 {
+    pub fn clip(&self, fraction: f64) -> DVec3 {
         let [first, last] = self.range.map(f64::from);
-        let u = first + (last - first) * part;
+        let u = first + (last - first) * fraction;
         let [_, c1, c2, _] = stumpff(f64::from(self.alpha) * u * u);
         let p = self.point.as_dvec3() + self.first_derivative.as_dvec3() * (u * c1) + self.second_derivative.as_dvec3() * (u * u * c2);
         DVec3::new(p.x / p.z, p.y / p.z, NEAR_DEPTH_KM / p.z)
@@ -383,8 +383,8 @@ mod tests {
             let [back, ahead_end] = conic.drawn_range();
             let place = state.pos_km;
             // A camera beside the line that looks ahead along it (1), back (-1), or down on it (0).
-            let beside = |part: f64, off_km: f64, along: f64, fov_deg: f64| {
-                let s = part * if part < 0.0 { -back } else { ahead_end };
+            let beside = |fraction: f64, off_km: f64, along: f64, fov_deg: f64| {
+                let s = fraction * if fraction < 0.0 { -back } else { ahead_end };
                 let here = conic.offset_from_body_km(s);
                 let ahead = conic.offset_from_body_km(s + 1e-4 * (ahead_end - back)) - here;
                 let forward = if along == 0.0 { DVec3::NEG_Z } else { ahead * along };
@@ -465,8 +465,8 @@ mod tests {
         let camera = Camera::looking(DVec3::new(0.0, 0.0, 1.5e10), DVec3::NEG_Z, DVec3::Y, 30.0, 800, 600);
         let all = arcs(&camera, &conic, state.pos_km - camera.position_km, 0.8, DVec3::ONE);
         let body = camera.clip(state.pos_km - camera.position_km).expect("in front");
-        let at_body = |part: f64, k: usize| {
-            all.iter().filter(|a| (a.clip(part).truncate() - body).length() < 1e-6).map(|a| a.opacity[k]).collect::<Vec<_>>()
+        let at_body = |fraction: f64, k: usize| {
+            all.iter().filter(|a| (a.clip(fraction).truncate() - body).length() < 1e-6).map(|a| a.opacity[k]).collect::<Vec<_>>()
         };
         assert_eq!((at_body(1.0, 1), at_body(0.0, 0)), (vec![0.8], vec![0.8 * MIN_OPACITY as f32]), "it ends and begins at the body");
         let tiny = Camera { position_km: camera.position_km * 1e4, ..camera };

@@ -33,11 +33,11 @@ fn meets_frame(camera: &Camera, placement: &Placement) -> bool {
     let c = placement.camera_in_unit_sphere();
     let distance = c.length();
     let axis = -c / distance;
-    let reach = DVec2::ONE + PADDING_PX / camera.half_size();
-    if camera.clip(placement.centre_km).is_some_and(|p| p.abs().cmple(reach).all()) {
+    let padded_edge = DVec2::ONE + PADDING_PX / camera.half_size();
+    if camera.clip(placement.centre_km).is_some_and(|p| p.abs().cmple(padded_edge).all()) {
         return true;
     }
-    let ray = |x: f64, y: f64| placement.direction_in_unit_sphere(camera.ray(DVec2::new(x, y) * reach));
+    let ray = |x: f64, y: f64| placement.direction_in_unit_sphere(camera.ray(DVec2::new(x, y) * padded_edge));
     let corners = [ray(-1.0, -1.0), ray(1.0, -1.0), ray(1.0, 1.0), ray(-1.0, 1.0)];
     let nearest = (0..4).map(|k| nearest_cosine(axis, corners[k], corners[(k + 1) % 4])).fold(-1.0, f64::max);
     nearest >= ((distance - 1.0) * (distance + 1.0)).sqrt() / distance

@@ -67,7 +67,7 @@ pub(crate) fn sun_occluders<'a>(
     let clouds = body.clouds.as_ref().map_or(1.0, |c| clouds::shell_scale(body, c));
     let air = body.atmosphere.as_ref().map_or(1.0, |a| 1.0 + a.top_km / body.radii_km.x);
     let camera = p.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
-    let mesh = meshes::model(context, body).map_or(1.0, |m| m.reach);
+    let mesh = meshes::model(context, body).map_or(1.0, |m| m.max_radius);
     let extent =
         ReceiverExtent { reach: reach.unwrap_or(air.max(clouds).max(mesh)), camera: Some(camera), pixel: 2.0 / diameter_px.max(1e-9) };
     let include_all = context.request.effects.override_of(Effect::Eclipse) == Some(true) || context.request.purpose != Purpose::Display;

@@ -193,8 +193,8 @@ mod tests {
         let rings = 20_000;
         let step = 9.0 / f64::from(rings);
         let total: f64 = (0..rings).map(|k| 1.03 + (f64::from(k) + 0.5) * step).map(|rho| radiance(rho) * TAU * rho * step).sum();
-        let part = total / (PI * sun_disc_radiance());
-        assert!((0.5e-6..2e-6).contains(&part), "{part:e}");
+        let fraction = total / (PI * sun_disc_radiance());
+        assert!((0.5e-6..2e-6).contains(&fraction), "{fraction:e}");
     }
 
     #[test]

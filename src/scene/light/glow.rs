@@ -54,8 +54,8 @@ fn entry_fraction(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
         return 0.0;
     }
     let within = |across: f64, half: f64| {
-        let reach = radius * (1.0 + half * half);
-        ((half + reach - (across / ahead).abs()) / reach.min(half)).clamp(0.0, 1.0).powi(ENTRY_EXPONENT)
+        let projected_radius = radius * (1.0 + half * half);
+        ((half + projected_radius - (across / ahead).abs()) / projected_radius.min(half)).clamp(0.0, 1.0).powi(ENTRY_EXPONENT)
     };
     within(towards.dot(camera.right), camera.tan_half_fov.x) * within(towards.dot(camera.up), camera.tan_half_fov.y)
 }
@@ -152,8 +152,8 @@ mod tests {
     fn a_tenth_of_the_light_is_scattered() {
         // The radiance divided by pi (the unit contains no factor pi), integrated over the solid angle from the limb to 30 degrees.
         let (from, to) = (0.266_f64.to_radians(), 30f64.to_radians());
-        let part = VEILING_GLARE / PI * 2.0 * PI * (to / from).ln();
-        assert!((0.05..0.15).contains(&part), "{part}");
+        let fraction = VEILING_GLARE / PI * 2.0 * PI * (to / from).ln();
+        assert!((0.05..0.15).contains(&fraction), "{fraction}");
     }
 
     #[test]

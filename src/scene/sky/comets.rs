@@ -161,8 +161,8 @@ impl CometProjection<'_> {
 
     /// Whether a segment, including its width, is outside the frame.
     fn is_outside(&self, a: &ProjectedPoint, b: &ProjectedPoint, half_px: f64) -> bool {
-        let reach = self.camera.half_size() + DVec2::splat(half_px);
-        let beyond = |v: DVec2| v.cmpgt(reach);
+        let limit_px = self.camera.half_size() + DVec2::splat(half_px);
+        let beyond = |v: DVec2| v.cmpgt(limit_px);
         (beyond(a.px) & beyond(b.px)).any() || (beyond(-a.px) & beyond(-b.px)).any()
     }
 

@@ -150,7 +150,7 @@ pub(crate) fn stars(
     let placer = StarPlacer::of(catalog, viewer, request);
     let tint = air.map(AirTint::of);
     let all = catalog.stars();
-    let in_view = InView { camera, limit, reach_rad: corner_rad(camera) + viewer.body_velocity_km_s.length() / SPEED_OF_LIGHT_KM_S };
+    let in_view = InView { camera, limit, max_off_axis_rad: corner_rad(camera) + viewer.body_velocity_km_s.length() / SPEED_OF_LIGHT_KM_S };
     let mut sprites = Vec::new();
     for cell in all.cells().iter().filter(|cell| in_view.may_show_star_of(cell, placer.shift(cell))) {
         let faintest = in_view.faintest(placer.shift(cell));
@@ -174,7 +174,7 @@ struct InView<'c> {
     camera: &'c Camera,
     limit: f64,
     /// Angle from the middle of the frame to its corner, plus the largest angle of aberration.
-    reach_rad: f64,
+    max_off_axis_rad: f64,
 }
 
 impl InView<'_> {
@@ -187,9 +187,9 @@ impl InView<'_> {
     fn may_show_star_of(&self, cell: &Cell, shift: f64) -> bool {
         // A displacement by a fraction of the distance changes the direction by at most the arc sine of the fraction.
         let shift_rad = if shift < 1.0 { shift.asin() } else { PI };
-        let reach = self.reach_rad + cell.radius_rad + shift_rad + self.sprite_rad();
+        let max_off_axis_rad = self.max_off_axis_rad + cell.radius_rad + shift_rad + self.sprite_rad();
         let ahead = cell.axis.dot(self.camera.forward);
-        (reach >= PI || ahead >= reach.cos()) && f64::from(cell.brightest_magnitude) <= self.faintest(shift)
+        (max_off_axis_rad >= PI || ahead >= max_off_axis_rad.cos()) && f64::from(cell.brightest_magnitude) <= self.faintest(shift)
     }
 
     /// Largest angular radius of a sprite, whose glare can reach into the frame from outside.
@@ -206,8 +206,8 @@ fn sprite(camera: &Camera, star: &Star, place: &ApparentStar, tint: Option<&AirT
     let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightening * PI / pixel_sr;
     let colour = star_colour(star.b_v) * tint.map_or(DVec3::ONE, |t| t.at(place.direction));
     let radius_px = point_radius_px(flux * point_peak() / white);
-    let reach = DVec2::ONE + (radius_px + 1.0) / camera.half_size();
-    (clip.abs().cmple(reach).all()).then(|| StarSprite {
+    let limit = DVec2::ONE + (radius_px + 1.0) / camera.half_size();
+    (clip.abs().cmple(limit).all()).then(|| StarSprite {
         centre: narrow(clip.extend(0.0)),
         radius_px: narrow_scalar(radius_px),
         flux: narrow(colour * flux),

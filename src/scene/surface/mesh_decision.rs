@@ -38,7 +38,7 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
         log.effect(Effect::Mesh, false, format!("{} is not read here: drawn as its ellipsoid", named.file));
         return so_far;
     };
-    let reason = format!("{} triangles of {}, up to {:.3} radii from the centre", model.triangles(), named.file, model.reach);
+    let reason = format!("{} triangles of {}, up to {:.3} radii from the centre", model.triangles(), named.file, model.max_radius);
     log.effect(Effect::Mesh, true, with_invented(reason, "the shape", named.invented.as_deref()));
     so_far.chosen.mesh = Some(meshes::flags(body, model));
     let Some((towards, radius_rad)) = sun_over(case.frame, case.placed) else { return so_far };

@@ -40,7 +40,7 @@ pub(crate) fn is_required(context: Context<'_>, camera: &Camera, p: &PlacedBody<
 
 /// The rectangle of the picture that the model may touch; `None` if it is outside.
 pub(crate) fn rect(camera: &Camera, placement: &Placement, model: &Model) -> Option<ClipRect> {
-    let bounds = Placement { radii_km: placement.radii_km * model.reach.max(1e-9), ..*placement };
+    let bounds = Placement { radii_km: placement.radii_km * model.max_radius.max(1e-9), ..*placement };
     if bounds.camera_is_inside() { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &bounds).rect(camera) }
 }
 

@@ -382,8 +382,8 @@ impl MeteredFrame<'_, '_> {
         let share = weight * size.element_product() / 4.0 / f64::from(RAYS * RAYS);
         let mut covered_share = 0.0;
         for k in 0..RAYS * RAYS {
-            let part = (DVec2::new(f64::from(k % RAYS), f64::from(k / RAYS)) + 0.5) / f64::from(RAYS);
-            let clip = DVec2::new(rect.left, rect.bottom) + size * part;
+            let position = (DVec2::new(f64::from(k % RAYS), f64::from(k / RAYS)) + 0.5) / f64::from(RAYS);
+            let clip = DVec2::new(rect.left, rect.bottom) + size * position;
             let direction = camera.ray(clip);
             let hit = intersect(&p.placement, direction);
             let coverage = smoothstep(0.5 + hit.inside_rad / spacing) * self.ray_visibility(p, direction, spacing);
