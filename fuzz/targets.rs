@@ -6,7 +6,7 @@ use glam::DVec3;
 use orrery::catalog::DataLayer;
 use orrery::catalog::stars::StarCatalog;
 use orrery::ephemeris::orientation::Pck;
-use orrery::image::{TexelFormat, Texture, exr_head_text, verify_exr, verify_png, png_head_text};
+use orrery::image::{TexelFormat, Texture, exr_head_text, png_head_text, verify_exr, verify_png};
 use orrery::mesh::{Model, ShapeFrame, obj};
 use orrery::probe::Prober;
 use orrery::render::software::lower::{check_bytes, programs_from_bytes};
