@@ -10,7 +10,7 @@ use crate::catalog::{Body, NaifId, Photometry};
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::render::plan::uniforms_of;
 use crate::scene::draw::{DrawFeatures, DrawUniforms, Eclipse, EclipseModel, EclipseUniforms, Light};
-use crate::scene::eclipse::{self, EclipseModelChoice, Occluder, Receiver, ReceiverExtent};
+use crate::scene::eclipse::{self, EclipseModelChoice, Occluder, Receiver, ReceiverExtent, ReceiverShape};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use crate::time::Instant;
@@ -124,7 +124,7 @@ impl<'a> EclipsedSky<'a> {
     /// One line: the catalog has no Sun.
     pub fn over(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, model_choice: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
-        let extent = ReceiverExtent { reach: 1.0, camera: None, pixel: 0.0 };
+        let extent = ReceiverExtent { reach: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel: 0.0 };
         let occluders = eclipse::find(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, extent, true).occluders;
         Ok(Self { prober, receiver, sun, model_choice, occluders })
     }
