@@ -75,6 +75,18 @@ fn a_pixel_looks_the_same_whichever_faint_rings_are_drawn() {
     assert!(with_the_same_shadow >= 1, "no view has the shadow's same model in both frames");
 }
 
+/// From 2.4 radii, with 5 degrees a pixel, the horizon of the rings' plane crosses pixels that show nothing nearer than a dozen radii. Half a pixel's length on the plane
+/// back from its middle would take in the dense rings: 38 levels of light that is not there.
+#[test]
+fn a_pixel_on_the_horizon_of_the_plane_shows_no_nearer_rings() {
+    let request = view(SATURN, "1901-07-06T17:29:57.323Z", 2.419_582_467, [-0.417_697_209, 0.392_843_927, 0.819_269_608], 150.0);
+    let [chosen, all] =
+        ["", "+rings"].map(|effects| SESSION.draw(&with_effects(&request, effects), SINGLE_SAMPLE, true).expect("drawn").frame.display);
+    let difference_levels = greatest_difference(&chosen, &all);
+    assert!(difference_levels <= 1, "{difference_levels} levels");
+    assert!(chosen.iter().any(|p| p[0] > 100), "the dense rings and the globe are in the picture");
+}
+
 /// Light of one pixel against the mean of 64 pixels in its place, in the views above, where a pixel spans from a twentieth of the planet's radius to more than the
 /// planet: green, relative to the brightest pixel.
 #[test]
