@@ -6,8 +6,10 @@
 /// Maximum number of rows of a ring's table: one per slope x = 1 / cosine = 2^(k / [`RING_SLOPES_PER_OCTAVE`]), for x from 1 to 1 / [`MIN_COSINE`].
 pub(crate) const RING_SLOPES: u32 = 97;
 pub(crate) const RING_SLOPES_PER_OCTAVE: u32 = 8;
+/// Rows of a ring's table that contain its bins.
+pub(crate) const RING_BIN_ROWS: u32 = 4;
 /// Rows of a ring's table before those of the first slope: its bins and its intervals.
-pub(crate) const RING_HEADER_ROWS: u32 = 2;
+pub(crate) const RING_HEADER_ROWS: u32 = RING_BIN_ROWS + 1;
 /// Rows of a ring's table for a slope: the light of large particles and its integral, the light of dust and its integral.
 pub(crate) const RING_ROWS_PER_SLOPE: u32 = 4;
 /// Lower limit of the cosine of the angle between a path and a ring's normal; smaller cosines are raised to this value.

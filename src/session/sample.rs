@@ -98,6 +98,7 @@ fn ring(surface: Surface) -> RingUniforms {
     RingUniforms {
         reach: Vec2::new(1.1, 2.2),
         extent: 2.2,
+        pieces: 16.0,
         table: table.map(Arc::new),
         blur: 0.002,
         phase: Vec2::new(0.15, 3.0),

@@ -137,6 +137,7 @@ fn rings() -> String {
                 "RING_SLOPES_PER_OCTAVE",
                 Value::F32(f64::from(shared::RING_SLOPES_PER_OCTAVE)),
             ),
+            constant("Rows of a ring's table that contain its bins.", "", "RING_BIN_ROWS", Value::I32(shared::RING_BIN_ROWS as usize)),
             constant(
                 "Rows of the ring profile's table before those of the first slope.",
                 "",

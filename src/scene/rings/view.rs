@@ -4,7 +4,7 @@
 //! circular here: halos, the inclination and eccentricity of the Uranian rings (0.008 of the radius for epsilon) and the arcs of Adams are left out.
 
 use crate::catalog::{Body, Ring};
-use crate::scene::camera::silhouette::Outline;
+use crate::scene::camera::silhouette::{Outline, PADDING_PX};
 use crate::scene::camera::{self, AnchorForm, Camera, ClipRect, Placement};
 use crate::scene::draw::DrawUniforms;
 use crate::scene::draw::features::{BodyShadow, PixelView, RingShadow};
@@ -21,6 +21,10 @@ use glam::{DVec2, DVec3, Vec2, Vec4};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+/// Corners of the polygon around a ring's outline.
+const OUTLINE_CORNERS: usize = 96;
+/// Most pieces of a pixel's stretch along the view.
+const MAX_PIECES: f64 = 16.0;
 /// Thickness relative to radius of the spheroid that represents the ring when its outline is computed.
 const THIN: f64 = 1e-6;
 
@@ -227,6 +231,55 @@ impl<'a> View<'a> {
         Outline::of(self.camera, &disc).rect(self.camera)
     }
 
+    /// The rectangle around the half of the visible rings in front of the body's centre (`side` 1) or behind it (-1), as lib/ring/surface.wesl divides them.
+    pub(crate) fn half_rect(&self, outer_km: f64, side: f64) -> Option<ClipRect> {
+        let whole = self.rect(outer_km)?;
+        self.half_bounds(outer_km, side).map_or(Some(whole), |half| whole.common(&half))
+    }
+
+    /// Bounds of one half, padded; `None` for a camera over the rings or next to them, where any pixel may show both.
+    fn half_bounds(&self, outer_km: f64, side: f64) -> Option<ClipRect> {
+        let viewer = (self.placement.body_from_icrf * -self.placement.centre_km).truncate();
+        let distance = viewer.length();
+        if distance < 1.01 * outer_km {
+            return None;
+        }
+        // The halves meet where the view ray is nearest to the axis: on the circle over the line from the centre to the camera's foot v. So p.v >= |p|^2 >= 0 in
+        // front, and p.v <= |p|^2 <= outer^2 behind.
+        let towards = viewer / distance;
+        let limit = if side > 0.0 { 0.0 } else { outer_km * outer_km / distance };
+        let excess = |p: DVec2| side * (p.dot(towards) - limit);
+        let corner = |k: usize| DVec2::from_angle(2.0 * PI * k as f64 / OUTLINE_CORNERS as f64) * (outer_km / (PI / OUTLINE_CORNERS as f64).cos());
+        let body_to_icrf = self.placement.body_from_icrf.transpose();
+        let (mut least, mut most) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let mut include = |p: DVec2| {
+            let clip = self.camera.clip(self.placement.centre_km + body_to_icrf * p.extend(0.0))?;
+            (least, most) = (least.min(clip), most.max(clip));
+            Some(())
+        };
+        for k in 0..OUTLINE_CORNERS {
+            let (p, q) = (corner(k), corner(k + 1));
+            if excess(p) >= 0.0 {
+                include(p)?;
+            }
+            if (excess(p) < 0.0) != (excess(q) < 0.0) {
+                include(p + (q - p) * (excess(p) / (excess(p) - excess(q))))?;
+            }
+        }
+        let pad = DVec2::splat(PADDING_PX + 1.0) / self.camera.half_size();
+        let (least, most) = (least - pad, most + pad);
+        (least.x < most.x && least.y < most.y).then_some(ClipRect { left: least.x, top: most.y, right: most.x, bottom: least.y })
+    }
+
+    /// Most pieces into which shaders/lib/ring/surface.wesl divides a pixel's stretch: 32 per radius, as many as its longest stretch needs.
+    fn most_pieces(&self) -> f64 {
+        let (height, axis_distance) = self.viewer_radii();
+        let outer = self.outermost_km() / self.body.radii_km.x;
+        // A pixel turns the ray by at most its tangent. The part added covers what a pixel at the edge has outside of the ring.
+        let cosine = (height / height.hypot(axis_distance + 1.05 * outer)).max(MIN_COSINE);
+        (32.0 * 1.05 * height * self.camera.pixel_tangent() / (cosine * cosine)).ceil().clamp(1.0, MAX_PIECES)
+    }
+
     /// The view rays over the rectangle, in units of the equatorial radius on all axes.
     pub(crate) fn rays(&self, rect: ClipRect) -> DrawUniforms {
         let round = Placement { radii_km: DVec3::splat(self.body.radii_km.x), ..*self.placement };
@@ -305,6 +358,7 @@ impl<'a> View<'a> {
             reach: Vec2::new(narrow(table.reach[0]), narrow(table.reach[1])),
             table: Some(table),
             extent: narrow(self.outermost_km() / self.body.radii_km.x),
+            pieces: narrow(self.most_pieces()),
             blur: narrow(0.5 / self.pixels_per_radius()),
             phase: Vec2::new(narrow(phase_factor()), narrow(PHASE_EXPONENT)),
             dust_asymmetry: lobe(0),

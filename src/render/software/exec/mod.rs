@@ -262,7 +262,8 @@ impl<R: Real> Executor<R> {
             // are written by broadcasts, whose operand is a register, or by chains, which alternate between two slots, so nothing overlaps `dst`.
             // `operand_offsets` has as many entries as the kernel takes (bind). The class of the kernel is available (with_class).
             unsafe {
-                let dst = &mut *base.add(k.dst as usize).cast::<[R; LANES]>();
+                #[allow(clippy::transmute_ptr_to_ref, reason = "a dereferenced pointer is checked in debug builds")]
+                let dst = std::mem::transmute::<*mut R, &mut [R; LANES]>(base.add(k.dst as usize));
                 (k.run)(dst, base, operand_offsets.as_ptr().add(k.operands as usize));
             }
         }
