@@ -78,7 +78,14 @@ fn draws_of_halves(case: &BodyContext<'_, '_>, view: &View<'_>, seen: &[&Ring], 
         let DrawUniforms { albedo, lights, mut ring, eclipse, .. } = shared.clone();
         ring.half = side;
         let uniforms = DrawUniforms { albedo, lights, ring, eclipse, ..rays };
-        Some(Draw { body: view.body.id, part, name: format!("{} rings", view.body.name), features, uniforms, map_files: MapFiles::default() })
+        Some(Draw {
+            body: view.body.id,
+            part,
+            name: format!("{} rings", view.body.name),
+            features,
+            uniforms,
+            map_files: MapFiles::default(),
+        })
     };
     [half(Part::RingBehind, -1.0), half(Part::Ring, 1.0)].into_iter().flatten().collect()
 }

@@ -255,7 +255,8 @@ impl<'a> View<'a> {
         let towards = viewer / distance;
         let limit = if side > 0.0 { 0.0 } else { outer_km * outer_km / distance };
         let excess = |p: DVec2| side * (p.dot(towards) - limit);
-        let corner = |k: usize| DVec2::from_angle(2.0 * PI * k as f64 / OUTLINE_CORNERS as f64) * (outer_km / (PI / OUTLINE_CORNERS as f64).cos());
+        let corner =
+            |k: usize| DVec2::from_angle(2.0 * PI * k as f64 / OUTLINE_CORNERS as f64) * (outer_km / (PI / OUTLINE_CORNERS as f64).cos());
         let body_to_icrf = self.placement.body_from_icrf.transpose();
         let (mut least, mut most) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         let mut include = |p: DVec2| {

@@ -390,7 +390,8 @@ mod gather {
         unsafe fn channels_of_eight(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [[f32; 8]; 4] {
             let texels = level.bytes.as_ptr().cast::<Unaligned>();
             // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes.
-            let [t0, t1, t2, t3] = unsafe { [pair(texels, index, 0), pair(texels, index, 1), pair(texels, index, 2), pair(texels, index, 3)] };
+            let [t0, t1, t2, t3] =
+                unsafe { [pair(texels, index, 0), pair(texels, index, 1), pair(texels, index, 2), pair(texels, index, 3)] };
             // SAFETY: a `Transposing` exists only with AVX2; vectors and arrays have eight floats each.
             unsafe {
                 let (low_01, low_23) = (_mm256_unpacklo_ps(t0, t1), _mm256_unpacklo_ps(t2, t3));
