@@ -1,12 +1,13 @@
-//! A small cache of values that are expensive to compute and stay the same from frame to frame.
+//! Small caches of values that are expensive to compute: [`Memo`] for those that stay the same from frame to frame, [`RecentMap`] for those that come back.
 //!
 //! In: a key and a function that computes its value. Out: the value, computed once. Always: keys are compared in full, not by hash; the number of values
 //! is limited and the oldest is dropped first; while one thread computes a value, other threads wait only if they need the same key. There is no
 //! process-wide cache: each lives as long as its owner.
 
 use parking_lot::Mutex;
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::fmt;
+use std::hash::Hash;
 use std::sync::{Arc, OnceLock};
 
 /// Keys with their values, oldest first.
@@ -57,6 +58,52 @@ impl<K, V> fmt::Debug for Memo<K, V> {
     }
 }
 
+/// A map of limited size: the entry that was not used for longest makes way for a new one.
+#[derive(Debug)]
+pub(crate) struct RecentMap<K, V> {
+    /// Values, each with the number of its last use.
+    entries: HashMap<K, (V, u64)>,
+    uses: u64,
+    capacity: usize,
+}
+
+impl<K: Eq + Hash + Clone, V: Clone> RecentMap<K, V> {
+    /// `capacity`: largest number of entries.
+    pub(crate) fn with_capacity(capacity: usize) -> Self {
+        Self { entries: HashMap::new(), uses: 0, capacity }
+    }
+
+    /// The value of a key. Counts as a use.
+    pub(crate) fn get(&mut self, key: &K) -> Option<V> {
+        self.uses += 1;
+        let (value, last_use) = self.entries.get_mut(key)?;
+        *last_use = self.uses;
+        Some(value.clone())
+    }
+
+    /// The value of a key, without a use of it.
+    pub(crate) fn peek(&self, key: &K) -> Option<&V> {
+        self.entries.get(key).map(|(value, _)| value)
+    }
+
+    pub(crate) fn insert(&mut self, key: K, value: V) {
+        if self.entries.len() >= self.capacity && !self.entries.contains_key(&key) {
+            let oldest = self.entries.iter().min_by_key(|(_, (_, last_use))| *last_use).map(|(key, _)| key.clone());
+            oldest.map(|key| self.entries.remove(&key));
+        }
+        self.uses += 1;
+        self.entries.insert(key, (value, self.uses));
+    }
+
+    pub(crate) fn remove(&mut self, key: &K) {
+        self.entries.remove(key);
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.entries.clear();
+    }
+}
+
 /// A key that consists of numbers, compared bit by bit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Numbers(Vec<u64>);
@@ -91,6 +138,23 @@ mod tests {
         }
         assert_eq!(ask(2), CAPACITY + 1, "still kept");
         assert_eq!(ask(1), CAPACITY + 2, "computed anew");
+    }
+
+    #[test]
+    fn the_entry_that_was_not_used_for_longest_makes_way() {
+        let mut recent = RecentMap::with_capacity(3);
+        for n in 1..=3 {
+            recent.insert(n, 10 * n);
+        }
+        assert_eq!((recent.get(&1), recent.peek(&2)), (Some(10), Some(&20)));
+        recent.insert(4, 40);
+        assert_eq!([1, 2, 3, 4].map(|n| recent.get(&n)), [Some(10), None, Some(30), Some(40)], "a peek is no use");
+        recent.insert(1, 11);
+        assert_eq!([1, 3, 4].map(|n| recent.get(&n)), [Some(11), Some(30), Some(40)], "a new value takes no place");
+        recent.remove(&3);
+        assert_eq!(recent.get(&3), None);
+        recent.clear();
+        assert_eq!(recent.get(&1), None);
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! The store of maps. A map in the user's folder takes precedence over an embedded one; each is decoded when first needed.
 //!
 //! In: names of maps and how they are decoded. Out: their texels and mip levels. Always: when the decoded maps exceed [`BUDGET_BYTES`], those that no view has
-//! used for [`UNUSED`] are dropped, the least recently used first, so that a tour of all bodies does not fill the memory. Textures that were not read from a file of a map are kept.
+//! used for [`UNUSED`] are dropped at the next use of any map, the least recently used first, so that a tour of all bodies does not fill the memory. Textures
+//! that were not read from a file of a map are kept.
 
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, PoleFilter, SharedTexture, TexelFormat, Texture};
 use crate::files::{check_inside, read_bytes};
@@ -16,7 +17,7 @@ use std::time::{Duration, Instant};
 /// Bytes of decoded maps above which unused ones are dropped: six maps of 2048x1024 with their mip levels.
 const BUDGET_BYTES: usize = 64 << 20;
 /// A map that was used more recently is not dropped: the next frame will probably use it again.
-const UNUSED: Duration = Duration::from_secs(10);
+const UNUSED: Duration = Duration::from_secs(5);
 
 /// Where a map of this name would be read from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -102,9 +103,14 @@ impl MapStore {
     /// The map with its mip chain, filtered for drawing.
     pub(crate) fn get_decoded(&self, name: &str, decoding: MapDecoding) -> Result<SharedTexture, ImageError> {
         let key = (name.to_owned(), decoding);
-        if let Some(found) = self.decoded.lock().get_mut(&key) {
-            found.last_used = found.last_used.map(|_| Instant::now());
-            return Ok(found.texture.clone());
+        {
+            let (mut decoded, now) = (self.decoded.lock(), Instant::now());
+            if let Some(found) = decoded.get_mut(&key) {
+                found.last_used = found.last_used.map(|_| now);
+                let texture = found.texture.clone();
+                evict(&mut decoded, now);
+                return Ok(texture);
+            }
         }
         let texture = Arc::new(self.read(name, decoding)?);
         let mut decoded = self.decoded.lock();
@@ -184,8 +190,8 @@ mod tests {
             names.sort();
             names
         };
-        evict(&mut decoded, after(5));
-        assert_eq!(names(&decoded).len(), 4, "all were used in the last ten seconds");
+        evict(&mut decoded, after(4));
+        assert_eq!(names(&decoded).len(), 4, "all were used in the last five seconds");
         evict(&mut decoded, after(35));
         assert_eq!(names(&decoded), ["made", "recent", "second"], "60 MB fit");
         decoded.insert(("large".to_owned(), decoding), Kept { texture: megabytes(200), last_used: Some(after(34)) });

@@ -15,6 +15,7 @@ use self::sky::Sky;
 use self::sunlight::LightAroundSun;
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
+use crate::message::reason;
 use crate::scene::atmosphere::air::SurroundingAir;
 use crate::scene::atmosphere::decision::needs_table;
 use crate::scene::camera::geometry::ImageGeometry;
@@ -94,7 +95,7 @@ impl<'a> SceneBuilder<'a> {
                 }
                 Err(e @ SceneError::Inside(_)) => return Err(e),
                 Err(e) if request.target == Some(body.id) => return Err(e),
-                Err(e) => unplaced.push(Some(bodies::not_placed(body, e.to_string()))),
+                Err(e) => unplaced.push(Some(bodies::not_placed(body, reason!("quoted", text = &e.to_string())))),
             }
         }
         lunar_limb::compute_profile(&mut placed, &caches.limb_profiles);

@@ -4,6 +4,7 @@
 //! error in pixels is the limit below which the tier is chosen: for `sphere`, of [`sphere_shadow_offset`], which a test verifies; for `point-sun`, of the
 //! penumbra's width. Not here: which tier a draw gets (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
 
+use crate::message::{Reason, message, reason};
 use crate::scene::draw::{AtmosphereModel, BodyShadow, EclipseModel, RingShadow};
 use std::fmt;
 
@@ -17,25 +18,45 @@ pub struct Tier {
     /// Largest error, relative to the quantity that `of` names.
     pub at_most: f64,
     /// The quantity that the error is relative to.
-    pub of: &'static str,
+    pub of: Quantity,
+}
+
+impl Tier {
+    /// The model with its error.
+    pub(crate) fn reason(&self) -> Reason {
+        // Rounds to 1e-4 %, so that no binary digits show (100 * 0.07 = 7.000000000000001).
+        let percent = |part: f64| (part * 1e6).round() / 1e4;
+        let (model, most, of) = (self.name, percent(self.at_most), message!(self.of.0));
+        match self.mostly {
+            Some(part) => reason!("tier-mostly", model = model, most = most, mostly = percent(part), of = of),
+            None => reason!("tier", model = model, most = most, of = of),
+        }
+    }
 }
 
 impl fmt::Display for Tier {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Rounds to 1e-4 %, so that no binary digits show (100 * 0.07 = 7.000000000000001).
-        let percent = |part: f64| (part * 1e6).round() / 1e4;
-        write!(f, "{}: off by at most {} %", self.name, percent(self.at_most))?;
-        if let Some(part) = self.mostly {
-            write!(f, ", mostly {} %,", percent(part))?;
-        }
-        write!(f, " of {}", self.of)
+        self.reason().fmt(f)
     }
 }
+
+/// A quantity that an error is relative to: the id of the message that names it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantity(pub(crate) &'static str);
+
+impl serde::Serialize for Quantity {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        message!(self.0).serialize(to)
+    }
+}
+
+const SUNLIGHT: Quantity = Quantity("quantity-sunlight");
+const EDGES: Quantity = Quantity("quantity-edges");
 
 /// The quantity of the atmosphere's errors. They are per channel, against adaptive quadrature, on new random rays in each run, for every atmosphere of the
 /// catalog (tests/atmosphere/tier_bounds.rs). The bounds are at least a fifth above the worst of 51,000 rays of 73 runs: 0.97 (`vertex`), 0.67 (`pixel-8`),
 /// 0.075 (`pixel-16`, `table`), 0.0075 (`pixel-32`). In one run of 73 a ray had an error above 0.5 with `pixel-8`, in the twilight of Uranus.
-const RAY: &str = "each ray's light scattered once";
+const RAY: Quantity = Quantity("quantity-ray");
 /// If the light of a ray is less than this fraction of the zenith's light (brightest channel, Sun at 45 degrees), its error is stated relative to this
 /// fraction of the zenith's light.
 pub const MIN_OF_ZENITH: f64 = 1e-3;
@@ -52,9 +73,7 @@ pub fn of_atmosphere(tier: AtmosphereModel) -> Option<Tier> {
         AtmosphereModel::Pixel16 => some_tier("pixel-16", 0.004, 0.12, RAY),
         AtmosphereModel::Pixel32 => some_tier("pixel-32", 0.002, 0.02, RAY),
         // The error of multiple scattering is measured against a photon simulation.
-        AtmosphereModel::Table => {
-            some_tier("table", 0.004, 0.12, "each ray's light scattered once, and 5 % of the sky's light on the ground")
-        }
+        AtmosphereModel::Table => some_tier("table", 0.004, 0.12, Quantity("quantity-ray-and-sky")),
     }
 }
 
@@ -64,10 +83,10 @@ pub fn of_eclipse(model: EclipseModel) -> Option<Tier> {
     let some_tier = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
     match model {
         EclipseModel::None => None,
-        EclipseModel::Linear => some_tier("linear", 0.14, "the Sun's light behind a round body"),
-        EclipseModel::UniformDisc => some_tier("uniform-disc", 0.1, "the Sun's light"),
-        EclipseModel::LimbDarkened => some_tier("limb-darkened", 5e-4, "the Sun's light"),
-        EclipseModel::Refracted => some_tier("refracted", 5e-4, "the Sun's light, and in the umbra a magnitude from what observers saw"),
+        EclipseModel::Linear => some_tier("linear", 0.14, Quantity("quantity-behind-round-body")),
+        EclipseModel::UniformDisc => some_tier("uniform-disc", 0.1, SUNLIGHT),
+        EclipseModel::LimbDarkened => some_tier("limb-darkened", 5e-4, SUNLIGHT),
+        EclipseModel::Refracted => some_tier("refracted", 5e-4, Quantity("quantity-sunlight-and-umbra")),
     }
 }
 
@@ -77,8 +96,8 @@ pub fn of_ring_shadow(model: RingShadow) -> Option<Tier> {
     let some_tier = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
     match model {
         RingShadow::None => None,
-        RingShadow::PointSun => some_tier("point-sun", MAX_EDGE_ERROR_PX, "a pixel where its edges lie"),
-        RingShadow::Penumbra => some_tier("penumbra", 0.07, "the Sun's light"),
+        RingShadow::PointSun => some_tier("point-sun", MAX_EDGE_ERROR_PX, EDGES),
+        RingShadow::Penumbra => some_tier("penumbra", 0.07, SUNLIGHT),
     }
 }
 
@@ -87,8 +106,8 @@ pub fn of_body_shadow(model: BodyShadow) -> Option<Tier> {
     let some_tier = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
     match model {
         BodyShadow::None => None,
-        BodyShadow::Sphere => some_tier("sphere", MAX_EDGE_ERROR_PX, "a pixel where its edges lie"),
-        BodyShadow::EllipsoidPenumbra => some_tier("ellipsoid-penumbra", 1e-3, "the Sun's light"),
+        BodyShadow::Sphere => some_tier("sphere", MAX_EDGE_ERROR_PX, EDGES),
+        BodyShadow::EllipsoidPenumbra => some_tier("ellipsoid-penumbra", 1e-3, SUNLIGHT),
     }
 }
 

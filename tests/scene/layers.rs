@@ -58,7 +58,7 @@ fn lines_run_before_and_behind_the_planet() {
     let decision_of = |name: &str| {
         with_orbits.scene.bodies.iter().find(|b| b.name == name).and_then(|b| b.decisions.iter().find(|d| d.feature == "orbit"))
     };
-    assert!(decision_of("Io").is_some_and(|d| d.on && d.reason.contains("Jupiter")), "{:?}", decision_of("Io"));
+    assert!(decision_of("Io").is_some_and(|d| d.on && d.reason.to_string().contains("Jupiter")), "{:?}", decision_of("Io"));
     assert!(decision_of("Moon").is_some_and(|d| !d.on), "{:?}", decision_of("Moon"));
     assert!(decision_of("Sun").is_none(), "{:?}", decision_of("Sun"));
 }

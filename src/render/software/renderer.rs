@@ -15,6 +15,7 @@ use super::sample::{BoundTexture, Textures};
 use super::stage::TapeStage;
 use super::timings::{PassTimings, Timings};
 use crate::image::TexelFormat;
+use crate::memo::RecentMap;
 use crate::render::frame::Frame;
 use crate::render::plan::{ModuleProvider, Pass, Plan, PlanDraw, TextureSource};
 use crate::shader::ModuleId;
@@ -60,7 +61,7 @@ pub struct SoftwareRenderer {
     pool: rayon::ThreadPool,
     options: Options,
     /// The decoded programs of each module.
-    entry_points: Mutex<HashMap<ModuleId, Arc<EntryPoints>>>,
+    entry_points: Mutex<RecentMap<ModuleId, Arc<EntryPoints>>>,
 }
 
 /// Both stages of a draw, bound to its uniforms and textures.
@@ -68,6 +69,9 @@ pub(super) struct BoundStages<'a, R: Real> {
     pub vertex: TapeStage<'a, R>,
     pub fragment: TapeStage<'a, R>,
 }
+
+/// Largest number of modules whose programs are kept, as many as the library keeps modules.
+const PROGRAMS_KEPT: usize = 96;
 
 impl SoftwareRenderer {
     /// # Errors
@@ -81,7 +85,7 @@ impl SoftwareRenderer {
             .thread_name(|k| format!("draw-{k}"))
             .build()
             .map_err(|e| RenderError::Threads(e.to_string()))?;
-        Ok(Self { pool, options, entry_points: Mutex::default() })
+        Ok(Self { pool, options, entry_points: Mutex::new(RecentMap::with_capacity(PROGRAMS_KEPT)) })
     }
 
     /// Runs `work` inside the renderer's thread pool.
@@ -211,7 +215,7 @@ impl SoftwareRenderer {
     /// The programs of the draw's module.
     fn entry_points(&self, draw: &PlanDraw, modules: &impl ModuleProvider) -> Result<Arc<EntryPoints>, RenderError> {
         if let Some(known) = self.entry_points.lock().get(&draw.module) {
-            return Ok(Arc::clone(known));
+            return Ok(known);
         }
         let module_error = |what: String| RenderError::Module { draw: draw.label.clone(), what };
         let module = modules.module(&draw.module).map_err(|e| module_error(e.to_string()))?;

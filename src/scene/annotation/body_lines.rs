@@ -4,6 +4,7 @@
 //! depth test, so that lines do not flicker. Nearer bodies are drawn later. Not modelled: relief, shape models, and the effect of three unequal axes on
 //! latitude.
 
+use crate::message::{Reason, reason};
 use crate::scene::annotation::grids::{Cap, GridLineKind, angle_text, grid_lines};
 use crate::scene::annotation::line_texts::SkyText;
 use crate::scene::annotation::sky_lines::SkyLines;
@@ -155,7 +156,7 @@ impl GroundLineBuilder<'_, '_> {
         }
     }
 
-    pub(super) fn decide(&mut self, feature: &'static str, on: bool, reason: String) {
+    pub(super) fn decide(&mut self, feature: &'static str, on: bool, reason: Reason) {
         self.all.decisions.push(Decision { feature, on, reason, tier: None });
     }
 
@@ -196,7 +197,7 @@ impl GroundLineBuilder<'_, '_> {
                 self.all.texts.push(SkyText { text, at_px: self.camera.pixel_from_clip(clip), colour: GRID_COLOUR, is_tick: true });
             }
         }
-        let reason = format!("{count} lines of {} in the frame, planetographic latitudes", self.p.body.name);
+        let reason = reason!("lines-body", count = count, body = &self.p.body.name);
         self.all.decisions.push(Decision { feature: "grid-body", on: count > 0, reason, tier: None });
     }
 
@@ -208,7 +209,7 @@ impl GroundLineBuilder<'_, '_> {
         let a = pole.any_orthonormal_vector();
         let circle = Circle { centre: DVec3::ZERO, a, b: pole.cross(a) };
         let drawn = self.draw_circle(&circle, [-PI, PI], &|_| TERMINATOR_OPACITY, TERMINATOR_COLOUR).is_some();
-        let reason = if drawn { format!("of {}: the Sun's centre in the horizon", self.p.body.name) } else { "not in the frame".into() };
+        let reason = if drawn { reason!("lines-terminator", body = &self.p.body.name) } else { reason!("lines-not-in-frame") };
         self.all.decisions.push(Decision { feature: "terminator", on: drawn, reason, tier: None });
     }
 }

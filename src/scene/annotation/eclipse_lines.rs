@@ -3,6 +3,7 @@
 //! In: the placed target and the bodies between it and the Sun. Out: line segments and decisions. Always: the geometry is that of the drawn shadow
 //! (`eclipse::shadow_cone`); no line is drawn on the night side. Cones are depth-tested against the bodies. Ignores relief and shape models.
 
+use crate::message::{Argument, reason};
 use crate::scene::annotation::body_lines::GroundLineBuilder;
 use crate::scene::annotation::strokes::{Curve, LineSegment, segments};
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM};
@@ -33,7 +34,7 @@ const CONE_SECTIONS: u32 = 4;
 pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Context<'_>) {
     const FEATURE: &str = "eclipse-path";
     let Some((receiver, sun, candidates)) = sun_occluders::receiver(context, builder.p) else {
-        return builder.decide(FEATURE, false, "it has no Sun".into());
+        return builder.decide(FEATURE, false, reason!("lines-no-sun"));
     };
     let mut descriptions = Vec::new();
     for occluder in candidates {
@@ -46,22 +47,26 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Contex
                 builder.draw_line(line, opacity, PATH_COLOUR);
             }
             if path.centre_line.is_some() || !path.limits.is_empty() {
-                descriptions.push(format!("path of {name}'s shadow, in its middle at {}", path.middle.to_utc_iso()));
+                let middle = Argument::Time(path.middle.to_utc_iso());
+                descriptions.push(reason!("lines-shadow-path", body = name, time = middle));
             }
         }
-        for (kind, colour, opacity, what) in
-            [(ConeKind::Penumbra, PENUMBRA_COLOUR, PENUMBRA_OPACITY, "penumbra"), (ConeKind::Umbra, UMBRA_COLOUR, UMBRA_OPACITY, "umbra")]
+        for (kind, colour, opacity) in
+            [(ConeKind::Penumbra, PENUMBRA_COLOUR, PENUMBRA_OPACITY), (ConeKind::Umbra, UMBRA_COLOUR, UMBRA_OPACITY)]
         {
             let lines = cone.outline(kind);
             lines.iter().for_each(|line| builder.draw_line(line, opacity, colour));
             if !lines.is_empty() {
-                let behind_apex = kind == ConeKind::Umbra && cone.is_antumbra();
-                descriptions.push(format!("{name}'s {}", if behind_apex { "antumbra" } else { what }));
+                descriptions.push(match kind {
+                    ConeKind::Penumbra => reason!("lines-penumbra", body = name),
+                    ConeKind::Umbra if cone.is_antumbra() => reason!("lines-antumbra", body = name),
+                    ConeKind::Umbra => reason!("lines-umbra", body = name),
+                });
             }
         }
     }
     let on = !descriptions.is_empty();
-    let reason = if on { descriptions.join("; ") } else { "no shadow on its ground within six hours".into() };
+    let reason = if on { descriptions.into_iter().collect() } else { reason!("lines-no-shadow") };
     builder.decide(FEATURE, on, reason);
 }
 
@@ -112,16 +117,16 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBod
     let decided = |on, reason| Decision { feature: "eclipse-cones", on, reason, tier: None };
     let receiver_axis_candidates =
         sun_occluders::receiver(context, placed).and_then(|(receiver, sun, all)| Some((receiver, Axis::of(receiver, sun)?, all)));
-    let Some((receiver, axis, candidates)) = receiver_axis_candidates else { return (Vec::new(), decided(false, "it has no Sun".into())) };
+    let Some((receiver, axis, candidates)) = receiver_axis_candidates else { return (Vec::new(), decided(false, reason!("lines-no-sun"))) };
     let mut cones = Cones { camera, placed, segments: Vec::new() };
-    let mut casters = vec![receiver.body.name.as_str()];
+    let mut casters = vec![receiver.body.name.clone()];
     target_shadow(&mut cones, axis, receiver);
     for occluder in candidates {
         let cone = ShadowCone::of(axis, occluder, receiver);
         if occluder.across.length() > 1.0 + cone.radius(ConeKind::Penumbra) {
             continue;
         }
-        casters.push(&occluder.body.name);
+        casters.push(occluder.body.name.clone());
         for (kind, colour) in [(ConeKind::Penumbra, PENUMBRA_COLOUR), (ConeKind::Umbra, UMBRA_COLOUR)] {
             let to_target_centre = occluder.along;
             let length = |angle: f64| {
@@ -133,7 +138,7 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBod
         }
     }
     let on = !cones.segments.is_empty();
-    let reason = format!("shadows of {}{}", casters.join(", "), if on { "" } else { ": outside of the frame" });
+    let reason = if on { reason!("lines-cones", bodies = casters) } else { reason!("lines-cones-outside", bodies = casters) };
     (cones.segments, decided(on, reason))
 }
 

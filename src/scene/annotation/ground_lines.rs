@@ -4,6 +4,7 @@
 //! decisions give the reason.
 
 use crate::catalog::DataLayer;
+use crate::message::reason;
 use crate::scene::annotation::body_lines::GroundLineBuilder;
 use crate::scene::annotation::sky_lines::SkyLines;
 use crate::scene::annotation::{data_lines, eclipse_lines};
@@ -25,7 +26,8 @@ pub(crate) fn ground_lines(context: Context<'_>, camera: &Camera, body: Option<&
     let diameter_px = body.map_or(0.0, |p| 2.0 * (p.placement.radii_km.x / p.distance_km).min(1.0).asin().tan() / camera.pixel_tangent());
     let Some(p) = body.filter(|p| diameter_px >= MIN_DIAMETER_PX && !p.placement.camera_is_inside()) else {
         let reason = || {
-            if body.is_none() { "nothing is looked at".to_owned() } else { format!("{diameter_px:.1} px across against {MIN_DIAMETER_PX}") }
+            let size = || reason!("lines-small", size = format_args!("{diameter_px:.1}"), least = MIN_DIAMETER_PX);
+            if body.is_none() { reason!("lines-no-target") } else { size() }
         };
         let left_out = |(_, feature): (bool, &'static str)| Decision { feature, on: false, reason: reason(), tier: None };
         let decisions = wanted.into_iter().filter(|(on, _)| *on).map(left_out).collect();

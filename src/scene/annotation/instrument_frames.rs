@@ -5,6 +5,7 @@
 //! the picture, or smaller than a few pixels, has no frame.
 
 use crate::catalog::{Field, Instrument};
+use crate::message::reason;
 use crate::scene::annotation::line_texts::SkyText;
 use crate::scene::annotation::sky_lines::SkyLines;
 use crate::scene::annotation::strokes::{Curve, segments};
@@ -99,17 +100,18 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
             left_out += 1;
             continue;
         }
-        drawn.push(instrument.name.as_str());
+        drawn.push(instrument.name.clone());
         if let Some(clip) = camera.clip(axes.corner(0.0, tan.y)) {
             let at_px = camera.pixel_from_clip(clip) - DVec2::new(0.0, NAME_OFFSET * size_px);
             all.texts.push(SkyText { text: instrument.name.clone(), at_px, colour: COLOUR, is_tick: false });
         }
     }
-    let mut reason = if drawn.is_empty() { "none".to_owned() } else { drawn.join(", ") };
+    let on = !drawn.is_empty();
+    let mut reason = if on { reason!("lines-instruments", names = drawn) } else { reason!("lines-none") };
     if left_out > 0 {
-        reason.push_str(&format!("; {left_out} too small or wider than the picture"));
+        reason = reason.and(reason!("lines-instruments-left", count = left_out));
     }
-    all.decisions.push(Decision { feature: "instruments", on: !drawn.is_empty(), reason, tier: None });
+    all.decisions.push(Decision { feature: "instruments", on, reason, tier: None });
     all
 }
 
@@ -155,7 +157,7 @@ mod tests {
         for diameter_deg in [0.01, 100.0] {
             let found = frames(&[instrument(Field::Circle { diameter_deg }, 0.0)], &camera, None, 13.0);
             assert!(found.segments.is_empty() && !found.decisions[0].on, "{diameter_deg}");
-            assert!(found.decisions[0].reason.contains("1 too small or wider than the picture"));
+            assert!(found.decisions[0].reason.to_string().contains("1 too small or wider than the picture"));
         }
     }
 }

@@ -8,6 +8,7 @@
 
 use crate::ephemeris::conic::stumpff;
 use crate::ephemeris::{Ephemeris, State};
+use crate::message::{Reason, reason};
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar};
 use crate::scene::decision::Decision;
 use crate::scene::numeric::smoothstep;
@@ -263,28 +264,25 @@ pub(crate) fn line(
 ) -> Option<(Vec<OrbitArc>, Decision)> {
     let parent = p.catalog.body(p.body.parent?)?;
     let feature = "orbit";
-    let without = |reason: String| Some((Vec::new(), Decision { feature, on: false, reason, tier: None }));
+    let without = |reason: Reason| Some((Vec::new(), Decision { feature, on: false, reason, tier: None }));
     let state = match ephemeris.state(p.body.id, parent.id, p.emitted_at, None) {
         Ok(answer) => answer.state,
-        Err(e) => return without(e.to_string()),
+        Err(e) => return without(reason!("quoted", text = &e.to_string())),
     };
     let gm = parent.gm_km3_s2.unwrap_or(0.0) + p.body.gm_km3_s2.unwrap_or(0.0);
-    let Some(conic) = Conic::of(&state, gm) else { return without(format!("its path about {} is no conic", parent.name)) };
+    let Some(conic) = Conic::of(&state, gm) else { return without(reason!("orbit-no-conic", body = &parent.name)) };
     let (remaining, size_ratio) = fade_at_target(camera, &conic, p.placement.centre_km, target_distance_km);
     if remaining <= 0.0 {
-        return without(format!(
-            "{size_ratio:.0} times as large as what the frame shows at the target, of {} up to which it is drawn",
-            FADE_BEYOND.1
-        ));
+        return without(reason!("orbit-large", times = format_args!("{size_ratio:.0}"), limit = FADE_BEYOND.1));
     }
     // The body's colour mixed with an equal part of white.
     let colour = p.body.colour.as_dvec3() / f64::from(p.body.colour.max_element()) * 0.5 + 0.5;
     let all = arcs(camera, &conic, p.placement.centre_km, STRENGTH * remaining, colour);
     let size_px = half_length_px(camera, &conic, p.placement.centre_km);
     let reason = match all.len() {
-        0 if size_px < FADE_PX.0 => format!("half its length is {size_px:.1} px, of {} that a line is drawn from", FADE_PX.0),
-        0 => "outside the frame".into(),
-        n => format!("about {}: half its length is {size_px:.0} px, {n} arcs", parent.name),
+        0 if size_px < FADE_PX.0 => reason!("orbit-small", size = format_args!("{size_px:.1}"), least = FADE_PX.0),
+        0 => reason!("outside-frame"),
+        n => reason!("orbit-arcs", body = &parent.name, size = format_args!("{size_px:.0}"), count = n),
     };
     let on = !all.is_empty();
     Some((all, Decision { feature, on, reason, tier: None }))

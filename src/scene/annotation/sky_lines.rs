@@ -7,6 +7,7 @@
 use crate::catalog::constellations::{Constellations, Corner, icrf_from_b1875};
 use crate::catalog::stars::StarCatalog;
 use crate::ephemeris::apparent::aberrated;
+use crate::message::{Reason, reason};
 use crate::scene::annotation::grids::{Cap, GridLine, GridLineKind, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg};
 use crate::scene::annotation::line_texts::SkyText;
 use crate::scene::annotation::strokes::{Curve, LineSegment, Run, segments};
@@ -89,7 +90,7 @@ impl SkyLineBuilder<'_> {
         self.arc(&|t: f64| from * t.cos() + across * t.sin(), [0.0, angle], DERIVATIVE_BOUND, |_| 1.0, style);
     }
 
-    fn decide(&mut self, feature: &'static str, on: bool, reason: String) {
+    fn decide(&mut self, feature: &'static str, on: bool, reason: Reason) {
         self.all.decisions.push(Decision { feature, on, reason, tier: None });
     }
 
@@ -120,7 +121,7 @@ impl SkyLineBuilder<'_> {
             };
             self.tick(&line, &runs, pixel_deg, text, style);
         }
-        self.decide(feature, count > 0, format!("{count} lines in the frame"));
+        self.decide(feature, count > 0, reason!("lines-count", count = count));
     }
 
     fn grid_line(&mut self, line: &GridLine, cap: Cap, pixel_deg: f64, apparent: &dyn Fn(f64, f64) -> DVec3, style: LineStyle) -> Vec<Run> {
@@ -186,7 +187,7 @@ pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<
     if layers.grid_horizon {
         match horizon {
             Some(axes) => builder.grid("grid-horizon", axes, false, HORIZON, azimuth_text),
-            None => builder.decide("grid-horizon", false, "the camera stands on no ground".into()),
+            None => builder.decide("grid-horizon", false, reason!("lines-no-ground")),
         }
     }
     if layers.boundaries {
@@ -222,7 +223,7 @@ fn boundaries(builder: &mut SkyLineBuilder<'_>) {
     builder.decide(
         "boundaries",
         count > 0,
-        if count > 0 { "borders of B1875 in the frame".into() } else { "no border in the frame".into() },
+        if count > 0 { reason!("lines-borders") } else { reason!("lines-no-border") },
     );
 }
 
@@ -245,7 +246,7 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
             }
         }
         if builder.all.segments.len() > before {
-            names.push(constellation.abbreviation.as_str());
+            names.push(constellation.abbreviation.clone());
         }
         let middle = camera.clip(constellation.middle).filter(|clip| writes_names && clip.abs().max_element() < 1.0);
         if let Some(clip) = middle {
@@ -253,6 +254,7 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
             builder.all.texts.push(SkyText { text: constellation.name.clone(), at_px, colour: FIGURE.colour, is_tick: false });
         }
     }
-    let reason = if names.is_empty() { "no figure in the frame".into() } else { format!("in the frame: {}", names.join(", ")) };
-    builder.decide("constellations", !names.is_empty(), reason);
+    let on = !names.is_empty();
+    let reason = if on { reason!("lines-figures", names = names) } else { reason!("lines-no-figure") };
+    builder.decide("constellations", on, reason);
 }

@@ -6,6 +6,7 @@
 
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::{Ephemeris, State};
+use crate::message::{Reason, reason};
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
@@ -103,7 +104,7 @@ pub(crate) fn trace(camera: &Camera, ephemeris: &Ephemeris, p: &PlacedBody<'_>, 
         return None;
     }
     let feature = "trace";
-    let decision = |on: bool, reason: String| Decision { feature, on, reason, tier: None };
+    let decision = |on: bool, reason: Reason| Decision { feature, on, reason, tier: None };
     let centre_body = p.catalog.body(centre)?;
     let own_period = period_s(ephemeris, p.body, p);
     let centre_period = if is_child_of_centre {
@@ -116,7 +117,7 @@ pub(crate) fn trace(camera: &Camera, ephemeris: &Ephemeris, p: &PlacedBody<'_>, 
     let longest = periods.into_iter().flatten().fold(0.0, f64::max);
     let shortest = periods.into_iter().flatten().fold(f64::INFINITY, f64::min);
     if longest <= 0.0 {
-        return Some((Vec::new(), decision(false, "its path has no period".into())));
+        return Some((Vec::new(), decision(false, reason!("trace-no-period"))));
     }
     let span_s = (PERIODS * longest).min(MAX_DAYS * SECONDS_PER_DAY);
     let samples = ((span_s / shortest * SAMPLES_PER_PERIOD).ceil() as usize).clamp(16, MAX_SAMPLES);
@@ -126,13 +127,16 @@ pub(crate) fn trace(camera: &Camera, ephemeris: &Ephemeris, p: &PlacedBody<'_>, 
         .collect();
     let states = match states {
         Ok(states) => states,
-        Err(e) => return Some((Vec::new(), decision(false, e.to_string()))),
+        Err(e) => return Some((Vec::new(), decision(false, reason!("quoted", text = &e.to_string())))),
     };
     let colour = p.body.colour.as_dvec3() / f64::from(p.body.colour.max_element()) * 0.5 + 0.5;
     let all = segments(camera, p.placement.centre_km, &path(&states, step_s), colour);
     let reason = match all.len() {
-        0 => "outside the frame".into(),
-        n => format!("{:.1} days about {}, {samples} samples, {n} pieces", span_s / SECONDS_PER_DAY, centre_body.name),
+        0 => reason!("outside-frame"),
+        n => {
+            let days = span_s / SECONDS_PER_DAY;
+            reason!("trace-samples", days = format_args!("{days:.1}"), body = &centre_body.name, samples = samples, count = n)
+        }
     };
     let on = !all.is_empty();
     Some((all, decision(on, reason)))

@@ -5,11 +5,12 @@
 
 use super::SceneBuilder;
 use crate::catalog::{Body, NaifId};
+use crate::message::{Reason, reason};
 use crate::scene::annotation::orbits::{self, OrbitArc};
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::traces;
 use crate::scene::camera::{Camera, Placement};
-use crate::scene::decision::Decision;
+use crate::scene::decision::{Decision, invented_text};
 use crate::scene::draw::features::{Detail, PixelView, Shape};
 use crate::scene::draw::{Draw, Point};
 use crate::scene::features::case::Frame;
@@ -99,7 +100,7 @@ fn report(p: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitude: O
 }
 
 /// The report of a body that the ephemeris could not place.
-pub(super) fn not_placed(body: &Body, reason: String) -> BodyInView {
+pub(super) fn not_placed(body: &Body, reason: Reason) -> BodyInView {
     BodyInView {
         id: body.id,
         name: body.name.clone(),
@@ -119,13 +120,13 @@ pub(super) fn not_placed(body: &Body, reason: String) -> BodyInView {
 }
 
 /// The maps, shape and detail shown in a body's draws that are invented, not measured: each with its file and the method of its invention.
-fn invented(body: &Body, draws: &[Draw]) -> Vec<(String, String)> {
+fn invented(body: &Body, draws: &[Draw]) -> Vec<(String, Reason)> {
     let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
     let maps = maps.chain(body.clouds.as_ref().map(|c| &c.map)).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
     let shown = |file: &String| draws.iter().any(|d| d.map_files.by_role().any(|(_, f)| f == file));
     let meshed = draws.iter().any(|d| d.features.shape == Shape::Mesh);
     let detailed = draws.iter().map(|d| d.features.detail).filter(|d| *d != Detail::None);
-    let detailed = detailed.map(|d| ("detail".to_owned(), detail::law(d).to_owned()));
+    let detailed = detailed.map(|d| ("detail".to_owned(), detail::law(d)));
     let shape = body.mesh.iter().filter(|_| meshed).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
-    maps.filter(|(file, _)| shown(file)).chain(shape).map(|(file, how)| (file.clone(), how.clone())).chain(detailed).collect()
+    maps.filter(|(file, _)| shown(file)).chain(shape).map(|(file, how)| (file.clone(), reason!("quoted", text = invented_text(how)))).chain(detailed).collect()
 }

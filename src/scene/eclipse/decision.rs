@@ -2,6 +2,7 @@
 //!
 //! In: the case of one body and its decisions so far. Out: the decisions with the eclipse model and its uniforms.
 
+use crate::message::reason;
 use crate::scene::draw::features::Eclipse;
 use crate::scene::draw::uniforms::EclipseUniforms;
 use crate::scene::eclipse::sun_occluders::{requested_model, sun_occluders};
@@ -38,7 +39,7 @@ pub(crate) fn decide_for_rings(case: &BodyContext<'_, '_>, so_far: &mut Decision
     };
     if case.effects().override_of(Effect::Eclipse) == Some(false) {
         found.occluders.clear();
-        found.reason = "switched off with the eclipse".into();
+        found.reason = reason!("eclipse-switched-off");
     }
     so_far.log.note("eclipse-on-rings", !found.occluders.is_empty(), found.reason);
     let model = occluders::model(&mut found.occluders, requested_model(context.request));

@@ -8,6 +8,7 @@
 use crate::catalog::{Body, BodyKind, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
 use crate::ephemeris::apparent::aberrated;
+use crate::message::{Reason, reason};
 use crate::scene::draw::features::{Eclipse, EclipseModel, MAX_OCCLUDERS};
 use crate::scene::eclipse::air as refraction;
 use crate::scene::thresholds::VISIBLE_CHANGE;
@@ -132,7 +133,7 @@ pub struct ReceiverExtent {
 /// The occluders of a receiver, those with a visible effect first, and among these sorted by the light that they block, largest first; and the reason for the choice.
 pub struct OccluderSearch<'a> {
     pub occluders: Vec<Occluder<'a>>,
-    pub reason: String,
+    pub reason: Reason,
 }
 
 /// Finds the occluders of `receiver` among `bodies`. `include_all`: also occluders with an invisible effect, if their penumbra touches the receiver.
@@ -169,7 +170,7 @@ pub fn select_occluders<'a>(
     include_all: bool,
 ) -> OccluderSearch<'a> {
     let Some(axis) = Axis::of(receiver, sun) else {
-        return OccluderSearch { occluders: Vec::new(), reason: "it is inside the Sun".into() };
+        return OccluderSearch { occluders: Vec::new(), reason: reason!("inside-sun") };
     };
     let mut occluders = Vec::new();
     let mut nearest: Option<(f64, &'a str)> = None;
@@ -200,17 +201,13 @@ pub fn select_occluders<'a>(
     occluders.truncate(usize::from(MAX_OCCLUDERS));
     let reason = match (occluders.first(), nearest) {
         (Some(first), _) => {
-            let names: Vec<_> = occluders.iter().map(|c| c.body.name.as_str()).collect();
-            let more = if left_out > 0 { format!("; {left_out} weaker ones omitted") } else { String::new() };
-            format!(
-                "penumbra of {} on its lit side; {} takes up to {:.3} of the light{more}",
-                names.join(", "),
-                first.body.name,
-                first.max_obscuration
-            )
+            let names: Vec<String> = occluders.iter().map(|c| c.body.name.clone()).collect();
+            let takes = reason!("eclipse-takes", body = &first.body.name, part = format_args!("{:.3}", first.max_obscuration));
+            let found = reason!("eclipse-penumbra-of", bodies = names).and(takes);
+            if left_out > 0 { found.and(reason!("eclipse-omitted", count = left_out)) } else { found }
         }
-        (None, Some((share, name))) => format!("nearest penumbra: {name}'s, {share:.2} of its radius outside"),
-        (None, None) => format!("no occluder blocks more than {VISIBLE_CHANGE:.2e} of the sunlight in view"),
+        (None, Some((share, name))) => reason!("eclipse-nearest", body = name, share = format_args!("{share:.2}")),
+        (None, None) => reason!("eclipse-none", part = format_args!("{VISIBLE_CHANGE:.2e}")),
     };
     OccluderSearch { occluders, reason }
 }

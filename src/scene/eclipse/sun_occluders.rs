@@ -4,6 +4,7 @@
 //! shadows. The candidates are computed once per placed body.
 
 use crate::catalog::{Body, NaifId};
+use crate::message::Reason;
 use crate::scene::atmosphere::clouds;
 use crate::scene::eclipse::occluders::{self, EclipseModelChoice, Occluder, Receiver, ReceiverExtent};
 use crate::scene::eclipse::shade::Shade;
@@ -31,7 +32,7 @@ pub(crate) struct SunOccluders<'a> {
     /// Camera position relative to the receiver's centre, body axes, equatorial radii.
     pub camera: DVec3,
     pub occluders: Vec<Occluder<'a>>,
-    pub reason: String,
+    pub reason: Reason,
 }
 
 /// A placed body as a receiver of sunlight, the Sun, and the candidates for occluders between them; `None` without a Sun.

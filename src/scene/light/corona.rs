@@ -8,6 +8,7 @@
 //! zodiacal light (scene::sky::zodiacal).
 
 use crate::catalog::NaifId;
+use crate::message::{Reason, reason};
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar};
 use crate::scene::light::glow::{self, VEILING_GLARE};
 use crate::scene::light::photometry::sun_disc_radiance;
@@ -119,7 +120,7 @@ pub(crate) fn corona(
     placed: &[PlacedBody<'_>],
     threshold: Threshold,
     tint: impl Fn(DVec3) -> DVec3,
-) -> Option<(Corona, bool, String)> {
+) -> Option<(Corona, bool, Reason)> {
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
     let towards = sun.placement.centre_km / sun.distance_km;
     let sine = sun.body.radii_km.x / sun.distance_km;
@@ -156,11 +157,16 @@ pub(crate) fn corona(
     // The corona must change the glare by the same relative amount by which a feature must change white.
     let on = sun_px >= MIN_SUN_PX && threshold.is_exceeded_by(limb - VISIBLE_CHANGE * glare);
     let reason = if sun_px < MIN_SUN_PX {
-        format!("the Sun is {sun_px:.2} px across against {MIN_SUN_PX}")
+        reason!("corona-sun-small", size = format_args!("{sun_px:.2}"), least = MIN_SUN_PX)
     } else {
         let index = flattening(request.time);
-        let glare_note = if glare > 0.0 { format!(", under glare {:.1e} times as bright", glare / limb) } else { String::new() };
-        format!("beside the limb it is {}{glare_note}; flattened by {index:.2} at 2 radii", threshold.description(limb))
+        let light = threshold.description(limb);
+        let at_limb = if glare > 0.0 {
+            reason!("corona-under-glare", light = light, times = format_args!("{:.1e}", glare / limb))
+        } else {
+            reason!("corona-limb", light = light)
+        };
+        at_limb.and(reason!("corona-flattened", index = format_args!("{index:.2}")))
     };
     let in_sun_axes = |v: DVec3| narrow(axes(v));
     let corona = Corona {

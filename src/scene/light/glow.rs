@@ -8,6 +8,7 @@
 //! specific to a lens, and the glare of bodies other than the Sun.
 
 use crate::catalog::NaifId;
+use crate::message::{Reason, reason};
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar, narrow2};
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Threshold;
@@ -115,15 +116,15 @@ pub(crate) fn glow(
     placed: &[PlacedBody<'_>],
     threshold: Threshold,
     transmittance: impl Fn(DVec3) -> DVec3,
-) -> Option<(Glow, bool, String)> {
+) -> Option<(Glow, bool, Reason)> {
     let VeilingGlare { towards, strength, least_sq, visible_fraction } = VeilingGlare::of(camera, placed)?;
     let strength = transmittance(towards) * strength;
     let at_limb = strength.max_element() / least_sq;
     let on = threshold.is_exceeded_by(at_limb);
     let reason = if visible_fraction > 0.0 {
-        format!("glare at the limb: {}", threshold.description(at_limb))
+        reason!("glare-at-limb", light = threshold.description(at_limb))
     } else {
-        "other bodies hide it".into()
+        reason!("glare-hidden")
     };
     let in_camera = DVec3::new(towards.dot(camera.right), towards.dot(camera.up), towards.dot(camera.forward));
     let least = threshold.cutoff_radiance(VISIBLE_LIGHT);

@@ -3,6 +3,7 @@
 //! In: the case of one body and its decisions so far. Out: the decisions, with the draws of the rings and the ring uniforms of the globe.
 
 use crate::catalog::Ring;
+use crate::message::reason;
 use crate::scene::camera;
 use crate::scene::draw::features::RingShadow;
 use crate::scene::draw::uniforms::{DrawUniforms, Light, RingUniforms};
@@ -25,7 +26,7 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
     let all_rings = view.visible_rings(true).rings;
     so_far.ring = for_globe(case, view, &all_rings, &mut so_far);
     if !drawn || seen.rings.is_empty() {
-        so_far.log.note(Effect::BodyShadow.name(), false, "no ring is drawn".into());
+        so_far.log.note(Effect::BodyShadow.name(), false, reason!("rings-not-drawn"));
         return so_far;
     }
     so_far.rings = draws_of_halves(case, view, &seen.rings, &mut so_far);

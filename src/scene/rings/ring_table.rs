@@ -58,8 +58,8 @@ pub(crate) fn cache_key(ring: &Ring) -> [f64; 7] {
     [ring.inner_km, ring.outer_km, ring.tau_normal, ring.dust, red, green, blue]
 }
 
-/// Number of cached tables.
-const KEPT: usize = 16;
+/// Number of cached tables of a kind: those of the rings in a frame and in the other half of Compare. One of Saturn's has up to a megabyte.
+const KEPT: usize = 6;
 
 /// Tables of rings, cached from frame to frame.
 #[derive(Debug)]

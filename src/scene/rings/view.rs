@@ -4,6 +4,7 @@
 //! circular here: halos, the inclination and eccentricity of the Uranian rings (0.008 of the radius for epsilon) and the arcs of Adams are left out.
 
 use crate::catalog::{Body, Ring};
+use crate::message::{Reason, reason};
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, AnchorForm, Camera, ClipRect, Placement};
 use crate::scene::draw::DrawUniforms;
@@ -63,7 +64,7 @@ struct RingChange {
 /// The result of comparing a value with its threshold.
 pub(crate) struct ThresholdCheck {
     pub on: bool,
-    pub reason: String,
+    pub reason: Reason,
 }
 
 /// The rings that can visibly change a pixel.
@@ -159,12 +160,15 @@ impl<'a> View<'a> {
         let seen: Vec<&Ring> = self.body.rings.iter().filter(|r| r.outer_km <= outer).collect();
         let area_px = PI * (outer / self.body.radii_km.x * self.pixels_per_radius()).powi(2);
         let reason = match strongest {
-            None => "it has no rings".into(),
+            None => reason!("rings-none"),
             Some((part, name)) if seen.is_empty() => {
-                format!("the strongest, {name}, changes a pixel by {part:.2e} of white against {:.2e}", self.threshold.least_change())
+                let least = self.threshold.least_change();
+                let light = reason!("of-white", light = format_args!("{part:.2e}"), least = format_args!("{least:.2e}"));
+                reason!("rings-strongest", ring = name, light = light)
             }
             Some((part, name)) => {
-                format!("{name} changes a pixel by {part:.2e} of white; out to {outer:.0} km, {area_px:.1} px against 0.5")
+                let reach = reason!("rings-out-to", distance = format_args!("{outer:.0}"), area = format_args!("{area_px:.1}"));
+                reason!("rings-change", ring = name, part = format_args!("{part:.2e}")).and(reach)
             }
         };
         VisibleRings { check: ThresholdCheck { on: !seen.is_empty() && area_px > 0.5, reason }, rings: seen }
@@ -189,11 +193,9 @@ impl<'a> View<'a> {
             rings.iter().filter(|r| r.inner_km < farthest_km).map(|r| -(-r.tau_normal / sine.max(MIN_COSINE)).exp_m1()).fold(0.0, f64::max);
         let penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius();
         let model = if penumbra_px > MAX_EDGE_ERROR_PX { RingShadow::Penumbra } else { RingShadow::PointSun };
-        let reason = format!(
-            "the Sun stands {:.3} degrees over their plane and they take {}; penumbra up to {penumbra_px:.1} px",
-            sine.asin().to_degrees(),
-            self.threshold.change_description(darkest)
-        );
+        let (degrees, light) = (sine.asin().to_degrees(), self.threshold.change_description(darkest));
+        let reason = reason!("ring-shadow-sun", degrees = format_args!("{degrees:.3}"), light = light)
+            .and(reason!("ring-shadow-penumbra", size = format_args!("{penumbra_px:.1}")));
         (ThresholdCheck { on: self.threshold.is_exceeded_by_change(darkest) && sine > 0.0, reason }, model)
     }
 
@@ -211,10 +213,8 @@ impl<'a> View<'a> {
         let penumbra_width = 2.0 * self.sun_tangent(sun_radius_km) * outer;
         let offset_px = oblateness_offset.max(penumbra_width) * self.pixels_per_radius();
         let model = if offset_px > MAX_EDGE_ERROR_PX { BodyShadow::EllipsoidPenumbra } else { BodyShadow::Sphere };
-        let reason = format!(
-            "the shadow's axis passes {axis_distance:.3} radii from the innermost ring against {penumbra_radius:.3}; oblateness and \
-             penumbra make {offset_px:.1} px"
-        );
+        let reason = reason!("body-shadow-axis", radii = format_args!("{axis_distance:.3}"), limit = format_args!("{penumbra_radius:.3}"))
+            .and(reason!("body-shadow-edges", size = format_args!("{offset_px:.1}")));
         (ThresholdCheck { on: axis_distance <= penumbra_radius, reason }, model)
     }
 
@@ -246,12 +246,12 @@ impl<'a> View<'a> {
         let radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
         let upper_limit = geometry.upper_limit() * radiance;
         if user_choice == Some(false) || user_choice.is_none() && !self.threshold.is_exceeded_by(upper_limit) {
-            let reason = format!("ring-shine below {}", self.threshold.description(upper_limit));
+            let reason = reason!("ring-shine-below", light = self.threshold.description(upper_limit));
             return (ThresholdCheck { on: false, reason }, None);
         }
         let shine = geometry.shine(&self.caches.ring_shines);
         let most = shine.as_ref().map_or(0.0, |s| s.brightest) * radiance;
-        let reason = format!("ring-shine up to {}", self.threshold.description(most));
+        let reason = reason!("ring-shine-up-to", light = self.threshold.description(most));
         (ThresholdCheck { on: self.threshold.is_exceeded_by(most), reason }, shine)
     }
 

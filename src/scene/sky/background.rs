@@ -6,6 +6,7 @@
 //! aberration of diffuse light (0.3 arcmin), its tint by air, and the parallax of the Milky Way.
 
 use crate::catalog::NaifId;
+use crate::message::{Reason, reason};
 use crate::scene::camera::{Camera, narrow, narrow_scalar, narrow4};
 use crate::scene::decision::Decision;
 use crate::scene::draw::PixelView;
@@ -69,20 +70,25 @@ pub(crate) fn background(
         return (None, Vec::new());
     }
     let boost = request.stars_boost.exp2();
-    let decided = |feature, on: bool, reason: String| Decision { feature, on, reason, tier: None };
+    let decided = |feature, on: bool, reason: Reason| Decision { feature, on, reason, tier: None };
     // Like stars, the background is drawn if it reaches half a display level on black.
     let is_visible = |radiance: f64| radiance > threshold.cutoff_radiance(VISIBLE_LIGHT);
     let comparison = |radiance: f64| match threshold.is_linear() {
         true => threshold.description(radiance),
-        false => format!("{:.1e} of white against {VISIBLE_LIGHT:.1e}", threshold.relative_to_white(radiance)),
+        false => {
+            let light = threshold.relative_to_white(radiance);
+            reason!("of-white", light = format_args!("{light:.1e}"), least = format_args!("{VISIBLE_LIGHT:.1e}"))
+        }
     };
     let brightest = map.brightest * map.unit_radiance * boost;
     let milky_way = match () {
-        () if !request.layers.milky_way => decided("milky-way", false, "set by you".into()),
-        () if is_unreadable => decided("milky-way", false, format!("{} cannot be read", map.file)),
+        () if !request.layers.milky_way => decided("milky-way", false, reason!("set-by-you")),
+        () if is_unreadable => decided("milky-way", false, reason!("cannot-be-read", file = &map.file)),
         () => {
-            let subject = if map.is_milky_way { "its brightest clouds are" } else { "the panorama of --sky is at most" };
-            decided("milky-way", is_visible(brightest), format!("{subject} {}", comparison(brightest)))
+            let light = comparison(brightest);
+            let reason =
+                if map.is_milky_way { reason!("milky-way-clouds", light = light) } else { reason!("milky-way-panorama", light = light) };
+            decided("milky-way", is_visible(brightest), reason)
         }
     };
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
@@ -90,11 +96,11 @@ pub(crate) fn background(
     let unit = zodiacal::unit_radiance(sun_au.max(zodiacal::NEAREST_AU)) * boost;
     let light = brightest_zodiacal(camera, to_sun, unit);
     let zodiacal_light = match () {
-        () if !request.layers.zodiacal_light => decided("zodiacal-light", false, "set by you".into()),
+        () if !request.layers.zodiacal_light => decided("zodiacal-light", false, reason!("set-by-you")),
         () if sun_au < zodiacal::NEAREST_AU => {
-            decided("zodiacal-light", false, format!("the Sun is nearer than {} au: the corona takes its place", zodiacal::NEAREST_AU))
+            decided("zodiacal-light", false, reason!("zodiacal-near-sun", distance = zodiacal::NEAREST_AU))
         }
-        () => decided("zodiacal-light", is_visible(light), format!("in the frame at most {}", comparison(light))),
+        () => decided("zodiacal-light", is_visible(light), reason!("zodiacal-at-most", light = comparison(light))),
     };
     let (draws_map, draws_dust) = (milky_way.on, zodiacal_light.on);
     let map_from_icrf = map.frame.icrf_from_frame().transpose();

@@ -12,6 +12,7 @@ use crate::catalog::small_bodies::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOr
 use crate::ephemeris::State;
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::conic::{ConicState, heliocentric_state};
+use crate::message::{Reason, reason};
 use crate::scene::annotation::orbits::{self, Conic, OrbitArc};
 use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::camera::{Camera, narrow, narrow_scalar, narrow2};
@@ -297,15 +298,15 @@ pub(crate) fn comets(
     sun_km: Option<DVec3>,
     white: f64,
 ) -> (Comets, Option<Decision>) {
-    let decided = |on: bool, reason: String| Some(Decision { feature: "comets", on, reason, tier: None });
+    let decided = |on: bool, reason: Reason| Some(Decision { feature: "comets", on, reason, tier: None });
     if request.pixel_view != PixelView::Final {
         return (Comets::default(), None);
     }
     if !request.layers.comets {
-        return (Comets::default(), decided(false, "off unless you ask for it: faint ones are marks".into()));
+        return (Comets::default(), decided(false, reason!("comets-off")));
     }
     let Some(sun_km) = sun_km else {
-        return (Comets::default(), decided(false, "no source knows where the Sun is at this time".into()));
+        return (Comets::default(), decided(false, reason!("no-sun-known")));
     };
     let (camera, days) = (&viewer.camera, request.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY);
     let projection = CometProjection { camera, camera_au: (camera.position_km - sun_km) / KM_PER_AU, velocity_km_s: viewer.velocity_km_s };
@@ -344,12 +345,13 @@ pub(crate) fn comets(
     // Segments that are too faint to be visible would only cost time.
     let min_radiance = narrow_scalar(white * MIN_LEVEL);
     in_frame.tails.retain(|t| t.radiance[0].max(t.radiance[1]) > min_radiance);
-    let reason = match brightest {
+    let heads = match brightest {
         Some((magnitude, name)) => {
-            format!("{shown} in the frame, the brightest {name} of magnitude {magnitude:.1}; {} pieces of tails", in_frame.tails.len())
+            reason!("comets-brightest", count = shown, comet = &name, magnitude = format_args!("{magnitude:.1}"))
         }
-        None => format!("none in the frame; {} pieces of tails", in_frame.tails.len()),
+        None => reason!("comets-none"),
     };
+    let reason = heads.and(reason!("comets-tails", count = in_frame.tails.len()));
     let on = shown > 0 || !in_frame.tails.is_empty();
     (in_frame, decided(on, reason))
 }

@@ -7,6 +7,7 @@
 
 use crate::catalog::{DataLayer, ImagePlace};
 use crate::ephemeris::apparent::aberrated;
+use crate::message::{Argument, reason};
 use crate::scene::camera::{Camera, narrow, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
 use glam::{DMat2, DMat3, DVec2, DVec3, Vec2, Vec3};
@@ -72,8 +73,13 @@ pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: 
         let radius = 0.5 * span_px.length() * camera.pixel_tangent() / middle.normalize().length();
         let in_frame = camera.may_show_ball(axes(camera, middle.normalize()), radius.min(2.0), 1.0);
         let on = in_frame && span_px.max_element() > MIN_SIZE_PX;
-        let reason =
-            format!("{}: {:.1} x {:.1} px{}", layer.name, span_px.x, span_px.y, if in_frame { "" } else { ", outside of the frame" });
+        let [width, height] = [span_px.x, span_px.y].map(|px| Argument::Number(format!("{px:.1}")));
+        let name = &layer.name;
+        let reason = if in_frame {
+            reason!("image-size", image = name, width = width, height = height)
+        } else {
+            reason!("image-outside", image = name, width = width, height = height)
+        };
         decisions.push(Decision { feature: "data", on, reason, tier: None });
         if on {
             draws.push(SkyImageDraw {

@@ -10,6 +10,7 @@ use crate::catalog::Catalog;
 use crate::catalog::stars::{Cell, Star, StarCatalog};
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::star_place::star_from_viewer;
+use crate::message::{Reason, reason};
 use crate::scene::atmosphere::air::SurroundingAir;
 use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::camera::{Camera, narrow, narrow_scalar};
@@ -125,22 +126,23 @@ pub(crate) fn stars(
     white: f64,
     air: Option<&SurroundingAir<'_>>,
 ) -> (Vec<StarSprite>, Option<Decision>) {
-    let decided = |on: bool, reason: String| Some(Decision { feature: "stars", on, reason, tier: None });
+    let decided = |on: bool, reason: Reason| Some(Decision { feature: "stars", on, reason, tier: None });
     if request.pixel_view != PixelView::Final {
         return (Vec::new(), None);
     }
     if !request.layers.stars {
-        return (Vec::new(), decided(false, "set by you".into()));
+        return (Vec::new(), decided(false, reason!("set-by-you")));
     }
     let camera = &viewer.camera;
     // A boost of one stop lowers the limit by 2.5 log10(2) magnitudes.
     let boost = request.stars_boost.exp2();
     let limit = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
-    let boost_note = if boost == 1.0 { String::new() } else { format!(", {:+.1} stops brighter than they are", request.stars_boost) };
-    let limit_note = if limit.is_finite() {
-        format!("the exposure shows stars to magnitude {limit:.1}{boost_note}")
-    } else {
-        "linear light shows any star".into()
+    let limit_note = match limit.is_finite() {
+        false => reason!("stars-linear"),
+        true if boost == 1.0 => reason!("stars-to-magnitude", limit = format_args!("{limit:.1}")),
+        true => {
+            reason!("stars-lifted", limit = format_args!("{limit:.1}"), stops = format_args!("{:+.1}", request.stars_boost))
+        }
     };
     // Near the Sun no star is brighter than in the catalogue, so the brightest star decides; farther away cells are tested with their parallax.
     let is_near_sun = viewer.camera.position_km.length() < CONSTANT_BRIGHTNESS_KM;
@@ -161,7 +163,7 @@ pub(crate) fn stars(
         };
         sprites.extend(bright.filter_map(to_sprite));
     }
-    let reason = format!("{} in the frame; {limit_note}", sprites.len());
+    let reason = reason!("stars-in-frame", count = sprites.len()).and(limit_note);
     let on = !sprites.is_empty();
     (sprites, decided(on, reason))
 }

@@ -2,6 +2,7 @@
 
 use crate::catalog::NaifId;
 use crate::mesh::Model;
+use crate::message::reason;
 use crate::scene::decision::with_invented;
 use crate::scene::draw::uniforms::{DrawUniforms, MeshInstance};
 use crate::scene::features::case::{BodyContext, Decisions, Frame};
@@ -27,22 +28,27 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
     let (name, body, log) = (Effect::Mesh.name(), case.body(), &mut so_far.log);
     let resources = case.frame.context.resources;
     let Some(named) = &body.mesh else {
-        log.note(name, false, "not available for this body".into());
+        log.note(name, false, reason!("not-available"));
         return so_far;
     };
     if resources.is_unreadable(&named.file) {
-        log.note(name, false, format!("{} could not be read: drawn as its ellipsoid", named.file));
+        log.note(name, false, reason!("unreadable-mesh", file = &named.file));
         return so_far;
     }
     let Some(model) = case.model else {
-        log.effect(Effect::Mesh, false, format!("{} is not read here: drawn as its ellipsoid", named.file));
+        log.effect(Effect::Mesh, false, reason!("unread-mesh", file = &named.file));
         return so_far;
     };
-    let reason = format!("{} triangles of {}, up to {:.3} radii from the centre", model.triangles(), named.file, model.reach);
-    log.effect(Effect::Mesh, true, with_invented(reason, "the shape", named.invented.as_deref()));
+    let reason = reason!(
+        "mesh-triangles",
+        count = model.triangles(),
+        file = &named.file,
+        radii = format_args!("{:.3}", model.reach)
+    );
+    log.effect(Effect::Mesh, true, with_invented(reason, named.invented.as_deref(), |how| reason!("shape-invented", how = how)));
     so_far.chosen.mesh = Some(meshes::flags(body, model));
     let Some((towards, radius_rad)) = sun_over(case.frame, case.placed) else { return so_far };
-    let reason = format!("at each vertex, of a Sun of {:.3} degrees across; sharp to an edge's length", 2.0 * radius_rad.to_degrees());
+    let reason = reason!("mesh-shadow", degrees = format_args!("{:.3}", 2.0 * radius_rad.to_degrees())).and(reason!("mesh-shadow-sharp"));
     let is_lit = !Capabilities::of(body).emissive;
     if log.effect(Effect::SelfShadow, is_lit, reason) {
         so_far.self_shadow = Some((towards, radius_rad));

@@ -5,6 +5,7 @@
 //! obliquely.
 
 use crate::catalog::{Body, Overlay, Projection};
+use crate::message::{Reason, reason};
 use crate::scene::camera;
 use crate::scene::draw::uniforms::OverlayUniforms;
 use crate::scene::features::case::{BodyContext, Decisions};
@@ -17,13 +18,18 @@ use std::f64::consts::{FRAC_PI_2, PI};
 const NO_EDGE: f64 = 1e6;
 
 /// Whether an overlay can change a pixel. `ground_deg_per_px`: degrees of ground per pixel.
-pub(crate) fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64, threshold: Threshold) -> (bool, String) {
+pub(crate) fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64, threshold: Threshold) -> (bool, Reason) {
     let extent_deg = match overlay.projection {
         Projection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => (east_deg - west_deg).min(north_deg - south_deg),
         Projection::Orthographic { width_km, height_km, .. } => (width_km.min(height_km) / body.radii_km.x).min(PI).to_degrees(),
     };
     let size_px = extent_deg / ground_deg_per_px;
-    let reason = format!("{} is {size_px:.1} px across against 0.5, opacity {}", overlay.name, overlay.opacity);
+    let reason = reason!(
+        "overlay-size",
+        overlay = &overlay.name,
+        size = format_args!("{size_px:.1}"),
+        opacity = overlay.opacity
+    );
     ((size_px > 0.5 || threshold.is_linear()) && threshold.is_exceeded_by_change(overlay.opacity), reason)
 }
 
@@ -31,12 +37,12 @@ pub(crate) fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64,
 pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let (body, name) = (case.body(), Effect::Overlays.name());
     if body.overlays.is_empty() {
-        so_far.log.note(name, false, "not available for this body".into());
+        so_far.log.note(name, false, reason!("not-available"));
     }
     let resources = case.frame.context.resources;
     for overlay in &body.overlays {
         if resources.is_unreadable(&overlay.file) {
-            so_far.log.note(name, false, format!("{} could not be read: drawn without it", overlay.file));
+            so_far.log.note(name, false, reason!("unreadable", file = &overlay.file));
             continue;
         }
         let (on, reason) = is_visible(body, overlay, case.ground_deg_per_px(), case.threshold());

@@ -7,6 +7,7 @@
 //! larger than a tenth of the disc (tests/eclipse/overlapping_limbs.rs compares with the closed forms of the eclipse fragments).
 
 use crate::catalog::NaifId;
+use crate::message::reason;
 use crate::scene::camera::{Camera, Placement, narrow, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
 use crate::scene::draw::{Draw, Part, Point, Shape, Surface};
@@ -162,7 +163,7 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
     let placed_body = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let mut note = |farther: &PlacedBody<'_>, visible: DVec3| {
         if visible != DVec3::ONE {
-            let reason = format!("nearer bodies leave {:.6} of its disc's light", visible.y);
+            let reason = reason!("hidden", part = format_args!("{:.6}", visible.y));
             let decision = Decision { feature: "hidden", on: visible == DVec3::ZERO, reason, tier: None };
             let is_unrecorded = |b: &&mut BodyInView| b.id == farther.body.id && b.decisions.iter().all(|d| d.feature != decision.feature);
             bodies.iter_mut().filter(is_unrecorded).for_each(|b| b.decisions.push(decision.clone()));

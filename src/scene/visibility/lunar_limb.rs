@@ -8,6 +8,7 @@
 use crate::catalog::NaifId;
 use crate::ephemeris::angle_rad;
 use crate::ephemeris::limb_profile::{LIMB_POINTS, LimbProfile};
+use crate::message::reason;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{AnchorForm, Camera, Placement, narrow, narrow_scalar};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
@@ -121,9 +122,13 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
     let draw = draws.iter_mut().find(|d| d.body == NaifId::MOON && d.part == Part::Globe);
     let supports_limb_profile = |d: &Draw| d.features.shape == Shape::Sphere && d.features.eclipse.occluders == 0;
     let on = span_px >= MIN_SPAN_PX && draw.as_ref().is_some_and(|d| supports_limb_profile(d));
-    let reason = format!(
-        "its limb by {} points reaches from {least_km:.2} to {greatest_km:.2} km: {span_px:.2} px against {MIN_SPAN_PX}",
-        LIMB_POINTS
+    let reason = reason!(
+        "limb-heights",
+        count = LIMB_POINTS,
+        least = format_args!("{least_km:.2}"),
+        greatest = format_args!("{greatest_km:.2}"),
+        size = format_args!("{span_px:.2}"),
+        limit = MIN_SPAN_PX
     );
     let decision = Decision { feature: "limb-heights", on, reason, tier: None };
     bodies.iter_mut().filter(|b| b.id == NaifId::MOON).for_each(|b| b.decisions.push(decision.clone()));

@@ -12,9 +12,9 @@ use super::fragments::Fragments;
 use super::generator;
 use super::{Lowering, ModuleId, ShaderError, ShaderModule};
 use crate::files::{is_temporary, read_bytes, write_cached};
+use crate::memo::RecentMap;
 use parking_lot::{Mutex, RwLock};
 use rayon::prelude::*;
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -118,13 +118,17 @@ impl Generator {
     }
 }
 
+/// Largest number of modules in memory; they have a quarter of a megabyte each. A view of the whole system with all effects has some forty. One that made way
+/// is read again within a millisecond.
+const MODULES_KEPT: usize = 96;
+
 /// A cache of modules by name, in memory and on disk; shared between threads.
 pub struct ShaderLibrary {
     /// `<cache>/orrery/shaders`; `None` for a library that is only in memory.
     root: Option<PathBuf>,
     generator: RwLock<Generator>,
     lowering: Lowering,
-    modules: Mutex<HashMap<ModuleId, Slot>>,
+    modules: Mutex<RecentMap<ModuleId, Slot>>,
     counters: Counters,
     report: Box<dyn Fn(&str) + Send + Sync>,
     write_error_reported: AtomicBool,
@@ -147,7 +151,7 @@ impl ShaderLibrary {
             root,
             generator: RwLock::new(Generator::of(Fragments::default(), &lowering)),
             lowering,
-            modules: Mutex::default(),
+            modules: Mutex::new(RecentMap::with_capacity(MODULES_KEPT)),
             counters: Counters::default(),
             report,
             write_error_reported: AtomicBool::new(false),
@@ -190,7 +194,7 @@ impl ShaderLibrary {
     /// Where a module came from; `None` for a module that has not been requested.
     pub fn origin(&self, id: &ModuleId) -> Option<Origin> {
         let modules = self.modules.lock();
-        Some(modules.get(id)?.get()?.as_ref().ok()?.1)
+        Some(modules.peek(id)?.get()?.as_ref().ok()?.1)
     }
 
     /// Path of a module's entry, whether or not the file exists.
@@ -202,7 +206,11 @@ impl ShaderLibrary {
     pub fn get(&self, id: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
         let slot = {
             let mut modules = self.modules.lock();
-            Arc::clone(modules.entry(id.clone()).or_default())
+            modules.get(id).unwrap_or_else(|| {
+                let slot = Slot::default();
+                modules.insert(id.clone(), Arc::clone(&slot));
+                slot
+            })
         };
         if slot.get().is_some() {
             self.counters.from_memory.fetch_add(1, Ordering::Relaxed);
@@ -211,7 +219,7 @@ impl ShaderLibrary {
     }
 
     fn is_in_memory(&self, id: &ModuleId) -> bool {
-        self.modules.lock().get(id).is_some_and(|slot| slot.get().is_some())
+        self.modules.lock().peek(id).is_some_and(|slot| slot.get().is_some())
     }
 
     fn load_or_build(&self, id: &ModuleId) -> Result<(Arc<ShaderModule>, Origin), ShaderError> {
@@ -365,7 +373,7 @@ impl ShaderLibrary {
     pub fn replace_forged(&self, ids: &[ModuleId]) -> usize {
         let generator = self.current_generator();
         let is_forged = |id: &&ModuleId| {
-            let slot = self.modules.lock().get(id).cloned();
+            let slot = self.modules.lock().peek(id).cloned();
             let Some(Ok((loaded, Origin { how: CacheOutcome::Read, .. }))) = slot.as_ref().and_then(|s| s.get()) else { return false };
             let built = ShaderModule::build_with(&generator.fragments, id, &self.lowering).ok();
             built.is_some_and(|built| entry::encode(&generator.digest, &built) != entry::encode(&generator.digest, loaded))

@@ -11,6 +11,7 @@ mod refracted_limb;
 mod rings;
 
 use crate::catalog::{Body, NaifId};
+use crate::message::{Argument, reason};
 use crate::scene::atmosphere::air;
 use crate::scene::camera::Camera;
 use crate::scene::camera::silhouette::Outline;
@@ -66,7 +67,7 @@ const CORONA_RADII: [f64; 2] = [1.0, 4.0];
 /// One kind of subject in the frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Metered {
-    pub name: String,
+    pub name: Argument,
     /// The body that the subject belongs to, if any: ground, sky, refracted limb.
     pub body: Option<NaifId>,
     /// Weighted geometric mean of the subject's radiance.
@@ -105,7 +106,7 @@ impl Tally {
         self.log_sum += other.log_sum;
     }
 
-    fn metered(&self, name: impl Into<String>, body: Option<NaifId>, target_level: f64) -> Option<Metered> {
+    fn metered(&self, name: impl Into<Argument>, body: Option<NaifId>, target_level: f64) -> Option<Metered> {
         let radiance = (self.log_sum / self.weight).exp();
         (self.weight > 0.0 && radiance > 0.0).then(|| Metered { name: name.into(), body, radiance, target_level, weight: self.weight })
     }
@@ -177,13 +178,13 @@ impl Meter<'_, '_> {
         if let Some(air) = self.air {
             let mut sky = Tally::default();
             sky.add((frame.sky_fraction() - covered).max(0.0), frame.sky, 0.0);
-            metered.extend(sky.metered(format!("the sky of {}", air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
+            metered.extend(sky.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
             // The sky and ground around the camera are darkened in dusk.
             metered.iter_mut().filter(|m| m.body == Some(air.body.id)).for_each(|m| m.target_level *= dusk_factor(m.radiance));
         }
         let dark = night * AUTO_EXPOSED_MEAN;
         metered.push(Metered {
-            name: "the dark sky".into(),
+            name: reason!("subject-dark-sky").into(),
             body: None,
             radiance: dark,
             target_level: AUTO_EXPOSED_MEAN,
@@ -460,7 +461,7 @@ impl Frame<'_, '_> {
             }
         }
         let weight = if self.meter.context.request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
-        let found = tally.metered("the corona", None, AUTO_EXPOSED_MEAN)?;
+        let found = tally.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
         Some(Metered { weight: found.weight * weight, ..found })
     }
 

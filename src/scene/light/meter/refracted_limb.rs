@@ -3,6 +3,7 @@
 use super::geometry::frame_position_weight;
 use super::{Frame, Metered, SUN_WEIGHT, Tally};
 use crate::catalog::NaifId;
+use crate::message::reason;
 use crate::scene::eclipse::refracted_limb;
 use crate::scene::light::exposure::AUTO_EXPOSED_MEAN;
 use crate::scene::numeric::smoothstep;
@@ -40,6 +41,6 @@ impl Frame<'_, '_> {
             all.merge(&tally);
         }
         let body = brightest?;
-        all.metered(format!("the Sun in the limb of {}", body.name), Some(body.id), AUTO_EXPOSED_MEAN)
+        all.metered(reason!("subject-refracted-limb", body = &body.name), Some(body.id), AUTO_EXPOSED_MEAN)
     }
 }
