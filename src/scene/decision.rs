@@ -68,9 +68,7 @@ impl<'a> DecisionLog<'a> {
     pub(crate) fn map(&mut self, effect: Effect, map: Option<&Map>, threshold: impl FnOnce() -> (bool, Reason)) -> bool {
         match map {
             None => self.note(effect.name(), false, reason!("not-available")),
-            Some(m) if self.resources.is_unreadable(&m.file) => {
-                self.note(effect.name(), false, reason!("unreadable", file = &m.file))
-            }
+            Some(m) if self.resources.is_unreadable(&m.file) => self.note(effect.name(), false, reason!("unreadable", file = &m.file)),
             Some(m) => {
                 let (on, reason) = threshold();
                 self.effect(effect, on, with_invented(reason, m.invented.as_deref(), |how| reason!("map-invented", how = how)))

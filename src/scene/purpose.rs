@@ -87,7 +87,7 @@ impl Threshold {
             Purpose::Display => {
                 let light = self.relative_to_white(radiance);
                 reason!("of-white", light = format_args!("{light:.2e}"), least = format_args!("{VISIBLE_LIGHT:.2e}"))
-            },
+            }
             Purpose::Linear { .. } => reason!("of-linear-light", light = format_args!("{radiance:.2e}")),
         }
     }
@@ -127,7 +127,10 @@ mod tests {
                     && !linear.is_exceeded_by_change(1e-5)
             );
             assert_eq!(linear.cutoff_radiance(0.01), 0.0);
-            assert!(linear.description(faint).to_string().contains("linear") && !display(white).description(faint).to_string().contains("linear"));
+            assert!(
+                linear.description(faint).to_string().contains("linear")
+                    && !display(white).description(faint).to_string().contains("linear")
+            );
         }
     }
 }

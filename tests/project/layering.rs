@@ -7,7 +7,7 @@ use super::source_tree::{NamedPath, SourceFile, SourceTree, code_of};
 const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("units", &[], &["naga", "wgpu", "winit", "softbuffer"]),
     ("wording", &[], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
-    ("message", &[], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("message", &["message"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("random", &[], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("unwinding", &[], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("files", &["wording"], &["naga", "wgpu", "winit", "softbuffer"]),

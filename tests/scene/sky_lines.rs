@@ -178,7 +178,11 @@ fn the_horizon_is_that_of_the_viewers_location() {
     let north = scene(&from_ground((DVec3::Z - zenith * zenith.z).normalize(), 30.0));
     assert!(names(&north).contains(&"N".to_owned()), "{:?}", names(&north));
     let in_space = scene(&towards(DVec3::X, 30.0, only("grid-horizon")));
-    assert!(in_space.sky_lines.is_empty() && in_space.sky.iter().any(|d| !d.on && d.reason.to_string().contains("no ground")), "{:?}", in_space.sky);
+    assert!(
+        in_space.sky_lines.is_empty() && in_space.sky.iter().any(|d| !d.on && d.reason.to_string().contains("no ground")),
+        "{:?}",
+        in_space.sky
+    );
 }
 
 /// Every body that is large enough has its own lines, in the order in which bodies are drawn: the Earth beyond the Moon's limb as well as the Moon.

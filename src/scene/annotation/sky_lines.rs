@@ -220,11 +220,7 @@ fn boundaries(builder: &mut SkyLineBuilder<'_>) {
         builder.arc(&point, [0.0, length], DERIVATIVE_BOUND, |_| 1.0, BORDER);
     }
     let count = builder.all.segments.len() - before;
-    builder.decide(
-        "boundaries",
-        count > 0,
-        if count > 0 { reason!("lines-borders") } else { reason!("lines-no-border") },
-    );
+    builder.decide("boundaries", count > 0, if count > 0 { reason!("lines-borders") } else { reason!("lines-no-border") });
 }
 
 fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewer: &Viewer) {

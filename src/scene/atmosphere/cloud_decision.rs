@@ -33,8 +33,7 @@ fn shell(case: &BodyContext<'_, '_>, so_far: &mut Decisions<'_>) -> Option<Draw>
     }
     let full_cover = clouds.albedo * lights::sunlight(p.sun_from_body_km).irradiance.x;
     let threshold = case.threshold();
-    let check =
-        || (threshold.is_exceeded_by(full_cover), reason!("clouds-closed-deck", light = threshold.description(full_cover)));
+    let check = || (threshold.is_exceeded_by(full_cover), reason!("clouds-closed-deck", light = threshold.description(full_cover)));
     if !so_far.log.map(Effect::Clouds, Some(&clouds.map), check) {
         return None;
     }

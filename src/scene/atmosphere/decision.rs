@@ -62,11 +62,7 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
     log.tier(Effect::Atmosphere.name(), tiers::of_atmosphere(tier));
     if chosen.eclipse.occluders > 0 {
         let has_spread = tier == AtmosphereModel::Table;
-        let reason = if has_spread {
-            reason!("air-spread")
-        } else {
-            reason!("air-no-spread")
-        };
+        let reason = if has_spread { reason!("air-spread") } else { reason!("air-no-spread") };
         log.note("light-into-shadow", has_spread, reason);
     }
     if !chosen.ellipsoid && Capabilities::of(body).ellipsoid {

@@ -128,5 +128,9 @@ fn invented(body: &Body, draws: &[Draw]) -> Vec<(String, Reason)> {
     let detailed = draws.iter().map(|d| d.features.detail).filter(|d| *d != Detail::None);
     let detailed = detailed.map(|d| ("detail".to_owned(), detail::law(d)));
     let shape = body.mesh.iter().filter(|_| meshed).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
-    maps.filter(|(file, _)| shown(file)).chain(shape).map(|(file, how)| (file.clone(), reason!("quoted", text = invented_text(how)))).chain(detailed).collect()
+    maps.filter(|(file, _)| shown(file))
+        .chain(shape)
+        .map(|(file, how)| (file.clone(), reason!("quoted", text = invented_text(how))))
+        .chain(detailed)
+        .collect()
 }

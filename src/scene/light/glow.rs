@@ -121,11 +121,8 @@ pub(crate) fn glow(
     let strength = transmittance(towards) * strength;
     let at_limb = strength.max_element() / least_sq;
     let on = threshold.is_exceeded_by(at_limb);
-    let reason = if visible_fraction > 0.0 {
-        reason!("glare-at-limb", light = threshold.description(at_limb))
-    } else {
-        reason!("glare-hidden")
-    };
+    let reason =
+        if visible_fraction > 0.0 { reason!("glare-at-limb", light = threshold.description(at_limb)) } else { reason!("glare-hidden") };
     let in_camera = DVec3::new(towards.dot(camera.right), towards.dot(camera.up), towards.dot(camera.forward));
     let least = threshold.cutoff_radiance(VISIBLE_LIGHT);
     let rect = reach(camera, in_camera, (strength.max_element() / least.max(f64::MIN_POSITIVE)).sqrt());

@@ -72,10 +72,7 @@ fn reflected_glint(case: &BodyContext<'_, '_>) -> (bool, Reason) {
     let shines = case.effects().override_of(Effect::PlanetShine) != Some(false);
     let strongest = lights::planet_shine(case.body(), p.position_km, case.frame.reflectors, |_| false).1.filter(|_| shines);
     let glint = strongest.map_or(0.0, |(_, radiance)| radiance * GLINT_OVER_GROUND);
-    (
-        threshold.is_exceeded_by(glint),
-        reason!("no-lit-ground").and(reason!("glint-of-others", light = threshold.description(glint))),
-    )
+    (threshold.is_exceeded_by(glint), reason!("no-lit-ground").and(reason!("glint-of-others", light = threshold.description(glint))))
 }
 
 /// Margin beyond the terminator for the Sun's angular radius at Mercury and for refraction, degrees.

@@ -39,12 +39,7 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
         log.effect(Effect::Mesh, false, reason!("unread-mesh", file = &named.file));
         return so_far;
     };
-    let reason = reason!(
-        "mesh-triangles",
-        count = model.triangles(),
-        file = &named.file,
-        radii = format_args!("{:.3}", model.reach)
-    );
+    let reason = reason!("mesh-triangles", count = model.triangles(), file = &named.file, radii = format_args!("{:.3}", model.reach));
     log.effect(Effect::Mesh, true, with_invented(reason, named.invented.as_deref(), |how| reason!("shape-invented", how = how)));
     so_far.chosen.mesh = Some(meshes::flags(body, model));
     let Some((towards, radius_rad)) = sun_over(case.frame, case.placed) else { return so_far };

@@ -24,12 +24,7 @@ pub(crate) fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64,
         Projection::Orthographic { width_km, height_km, .. } => (width_km.min(height_km) / body.radii_km.x).min(PI).to_degrees(),
     };
     let size_px = extent_deg / ground_deg_per_px;
-    let reason = reason!(
-        "overlay-size",
-        overlay = &overlay.name,
-        size = format_args!("{size_px:.1}"),
-        opacity = overlay.opacity
-    );
+    let reason = reason!("overlay-size", overlay = &overlay.name, size = format_args!("{size_px:.1}"), opacity = overlay.opacity);
     ((size_px > 0.5 || threshold.is_linear()) && threshold.is_exceeded_by_change(overlay.opacity), reason)
 }
 

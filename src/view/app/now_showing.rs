@@ -14,7 +14,7 @@ use crate::catalog::moments::Moment;
 use crate::session::Session;
 use crate::time::Instant;
 use crate::view::language::dates::day_text;
-use crate::view::language::{decimal, text, catalog_text};
+use crate::view::language::{catalog_text, decimal, text};
 use std::sync::Arc;
 
 const SATURN: NaifId = NaifId(699);

@@ -193,4 +193,6 @@ pub(crate) fn body_name(name: &str) -> &str {
 }
 
 #[cfg(test)]
+mod message_tests;
+#[cfg(test)]
 mod tests;

@@ -6,7 +6,7 @@ use crate::scene::effects::{Decision, Effect, EffectOverrides};
 use crate::scene::request::{Quality, ToneMap, ViewRequest};
 use crate::session::{DisplayPreference, EffectCost, RendererPreference, Session};
 use crate::view::language::numbers::typed_number;
-use crate::view::language::{body_name, decimal, named, signed, text, reason_text};
+use crate::view::language::{body_name, decimal, named, reason_text, signed, text};
 use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{ComboBox, ScrollArea};

@@ -153,7 +153,11 @@ fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog
                 line(ui, text!("fact-invented-map"), format!("{file}: {}", reason_text(how)));
             }
             if let Some(air) = &known.atmosphere {
-                line(ui, text!("fact-atmosphere"), air.species.iter().map(|s| catalog_text("species", &s.name)).collect::<Vec<_>>().join(", "));
+                line(
+                    ui,
+                    text!("fact-atmosphere"),
+                    air.species.iter().map(|s| catalog_text("species", &s.name)).collect::<Vec<_>>().join(", "),
+                );
             }
         }
     });

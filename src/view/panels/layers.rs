@@ -3,7 +3,7 @@
 use super::Interface;
 use crate::scene::request::Layers;
 use crate::view::language::numbers::typed_number;
-use crate::view::language::{plain, text, reason_text};
+use crate::view::language::{plain, reason_text, text};
 use egui::Slider;
 
 /// Name of each layer, and the text ids of its label and its tooltip.

@@ -22,8 +22,9 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         .on_hover_text(text!("moments-filter-hint"));
     let filter = interface.moments.filter.to_lowercase();
     // The filter applies to the translated name and to the name in the catalog.
-    let matches_filter =
-        |moment: &Moment| [catalog_text("moment", &moment.name), (&moment.name).into()].iter().any(|name| name.to_lowercase().contains(&filter));
+    let matches_filter = |moment: &Moment| {
+        [catalog_text("moment", &moment.name), (&moment.name).into()].iter().any(|name| name.to_lowercase().contains(&filter))
+    };
     let catalog = worker.session().catalog();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         if filter.is_empty() {

@@ -108,8 +108,13 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
         Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width(TEXT_WIDTH.min(sky.width() - 40.0).max(120.0));
             ui.add(Label::new(
-                RichText::new(text!("tour-stop", tour = catalog_text("tour", &playing.tour.title), stop = stop + 1, stops = playing.tour.stops()))
-                    .small(),
+                RichText::new(text!(
+                    "tour-stop",
+                    tour = catalog_text("tour", &playing.tour.title),
+                    stop = stop + 1,
+                    stops = playing.tour.stops()
+                ))
+                .small(),
             ));
             let told = catalog_detail("tour", &playing.tour.title, &(stop + 1).to_string(), playing.tour.text(stop));
             let text = ui.label(told);
