@@ -17,18 +17,32 @@ pub fn value_and_slope(c: &[f64], u: f64) -> (f64, f64) {
     (c[0] + u * b1 - b2, b1 + u * d1 - d2)
 }
 
-/// The coefficients by axis of the polynomial of `terms` terms that interpolates `at` (called with arguments in -1..=1) at as many nodes.
-pub fn fit_nodes(terms: usize, at: impl Fn(f64) -> DVec3) -> [Vec<f64>; 3] {
-    let angle = |k: usize, j: usize| PI * k as f64 * (j as f64 + 0.5) / terms as f64;
-    let values: Vec<DVec3> = (0..terms).map(|j| at(angle(1, j).cos())).collect();
+/// The angle of node `j` times `k`.
+fn node_angle(terms: usize, k: usize, j: usize) -> f64 {
+    PI * k as f64 * (j as f64 + 0.5) / terms as f64
+}
+
+/// The Chebyshev nodes of a polynomial of `terms` terms, in -1..=1.
+pub fn nodes(terms: usize) -> impl Iterator<Item = f64> {
+    (0..terms).map(move |j| node_angle(terms, 1, j).cos())
+}
+
+/// The coefficients by axis of the polynomial that has these values at as many [`nodes`].
+pub fn fit(values: &[DVec3]) -> [Vec<f64>; 3] {
+    let terms = values.len();
     std::array::from_fn(|axis| {
         (0..terms)
             .map(|k| {
-                let sum: f64 = (0..terms).map(|j| values[j][axis] * angle(k, j).cos()).sum();
+                let sum: f64 = (0..terms).map(|j| values[j][axis] * node_angle(terms, k, j).cos()).sum();
                 sum * if k == 0 { 1.0 } else { 2.0 } / terms as f64
             })
             .collect()
     })
+}
+
+/// The coefficients by axis of the polynomial of `terms` terms that interpolates `at` (called with arguments in -1..=1) at as many nodes.
+pub fn fit_nodes(terms: usize, at: impl Fn(f64) -> DVec3) -> [Vec<f64>; 3] {
+    fit(&nodes(terms).map(at).collect::<Vec<_>>())
 }
 
 #[cfg(test)]

@@ -20,13 +20,15 @@ mod sealed;
 pub use panorama::{Panorama, read_panorama};
 pub use poles::PoleFilter;
 mod write;
+mod y4m;
 
 pub use animation::{AnimationFormat, AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation_format};
 pub use compare::{Difference, DisplayImage};
 pub use glyph_atlas::{Glyph, GlyphAtlas};
 pub use maps::{MapDecoding, MapOrigin, MapStore};
 pub use sealed::{HEAD_LEN, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
-pub use write::{write_exr, write_png, write_y4m_frame, write_y4m_header};
+pub use write::{write_exr, write_png};
+pub use y4m::{write_y4m_header, y4m_frame};
 
 /// Largest encoded image, bytes.
 pub(crate) const MAX_FILE_BYTES: u64 = 1 << 30;

@@ -14,6 +14,7 @@ use super::sample::texels::Texels;
 use super::sample::{BoundTexture, Textures};
 use super::stage::TapeStage;
 use super::timings::{PassTimings, Timings};
+use super::tone_map::ToneMapFields;
 use crate::image::TexelFormat;
 use crate::render::frame::Frame;
 use crate::render::plan::{ModuleProvider, Pass, Plan, PlanDraw, TextureSource};
@@ -52,6 +53,8 @@ impl Default for Options {
 pub(super) struct EntryPoints {
     pub vertex: Program,
     pub fragment: Program,
+    /// Set if this is the shipped tone map.
+    pub tone_map: Option<ToneMapFields>,
 }
 
 /// Executes plans on the CPU.
@@ -226,7 +229,7 @@ impl SoftwareRenderer {
         let (Some(vertex), Some(fragment)) = (vertex, fragment) else {
             return Err(module_error(format!("module {} lacks a vertex or a fragment stage", draw.module)));
         };
-        let entry_points = Arc::new(EntryPoints { vertex, fragment });
+        let entry_points = Arc::new(EntryPoints { vertex, fragment, tone_map: ToneMapFields::of(&module) });
         self.entry_points.lock().insert(draw.module.clone(), Arc::clone(&entry_points));
         Ok(entry_points)
     }
@@ -243,7 +246,8 @@ impl SoftwareRenderer {
             TapeStage::new(program, &draw.uniform_bytes, Box::new(textures), self.options.kernels)
                 .map_err(|what| RenderError::Module { draw: draw.label.clone(), what })
         };
-        Ok(BoundStages { vertex: stage(&entry_points.vertex)?, fragment: stage(&entry_points.fragment)? })
+        let tone_map = entry_points.tone_map.and_then(|fields| fields.bind(&draw.uniform_bytes));
+        Ok(BoundStages { vertex: stage(&entry_points.vertex)?, fragment: stage(&entry_points.fragment)?.with_tone_map(tone_map) })
     }
 }
 

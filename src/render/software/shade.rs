@@ -225,7 +225,7 @@ impl TileShader<'_> {
         let quads = &batch.quads;
         // Uncovered pixels of a quad run as helper lanes for derivatives.
         let active = LaneMask::MAX >> (LANES - 4 * count);
-        lane_inputs::fill(job, run, quads, self.pixels, self.tile);
+        lane_inputs::fill(job, run, quads, block, self.pixels, self.tile);
         let remaining = run.run(active);
         let plan = &job.fragment_plan;
         let outputs = plan.colour_outputs.map(|output| output.map(|o| run.output(o)));
@@ -248,7 +248,11 @@ impl TileShader<'_> {
                 return;
             }
             let written_depth = plan.depth_output.map(|o| run.output(o));
-            fully_drawn_block = block.filter(|first| remaining == LaneMask::MAX && self.test_block_depth(plan, written_depth, *first));
+            // No closure: it would be compiled without this function's instruction set.
+            fully_drawn_block = match block {
+                Some(first) if remaining == LaneMask::MAX && self.test_block_depth(plan, written_depth, first) => Some(first),
+                _ => None,
+            };
             if fully_drawn_block.is_none() {
                 self.late_depth_test(job, written_depth, remaining, &mut batch.quads[..count]);
             }
@@ -277,8 +281,9 @@ impl TileShader<'_> {
         }
         let Some(values) = depth else { return false };
         let mut new = [0.0; LANES];
-        for (new, value) in new.iter_mut().zip(values) {
-            *new = (value.f64() as f32).clamp(0.0, 1.0);
+        match R::as_f32(values) {
+            Some(values) => new.iter_mut().zip(values).for_each(|(new, value)| *new = value.clamp(0.0, 1.0)),
+            None => new.iter_mut().zip(values).for_each(|(new, value)| *new = (value.f64() as f32).clamp(0.0, 1.0)),
         }
         self.target.test_depth_of_all(first * 4, &new, plan.depth.test, plan.depth.write)
     }

@@ -8,6 +8,7 @@ use super::exec::{ExecutionCounts, Executor, LaneMask, Prepared, TextureUnit};
 use super::kernels::KernelClass;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput, Program};
+use super::tone_map::{ToneMap, ToneMapRun};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use super::exec::LANES;
@@ -21,6 +22,10 @@ pub trait LaneProgram<R: Real>: Sync {
     /// Whether the result at a pixel depends only on the texels loaded at that pixel, and not on the pixel's position.
     fn is_position_independent(&self) -> bool {
         false
+    }
+    /// The tone map, if this is the shipped one, bound to its uniforms.
+    fn tone_map(&self) -> Option<ToneMap> {
+        None
     }
     /// Creates the working state of one thread.
     fn start(&self) -> Box<dyn LaneRun<R> + Send + '_>;
@@ -51,6 +56,8 @@ pub(crate) struct TapeStage<'a, R: Real> {
     prepared: Prepared<R>,
     textures: Box<dyn TextureUnit<R> + Sync + 'a>,
     class: KernelClass,
+    /// Runs in place of the program.
+    tone_map: Option<ToneMap>,
     /// A batch was stopped at the loop limit; no further batch is run.
     hit_loop_limit: AtomicBool,
 }
@@ -65,7 +72,13 @@ impl<'a, R: Real> TapeStage<'a, R> {
         class: KernelClass,
     ) -> Result<Self, String> {
         Executor::<R>::with_class(program, class)?;
-        Ok(Self { program, prepared: program.prepare_for(uniform_bytes, class), textures, class, hit_loop_limit: AtomicBool::new(false) })
+        let (prepared, hit_loop_limit) = (program.prepare_for(uniform_bytes, class), AtomicBool::new(false));
+        Ok(Self { program, prepared, textures, class, tone_map: None, hit_loop_limit })
+    }
+
+    /// Runs the tone map in place of the program, if the lanes are f32.
+    pub(crate) fn with_tone_map(self, tone_map: Option<ToneMap>) -> Self {
+        Self { tone_map: tone_map.filter(|_| R::as_f32(&[]).is_some()), ..self }
     }
 
     /// Whether a batch was stopped at the loop limit: the image is then incomplete.
@@ -87,7 +100,14 @@ impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
     fn is_position_independent(&self) -> bool {
         self.program.is_position_independent()
     }
+    fn tone_map(&self) -> Option<ToneMap> {
+        self.tone_map
+    }
     fn start(&self) -> Box<dyn LaneRun<R> + Send + '_> {
+        let native = self.tone_map.and_then(|t| ToneMapRun::new(t, &self.program.inputs, &self.program.outputs, self.textures.as_ref()));
+        if let Some(run) = native {
+            return Box::new(run);
+        }
         match Executor::with_class(self.program, self.class) {
             Ok(executor) => Box::new(TapeRun { stage: self, executor }),
             Err(what) => unreachable!("TapeStage::new has bound this program: {what}"),
