@@ -65,6 +65,19 @@ impl Threshold {
         }
     }
 
+    /// The greatest radiance that, added to black, is left out.
+    pub(crate) fn least_radiance(self) -> f64 {
+        self.cutoff_radiance(VISIBLE_LIGHT)
+    }
+
+    /// The smallest change that is kept, in words.
+    pub(crate) fn bound_description(self) -> String {
+        match self.purpose {
+            Purpose::Display => format!("within {:.2e} of the light, or {VISIBLE_LIGHT:.2e} of white on black", self.least_change()),
+            Purpose::Linear { floor } => format!("within {floor:.0e} of the light"),
+        }
+    }
+
     /// Whether the purpose is linear light, which also keeps features that are left out on a display because they are too small.
     pub(crate) fn is_linear(self) -> bool {
         matches!(self.purpose, Purpose::Linear { .. })

@@ -389,6 +389,16 @@ impl Session {
         }
     }
 
+    /// Like [`Self::plan`], but each pixel evaluates its air: its draws depend on no pass before theirs.
+    ///
+    /// # Errors
+    /// See [`Self::plan`].
+    pub fn plan_of_single_pixels(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<(Scene, Plan), SessionError> {
+        let (mut scene, plan) = self.plan(request, sampling)?;
+        let plan = if scene.evaluate_air_in_each_pixel() { plan::plan(&scene, self, sampling)? } else { plan };
+        Ok((scene, plan))
+    }
+
     /// The passes and draws of a view in their order, as text.
     ///
     /// # Errors

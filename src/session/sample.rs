@@ -6,10 +6,10 @@
 
 use super::SessionError;
 use crate::catalog::Ring;
-use crate::image::Texture;
+use crate::image::{Level, SharedTexture, TexelFormat, Texture};
 use crate::render::plan::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, LIMB_TABLE, Pass, Plan, PlanDraw, PlanError, RING_PROFILE,
-    RING_SHINE, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices, limb_table, map_format, ring_profile, ring_shine,
+    AddressMode, Attribute, Blend, COARSE_AIR_TEXTURE, ColourFormat, Cull, DepthState, Instances, LIMB_TABLE, Pass, Plan, PlanDraw, PlanError, RING_PROFILE,
+    RING_SHINE, SamplerBinding, coarse_air_size, SamplerState, TextureBinding, TextureSource, Vertices, limb_table, map_format, ring_profile, ring_shine,
     role_of, uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
@@ -17,6 +17,7 @@ use crate::scene::air_spread::{COLUMNS as COLUMNS_OF_SPREAD, REACHES, TABLES};
 use crate::scene::air_table::{NODES, SUNS};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
 use crate::scene::draw::{
+    AirPass,
     AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, Light, LimbTable, LimbUniforms, MapRole, OverlayUniforms, RingTable,
     RingUniforms, Shape, Surface,
 };
@@ -135,6 +136,8 @@ fn limb() -> LimbTable {
 fn air() -> AtmosphereUniforms {
     let radius_sq_minus_1 = |height: f32| height * (2.0 + height);
     AtmosphereUniforms {
+        coarse_bound: Vec2::ZERO,
+        coarse_row: 0.0,
         top: radius_sq_minus_1(0.2),
         ends: Vec2::new(0.2, 0.0),
         rayleigh_scale_height: 0.025,
@@ -285,6 +288,13 @@ pub fn sample_plan(library: &ShaderLibrary, key: &ShaderKey, side: u32, half: f3
     sample_plan_of(&module, key, side, half)
 }
 
+/// A coarse picture of the air in which no texel may be interpolated: each pixel evaluates its air, as without the picture.
+fn coarse_air(side: u32) -> SharedTexture {
+    let [width, height] = coarse_air_size([side, side]);
+    let bytes = vec![0; 16 * width as usize * height as usize];
+    Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![Level { width, height, bytes }] })
+}
+
 /// As [`sample_plan`], but with a given module of the key instead of the library's.
 ///
 /// # Errors
@@ -301,6 +311,7 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
             (RING_PROFILE, Some(table)) => ring_profile(table),
             (RING_SHINE, _) => ring_shine(&shine()),
             (LIMB_TABLE, _) => limb_table(&limb()),
+            (COARSE_AIR_TEXTURE, _) => coarse_air(side),
             (name, _) => Arc::new(map(role_of(name).ok_or_else(|| failed(format!("{id}: `{name}` is no map of a body")))?)?),
         };
         textures.push(TextureBinding { binding: t.binding, source: TextureSource::Image(image) });
@@ -316,7 +327,8 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
         instances: Instances { count: 1, attributes: Vec::new() },
         blend: Blend::Replace,
         cull: Cull::None,
-        depth: DepthState { test: true, write: true },
+        // The draw of the air alone writes no depth.
+        depth: if features.air_pass == AirPass::Drawn { DepthState { test: false, write: false } } else { DepthState { test: true, write: true } },
         scissor: [0, 0, side, side],
     };
     let pass = Pass {

@@ -15,6 +15,7 @@ macro_rules! fragments {
 fragments![
     "entry/anaglyph.wesl",
     "entry/blur.wesl",
+    "entry/coarse_air.wesl",
     "entry/comet_tail.wesl",
     "entry/corona.wesl",
     "entry/dot.wesl",
@@ -44,6 +45,8 @@ fragments![
     "entry/tone_map_bloom.wesl",
     "entry/warp.wesl",
     "lib/air/scatter_along.wesl",
+    "lib/air/coarse.wesl",
+    "lib/air/coarse_samples.wesl",
     "lib/air/column_density.wesl",
     "lib/air/sample_counts.wesl",
     "lib/air/multi_scatter.wesl",

@@ -142,7 +142,9 @@ impl<'a> SweepBench<'a> {
 
     /// Plans a view and applies the injected fault.
     fn plan_view(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
-        let mut view = self.dual.plan_view(request, sampling)?;
+        // A draw must be drawn alone to find the one that is at fault.
+        let (scene, plan) = self.session().plan_of_single_pixels(request, sampling)?;
+        let mut view = PlannedView { scene, plan };
         if let Some(change) = self.faults.plan {
             change(&mut view.plan);
         }

@@ -3,6 +3,7 @@
 //! In: the scene, the layouts reflected from the modules, and the decoded maps. Out: a [`Plan`]. Always: uniform fields are filled by name from
 //! [`DrawUniforms`]; a field of the module that the scene does not supply is an error, not zero. Not here: the choice of what is drawn (scene).
 
+use super::coarse_air;
 use super::error::PlanError;
 use super::graph::{self, Step, Target, Write};
 use super::labels;
@@ -48,6 +49,7 @@ impl SamplingQuality {
 pub fn modules(scene: &Scene) -> Vec<ModuleId> {
     let module_of = |d: &Draw| ModuleId::Planet(ShaderKey::for_draw(&d.features));
     let mut all: Vec<_> = scene.draws.iter().chain(&scene.outlined).map(module_of).collect();
+    all.extend(coarse_air::modules(&scene.draws));
     all.extend(shared::modules(scene).into_iter().map(ModuleId::Simple));
     all.sort();
     all.dedup();
@@ -72,7 +74,7 @@ fn step_name(draw: &Draw) -> &'static str {
     if draw.part == Part::Globe { "opaque bodies" } else { "rings and shells" }
 }
 
-/// The steps of one frame, in drawing order:
+/// The steps of one frame, in drawing order, after the passes of the coarse picture of the air, which bodies read:
 /// 1. The sky and its stars, because everything else is in front of them.
 /// 2. Opaque bodies, translucent layers (rings, shells) and the corona, from far to near: an antialiased limb is blended over the object behind it,
 ///    which may be a ring. Of a body's refracted limb, the occlusion of the unbent Sun precedes the body, and the added light follows it.
@@ -113,13 +115,15 @@ pub(super) fn light_steps(
         clear: background,
         depth: true,
     };
+    let format = hdr.format;
     let over_hdr = |name, draws| Step { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };
     let [.., opacity] = background;
     let background = Step { name: "background", reads: vec![], writes: Write::New(hdr), draws: vec![] };
     let sky = over_hdr("sky", sky::background(scene, provider, opacity)?);
     let sky_lines = over_hdr("sky lines", shared::lines_without_depth("sky lines", &scene.sky_lines, scene, provider)?);
     let sky_images = over_hdr("sky images", sky::images(scene, provider)?);
-    let mut steps = vec![background, sky, sky_images, sky_lines, over_hdr("stars", shared::stars(scene, provider)?)];
+    let mut steps = coarse_air::steps(&scene.draws, [width, height], format, provider)?;
+    steps.extend([background, sky, sky_images, sky_lines, over_hdr("stars", shared::stars(scene, provider)?)]);
     steps.extend(faces_draw.map(|draw| over_hdr("faces", vec![draw])));
     let belongs_to = |body| move |d: &Draw| d.body == body;
     let add_bodies = |steps: &mut Vec<Step>, first_draw: usize, draws: &[Draw]| -> Result<(), PlanError> {
@@ -133,9 +137,13 @@ pub(super) fn light_steps(
             let limb = scene.limbs.iter().find(|l| l.body == body);
             let (occlusion, refraction) = limb.map(|l| shared::refracted_limb(scene, l, provider)).transpose()?.unzip();
             steps.extend(occlusion.flatten().filter(|_| is_first).map(|draw| over_hdr("unbent Sun", vec![draw])));
+            let mut index = end - run.len();
             for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
-                let draws = layers.iter().map(|draw| body_draw(draw, width, height, provider, sampling)).collect::<Result<Vec<_>, _>>()?;
-                steps.push(over_hdr(step_name(&layers[0]), draws));
+                let placed = |k| coarse_air::placed(&scene.draws, k, [width, height]);
+                let draws = (index..index + layers.len()).map(|k| body_draw(&placed(k), width, height, provider, sampling));
+                let step = over_hdr(step_name(&layers[0]), draws.collect::<Result<Vec<_>, _>>()?);
+                steps.push(Step { reads: coarse_air::reads_of(layers), ..step });
+                index += layers.len();
                 let ground_lines = scene.ground_lines.iter().find(|(id, _)| *id == body && layers[0].part == Part::Globe);
                 if let Some((_, segments)) = ground_lines {
                     steps.push(over_hdr("ground lines", shared::lines_without_depth("ground lines", segments, scene, provider)?));

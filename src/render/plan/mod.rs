@@ -1,6 +1,7 @@
 //! The render plan: passes in order, with their draws and uniform bytes. Plain values for every renderer.
 
 mod build;
+mod coarse_air;
 mod composite;
 mod error;
 pub mod graph;
@@ -14,6 +15,7 @@ mod shared;
 mod sky;
 mod small_bodies;
 pub use build::{SamplingQuality, modules, plan, steps, uniforms_of};
+pub use coarse_air::{COARSE_AIR_TEXTURE, coarse_air_size};
 pub use composite::{composite, composite_modules};
 pub use error::PlanError;
 pub use interface::{INTERFACE_MODULE, UiPrimitive, interface, interface_step, warm_up_interface};

@@ -143,6 +143,8 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
         blend_mode: 0.0,
         night: camera::narrow_scalar(night_radiance(air)),
         thin_rim: 0.0,
+        coarse_bound: Vec2::ZERO,
+        coarse_row: 0.0,
         multi_scatter_heights: camera::narrow(DVec3::new(floor_km / radius_km, radius_km / air.top_km, 0.0)).truncate(),
         multi_scatter: std::sync::Arc::default(),
     }

@@ -13,7 +13,7 @@ use crate::scene::atmosphere::air_spread;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, ClipRect};
 use crate::scene::decision::{Decision, DecisionLog};
-use crate::scene::draw::features::{AtmosphereModel, DrawFeatures, PixelView, RingShadow, Shape};
+use crate::scene::draw::features::{AirPass, AtmosphereModel, DrawFeatures, PixelView, RingShadow, Shape};
 use crate::scene::draw::uniforms::{DrawUniforms, Light};
 use crate::scene::draw::{Draw, MapFiles, Part, Point};
 use crate::scene::in_view::Appearance;
@@ -38,7 +38,7 @@ pub(crate) struct DecidedBody {
 }
 
 /// The features of a body that is drawn as a disc, in the order in which they decide.
-const FEATURES: [Feature; 9] = [
+const FEATURES: [Feature; 10] = [
     ground::decide,
     light::planet_shine::decide,
     eclipse::decision::decide,
@@ -46,6 +46,7 @@ const FEATURES: [Feature; 9] = [
     rings::decision::decide,
     atmosphere::decision::decide,
     leave_out_rare_pairs,
+    atmosphere::air_pass::decide,
     mesh_decision::decide,
     atmosphere::cloud_decision::decide,
 ];
@@ -214,6 +215,9 @@ fn assemble(case: &BodyContext<'_, '_>, globe: Option<Draw>, mut decided: Decisi
             draw.uniforms.ring.clone_from(&decided.ring);
         }
         draw.uniforms.air.blend_mode = decided.blend_mode;
+        if draw.features.air_pass != AirPass::None {
+            atmosphere::air_pass::set_bound(&mut draw.uniforms, case);
+        }
         if let Some(table) =
             case.frame.context.resources.scattering_tables.get(&draw.body).filter(|_| draw.features.air.tier == AtmosphereModel::Table)
         {

@@ -64,6 +64,12 @@ fn ground_features(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
     })
 }
 
+/// Each ring shadow with the air evaluated for each pixel, and the coarse picture of the air where there may be one.
+fn shadows_on_air(air: AtmosphereModel, view: PixelView) -> impl Iterator<Item = (RingShadow, bool)> {
+    let coarse = !matches!(air, AtmosphereModel::None | AtmosphereModel::Vertex) && matches!(view, PixelView::Final | PixelView::Cost);
+    RingShadow::ALL.map(|shadow| (shadow, false)).into_iter().chain(coarse.then_some((RingShadow::None, true)))
+}
+
 /// The features of the cloud deck for one selection, without and with billows.
 fn possible_clouds(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
     [false, true].into_iter().filter_map(move |cloud_detail| FeatureSelection { cloud_detail, ..chosen }.cloud_features(body, view))
@@ -101,7 +107,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                 all.extend(chosen.ring_features(body, view));
                             }
                             for air in air::possible_tiers(body) {
-                                for ring_shadow in RingShadow::ALL {
+                                for (ring_shadow, air_pass) in shadows_on_air(air, view) {
                                     let chosen = FeatureSelection {
                                         ellipsoid,
                                         maps,
@@ -109,6 +115,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                         eclipse,
                                         air,
                                         ring_shadow,
+                                        air_pass,
                                         ..FeatureSelection::default()
                                     };
                                     all.extend(ground_features(chosen, body, view));
@@ -122,6 +129,8 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
             }
         }
     }
+    let drawn: Vec<_> = all.iter().filter_map(DrawFeatures::coarse_air).collect();
+    all.extend(drawn);
     all.into_iter().collect()
 }
 

@@ -1,7 +1,7 @@
 //! The canonical form of a draw's features: rules that remove features without an effect on the image.
 
 use super::dimension::{DIMENSIONS, Dimension};
-use crate::scene::draw::{AtmosphereModel, Detail, DrawFeatures, EclipseModel, PixelView, RingShadow, Shape, Surface};
+use crate::scene::draw::{AirPass, AtmosphereModel, Detail, DrawFeatures, EclipseModel, PixelView, RingShadow, Shape, Surface};
 use std::sync::OnceLock;
 
 /// If `applies` holds, `dimension` can be set to `value` without changing the image.
@@ -37,6 +37,14 @@ fn shows_sunlight(n: &DrawFeatures) -> bool {
 fn shows_normal(n: &DrawFeatures) -> bool {
     (lit(n) || (shows_radiance(n) && emissive(n)) || n.view == PixelView::Normal || (n.view == PixelView::Sunlight && n.lights > 0))
         && n.surface != Surface::Sky
+}
+/// Whether the draw fills the coarse picture of the air.
+fn draws_air_alone(n: &DrawFeatures) -> bool {
+    n.air_pass == AirPass::Drawn
+}
+/// The draw of the air alone has none of the ground's features.
+const fn alone(dimension: &'static str) -> CanonicalRule {
+    CanonicalRule { dimension, value: "", applies: draws_air_alone, because: "the air alone is drawn" }
 }
 /// Whether the pixel's value depends on the albedo of the ground. Clouds have their own map, rings their own table.
 fn shows_albedo(n: &DrawFeatures) -> bool {
@@ -201,6 +209,42 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule { dimension: "air", value: "", applies: |n| n.shape == Shape::Mesh, because: "air lies over an ellipsoid" },
     CanonicalRule { dimension: "mie", value: "", applies: |n| n.air.tier == AtmosphereModel::None, because: "there is no air" },
     CanonicalRule { dimension: "absorption", value: "", applies: |n| n.air.tier == AtmosphereModel::None, because: "there is no air" },
+    CanonicalRule {
+        dimension: "air-pass",
+        value: "",
+        applies: |n| matches!(n.air.tier, AtmosphereModel::None | AtmosphereModel::Vertex),
+        because: "there is no air whose evaluation it would spare",
+    },
+    CanonicalRule {
+        dimension: "air-pass",
+        value: "",
+        applies: |n| n.surface == Surface::Sky || !shows_radiance(n),
+        because: "a coarse picture holds the light before ground and clouds",
+    },
+    CanonicalRule {
+        dimension: "air-pass",
+        value: "",
+        applies: |n| n.ring_shadow != RingShadow::None,
+        because: "a ring's shadow is finer than the coarse picture",
+    },
+    CanonicalRule {
+        dimension: "surface",
+        value: "lambert",
+        applies: |n| draws_air_alone(n) && n.surface != Surface::Cloud,
+        because: "the air alone is drawn",
+    },
+    CanonicalRule { dimension: "lights", value: "sun1", applies: |n| draws_air_alone(n) && n.lights > 1, because: "the air alone is drawn" },
+    alone("albedo"),
+    alone("normal"),
+    alone("specular"),
+    alone("night"),
+    alone("cloudshadow"),
+    alone("detail"),
+    alone("custom-surface"),
+    alone("overlays"),
+    alone("ringshine"),
+    alone("limbheights"),
+    alone("alphatexture"),
     CanonicalRule {
         dimension: "limbheights",
         value: "",

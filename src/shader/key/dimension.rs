@@ -1,7 +1,7 @@
 //! The table of dimensions: the only place that names a dimension's values, in key texts and in fragment conditions.
 
 use crate::scene::draw::{
-    AtmosphereModel, BodyShadow, Detail, DrawFeatures, EclipseModel, MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, PixelView, RingShadow, Shape,
+    AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, EclipseModel, MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, PixelView, RingShadow, Shape,
     Surface,
 };
 
@@ -186,6 +186,15 @@ pub static DIMENSIONS: &[Dimension] = &[
     },
     switch!("mie", Part::Air, "air.mie", air.mie),
     switch!("absorption", Part::Air, "air.absorption", air.absorption),
+    Dimension {
+        name: "air-pass",
+        part: Part::Air,
+        texts: &["", "coarse", "coarsedraw"],
+        features: &["", "air-pass.read", "air-pass.drawn"],
+        cumulative: false,
+        get: |n| index_of(&AirPass::ALL, &n.air_pass),
+        set: |n, v| n.air_pass = AirPass::ALL[v],
+    },
     Dimension {
         name: "shape",
         part: Part::Shape,

@@ -103,6 +103,13 @@ reason-air-spread = gestreut von der beleuchteten Luft und dem Boden ringsum, au
 reason-air-in-colours = die Farben seiner Scheibe enthalten die Luft schon
 reason-air-where-brighter = wo sie heller als die Scheibe ist, deren Farben die Luft schon enthalten
 reason-air-ring-shadow = einmal je Strahl und mit punktförmiger Sonne: der Rand ist { $height } px hoch gegen { $least }
+reason-air-pass-view = diese Ansicht zeigt kein Licht der Luft
+reason-air-pass-vertex = die Luft hat so wenige Stützstellen wie möglich
+reason-air-pass-ring-shadow = der Ringschatten in der Luft ist feiner als ein grobes Bild
+reason-air-pass-linear = lineares Licht wird in jedem Bildpunkt berechnet
+reason-air-pass-reference = in Referenzqualität wird jeder Bildpunkt berechnet
+reason-air-pass-small = die Scheibe ist { $size } px breit, ab { $least }: das meiste liegt nahe am Rand
+reason-air-pass = eine Berechnung für { $side } x { $side } Bildpunkte, wo die Interpolation innerhalb von { $part } des Lichts bleibt, oder { $dark } von Weiß auf Schwarz
 reason-clouds-camera-below = die Kamera ist unter den Wolken, die { $height } km über der Oberfläche liegen
 reason-clouds-closed-deck = eine geschlossene Decke ist { $light }
 # Rings.

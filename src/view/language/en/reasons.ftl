@@ -103,6 +103,13 @@ reason-air-spread = scattered from the lit air and ground around, within 40 % wh
 reason-air-in-colours = the colours of its disc have the air in them
 reason-air-where-brighter = where it is brighter than the disc, whose colours have the air in them
 reason-air-ring-shadow = once a ray and by a point Sun: the rim is { $height } px high against { $least }
+reason-air-pass-view = this view shows no light of the air
+reason-air-pass-vertex = the air's samples are as few as they can be
+reason-air-pass-ring-shadow = the ring's shadow in the air is finer than a coarse picture
+reason-air-pass-linear = linear light is evaluated at each pixel
+reason-air-pass-reference = reference quality evaluates each pixel
+reason-air-pass-small = the disc is { $size } px wide against { $least }: most of it is near the limb
+reason-air-pass = one evaluation for { $side } x { $side } pixels where interpolation stays within { $part } of the light, or { $dark } of white on black
 reason-clouds-camera-below = the camera is below the clouds, { $height } km above the surface
 reason-clouds-closed-deck = a closed deck is { $light }
 # Rings.
