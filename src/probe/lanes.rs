@@ -88,6 +88,7 @@ impl ProbeBatch {
             cull: Cull::None,
             depth: DepthState { test: false, write: false },
             scissor: [0, 0, width, height],
+            extent: None,
         };
         let pass = Pass {
             name: "questions",

@@ -330,6 +330,7 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
         // The draw of the air alone writes no depth.
         depth: if features.air_pass == AirPass::Drawn { DepthState { test: false, write: false } } else { DepthState { test: true, write: true } },
         scissor: [0, 0, side, side],
+        extent: None,
     };
     let pass = Pass {
         name: "sample",

@@ -5,6 +5,7 @@
 
 use super::coarse_air;
 use super::error::PlanError;
+use super::extent::Extent;
 use super::graph::{self, Step, Target, Write};
 use super::labels;
 use super::maps;
@@ -269,5 +270,6 @@ fn body_draw(
         cull,
         depth: depth_of(draw.part),
         scissor: scissor(draw.uniforms.rect_in_clip, width, height),
+        extent: Extent::of(draw, [width, height]),
     })
 }

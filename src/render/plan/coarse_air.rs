@@ -99,6 +99,7 @@ pub(super) fn steps(draws: &[Draw], screen: [u32; 2], format: ColourFormat, prov
             cull: Cull::None,
             depth: DepthState { test: false, write: false },
             scissor,
+            extent: None,
         });
         let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| w.vec2("bound", draw.uniforms.air.coarse_bound))?;
         marks.push(PlanDraw { label: format!("{} coarse air", draw.name), scissor, ..marking });

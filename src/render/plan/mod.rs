@@ -4,6 +4,7 @@ mod build;
 mod coarse_air;
 mod composite;
 mod error;
+mod extent;
 pub mod graph;
 mod interface;
 mod labels;
@@ -18,6 +19,7 @@ pub use build::{SamplingQuality, modules, plan, steps, uniforms_of};
 pub use coarse_air::{COARSE_AIR_TEXTURE, coarse_air_size};
 pub use composite::{composite, composite_modules};
 pub use error::PlanError;
+pub use extent::Extent;
 pub use interface::{INTERFACE_MODULE, UiPrimitive, interface, interface_step, warm_up_interface};
 pub use maps::{LIMB_TABLE, RING_PROFILE, RING_SHINE, limb_table, map_decoding, map_format, ring_profile, ring_shine, role_of};
 pub use passes::{

@@ -107,6 +107,7 @@ pub(super) fn full_screen_draw(
         cull: Cull::None,
         depth: DepthState { test: false, write: false },
         scissor: [0, 0, width, height],
+        extent: None,
     })
 }
 

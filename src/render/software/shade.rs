@@ -9,7 +9,7 @@ use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::fragment_plan::FragmentPlan;
 use super::lane_inputs;
 use super::math::Real;
-use super::raster::coverage::{BLOCK_QUADS, TilePixels, full_coverage, sample_positions, walk_tile};
+use super::raster::coverage::{BLOCK_HEIGHT, BLOCK_QUADS, BLOCK_WIDTH, TILE_BLOCKS, TilePixels, block_position, full_coverage, quad_position, sample_positions, walk_tile};
 use super::raster::setup::{SUBPIXEL, SourceTriangle};
 use super::stage::{LANES, LaneRun};
 use super::tiles::TileTarget;
@@ -99,6 +99,12 @@ fn drop_zero_quads(quads: &mut [Quad], colour: [&[f32]; 4]) {
     }
 }
 
+/// Left, top, right and bottom edge of the block whose first quad has this index, on the screen.
+fn block_on_screen([tile_x, tile_y]: [u32; 2], first: usize) -> [u32; 4] {
+    let [x, y] = block_position(first / QUADS);
+    [tile_x + x, tile_y + y, tile_x + x + BLOCK_WIDTH, tile_y + y + BLOCK_HEIGHT]
+}
+
 impl TileShader<'_> {
     /// Draws the given triangles of one draw, in order.
     pub(crate) fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
@@ -110,7 +116,19 @@ impl TileShader<'_> {
             let samples = self.samples;
             let early_depth = (plan.early_depth_test && plan.uses_depth()).then(|| self.depth_at_samples(source_triangle));
             let [tile_x, tile_y] = self.tile;
+            // Blocks that an edge of the draw's extent crosses. They come last, so that their quads fill batches of their own.
+            let mut edge_blocks = 0_u64;
             walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
+                if let Some(extent) = job.extent.as_ref().filter(|_| count == QUADS) {
+                    let block = block_on_screen([tile_x, tile_y], first);
+                    if extent.misses(block) {
+                        return;
+                    }
+                    if !extent.covers(block) {
+                        edge_blocks |= 1 << (first / QUADS);
+                        return;
+                    }
+                }
                 if count == QUADS && batch.count == 0 && early_depth.is_none() {
                     self.shade_block(job, first, triangle.source_triangle, run, batch);
                     return;
@@ -120,15 +138,37 @@ impl TileShader<'_> {
                     if coverage == 0 {
                         continue;
                     }
-                    batch.quads[batch.count] = Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle };
-                    batch.count += 1;
-                    if batch.count == QUADS {
-                        self.flush(job, run, batch, None);
-                    }
+                    self.gather(job, Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle }, run, batch);
                 }
             });
+            let Some(extent) = job.extent.as_ref().filter(|_| edge_blocks != 0) else { continue };
+            for block in (0..TILE_BLOCKS).filter(|b| edge_blocks >> b & 1 == 1) {
+                for index in block * QUADS..(block + 1) * QUADS {
+                    let [x, y] = quad_position(index);
+                    let coverage = full_coverage(samples);
+                    let passes = |depth: &_| self.test_quad(index, coverage, depth, plan.depth);
+                    let coverage = if extent.misses([tile_x + x, tile_y + y, tile_x + x + 2, tile_y + y + 2]) {
+                        0
+                    } else {
+                        early_depth.as_ref().map_or(coverage, passes)
+                    };
+                    if coverage != 0 {
+                        self.gather(job, Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle }, run, batch);
+                    }
+                }
+            }
         }
         self.flush(job, run, batch, None);
+    }
+
+    /// Adds a quad to the batch, which is shaded when it is full.
+    #[inline(always)]
+    fn gather<R: Real>(&mut self, job: &DrawJob<'_, R>, quad: Quad, run: &mut dyn LaneRun<R>, batch: &mut Batch) {
+        batch.quads[batch.count] = quad;
+        batch.count += 1;
+        if batch.count == QUADS {
+            self.flush(job, run, batch, None);
+        }
     }
 
     /// The depth plane relative to the tile's top-left corner: one constant per sample, and the derivatives in x and y. In f64, because near a
