@@ -8,6 +8,7 @@ use super::view_args::size;
 use super::{CliError, Common};
 use crate::measure::timing::{Spread, interleaved};
 use crate::render::plan::SamplingQuality;
+use crate::scene::draw::{INSTRUCTIONS_PER_READ, PixelView};
 use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
 use crate::session::{DrawnBy, LightChange, Session, Stage, Stages, milliseconds, process_cpu, standard_scenes};
@@ -29,6 +30,11 @@ these differences (null for one pair); a cost below its noise is not significant
 Scenes: earth-3-radii, saturn, moon-limb, jupiter-four-moons, whole-system, night-sky, belt
 (100000 invented minor planets, distributed as the known ones), million-stars (those that
 ship and invented fainter ones, to magnitude 10.8).
+
+With --counts, each scene also lists what the fragment shaders of its bodies execute in
+one frame: operations (a fused multiply-add is one; a branch counts for all pixels of a
+batch if one of them takes it) and texture reads (all taps of a filtered map are one),
+both summed over pixels.
 
 With --meshes, the table of shape models instead: an invented shape for Phobos of 5000 to
 326000 triangles, and for each the time to read it, to trace its shadow on itself, and to
@@ -53,11 +59,14 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_name = "WxH", default_value = "1024x1024")]
     size: String,
     /// Measure shape models by number of triangles instead
-    #[arg(long, conflicts_with_all = ["scene", "effects"])]
+    #[arg(long, conflicts_with_all = ["scene", "effects", "counts"])]
     meshes: bool,
     /// Also measure the cost of each active effect
     #[arg(long)]
     effects: bool,
+    /// Also count the operations that the shaders of the bodies execute, in the software renderer
+    #[arg(long)]
+    counts: bool,
     /// Accepted for consistency; the output is always JSON
     #[arg(long)]
     json: bool,
@@ -115,6 +124,9 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
             let list = effects(session, SamplingQuality::of(common.quality), &scene.request, args.frames, &measure_of)?;
             scene_row["effects"] = list.into();
         }
+        if args.counts {
+            scene_row["counts"] = counts(session, SamplingQuality::of(common.quality), &scene.request)?;
+        }
         rows.push(scene_row);
     }
     bar.finish_and_clear();
@@ -129,6 +141,15 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
         "scenes": rows,
     });
     super::output::print_result(&format!("{report:#}\n"))
+}
+
+/// The operations and texture reads that one frame takes in the fragment shaders of bodies, from the picture of its costs.
+fn counts(session: &Session, sampling: SamplingQuality, request: &ViewRequest) -> Result<Value, CliError> {
+    // The picture of costs has no stars and no lines: exposure would reveal others.
+    let costs = session.draw(&ViewRequest { pixel_view: PixelView::Cost, ..request.clone() }, sampling, true)?;
+    let sum = |channel: usize| costs.frame.hdr.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>();
+    Ok(json!({ "shaded_pixels": costs.frame.hdr.iter().filter(|pixel| pixel[0] > 0.0).count(),
+        "operations": sum(0).round(), "texture_reads": (sum(1) / INSTRUCTIONS_PER_READ).round() }))
 }
 
 /// The cost of each active effect and its change of the picture, from pairs of frames with and without the effect that are drawn in turns.

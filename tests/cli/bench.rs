@@ -103,3 +103,21 @@ fn each_active_effect_has_its_cost_and_light_change() {
     assert!(effects.iter().all(|e| e["name"] != "clouds"), "{effects:?}");
     assert!(bench(&["--scene", "saturn", "--size", "9x9", "--frames", "1"]).stdout.windows(9).all(|w| w != b"\"effects\""));
 }
+
+/// Twice the width and height: four times the pixels, and the operations of each stay what they are.
+#[test]
+fn counted_operations_grow_with_the_number_of_pixels() {
+    let counts = |size: &str| {
+        let out = bench(&["--counts", "--scene", "moon-limb", "--size", size, "--frames", "1"]);
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        let report: Value = serde_json::from_slice(&out.stdout).expect("one JSON value");
+        ["shaded_pixels", "operations", "texture_reads"].map(|name| number(&report["scenes"][0]["counts"][name], name))
+    };
+    let (small, large) = (counts("64x64"), counts("128x128"));
+    assert!(small[0] > 0.0 && small[0] < 64.0 * 64.0, "there is sky beside the Moon: {small:?}");
+    assert!(small[1] > 20.0 * small[0] && small[2] >= small[0], "each shaded pixel takes operations and reads a map: {small:?}");
+    for (of_small, of_large) in small.into_iter().zip(large) {
+        assert!((of_large / of_small / 4.0 - 1.0).abs() < 0.1, "{small:?} {large:?}");
+    }
+    assert!(bench(&["--scene", "saturn", "--size", "9x9", "--frames", "1"]).stdout.windows(8).all(|w| w != b"\"counts\""));
+}
