@@ -8,18 +8,17 @@ use super::SessionError;
 use crate::catalog::Ring;
 use crate::image::{Level, SharedTexture, TexelFormat, Texture};
 use crate::render::plan::{
-    AddressMode, Attribute, Blend, COARSE_AIR_TEXTURE, ColourFormat, Cull, DepthState, Instances, LIMB_TABLE, Pass, Plan, PlanDraw, PlanError, RING_PROFILE,
-    RING_SHINE, SamplerBinding, coarse_air_size, SamplerState, TextureBinding, TextureSource, Vertices, limb_table, map_format, ring_profile, ring_shine,
-    role_of, uniforms_of,
+    AddressMode, Attribute, Blend, COARSE_AIR_TEXTURE, ColourFormat, Cull, DepthState, Instances, LIMB_TABLE, Pass, Plan, PlanDraw,
+    PlanError, RING_PROFILE, RING_SHINE, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices, coarse_air_size,
+    limb_table, map_format, ring_profile, ring_shine, role_of, uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
 use crate::scene::air_spread::{COLUMNS as COLUMNS_OF_SPREAD, REACHES, TABLES};
 use crate::scene::air_table::{NODES, SUNS};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
 use crate::scene::draw::{
-    AirPass,
-    AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, Light, LimbTable, LimbUniforms, MapRole, OverlayUniforms, RingTable,
-    RingUniforms, Shape, Surface,
+    AirPass, AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, Light, LimbTable, LimbUniforms, MapRole, OverlayUniforms,
+    RingTable, RingUniforms, Shape, Surface,
 };
 use crate::scene::eclipse::REFRACTING_LAYERS;
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, halves};
@@ -328,7 +327,11 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
         blend: Blend::Replace,
         cull: Cull::None,
         // The draw of the air alone writes no depth.
-        depth: if features.air_pass == AirPass::Drawn { DepthState { test: false, write: false } } else { DepthState { test: true, write: true } },
+        depth: if features.air_pass == AirPass::Drawn {
+            DepthState { test: false, write: false }
+        } else {
+            DepthState { test: true, write: true }
+        },
         scissor: [0, 0, side, side],
         extent: None,
     };

@@ -24,7 +24,14 @@ fn views() -> Vec<(&'static str, ViewRequest)> {
         Position::Offset { body: NaifId::EARTH, offset_km: up * radii * 6378.137, axes: Axes::BodyFixed }
     };
     let view = |name, time: &str, position, quality| {
-        let request = ViewRequest { position, quality, width: SIDE, height: SIDE, fov_deg: Some(45.0), ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time")) };
+        let request = ViewRequest {
+            position,
+            quality,
+            width: SIDE,
+            height: SIDE,
+            fov_deg: Some(45.0),
+            ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time"))
+        };
         (name, request)
     };
     vec![

@@ -68,7 +68,12 @@ pub(super) fn reads_of(draws: &[Draw]) -> Vec<Read> {
 }
 
 /// The steps of both passes; none if no draw reads the picture.
-pub(super) fn steps(draws: &[Draw], screen: [u32; 2], format: ColourFormat, provider: &impl ResourceProvider) -> Result<Vec<Step>, PlanError> {
+pub(super) fn steps(
+    draws: &[Draw],
+    screen: [u32; 2],
+    format: ColourFormat,
+    provider: &impl ResourceProvider,
+) -> Result<Vec<Step>, PlanError> {
     let parts = place(draws, draws.len());
     if parts == 0 {
         return Ok(Vec::new());

@@ -193,7 +193,14 @@ fn prepare_draw<'a, R: Real>(
     timings.clipped += geometry.clipped;
     timings.triangles += geometry.triangles.len();
     let fragment_plan = FragmentPlan::new(fragment.inputs(), fragment.outputs(), fragment.uses_discard(), draw.depth, pass.depth);
-    Ok(DrawJob { geometry, fragment, fragment_plan, blend: draw.blend, extent: draw.extent, instructions_per_read: instructions_per_read(&draw.module) })
+    Ok(DrawJob {
+        geometry,
+        fragment,
+        fragment_plan,
+        blend: draw.blend,
+        extent: draw.extent,
+        instructions_per_read: instructions_per_read(&draw.module),
+    })
 }
 
 /// Draws the image of a pass, or of the second of two fused passes. The memory is not initialised first, to save one write of the image;

@@ -9,7 +9,10 @@ use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::fragment_plan::FragmentPlan;
 use super::lane_inputs;
 use super::math::Real;
-use super::raster::coverage::{BLOCK_HEIGHT, BLOCK_QUADS, BLOCK_WIDTH, TILE_BLOCKS, TilePixels, block_position, full_coverage, quad_position, sample_positions, walk_tile};
+use super::raster::coverage::{
+    BLOCK_HEIGHT, BLOCK_QUADS, BLOCK_WIDTH, TILE_BLOCKS, TilePixels, block_position, full_coverage, quad_position, sample_positions,
+    walk_tile,
+};
 use super::raster::setup::{SUBPIXEL, SourceTriangle};
 use super::stage::{LANES, LaneRun};
 use super::tiles::TileTarget;
@@ -145,13 +148,11 @@ impl TileShader<'_> {
             for block in (0..TILE_BLOCKS).filter(|b| edge_blocks >> b & 1 == 1) {
                 for index in block * QUADS..(block + 1) * QUADS {
                     let [x, y] = quad_position(index);
-                    let coverage = full_coverage(samples);
-                    let passes = |depth: &_| self.test_quad(index, coverage, depth, plan.depth);
-                    let coverage = if extent.misses([tile_x + x, tile_y + y, tile_x + x + 2, tile_y + y + 2]) {
-                        0
-                    } else {
-                        early_depth.as_ref().map_or(coverage, passes)
-                    };
+                    if extent.misses([tile_x + x, tile_y + y, tile_x + x + 2, tile_y + y + 2]) {
+                        continue;
+                    }
+                    let full = full_coverage(samples);
+                    let coverage = early_depth.as_ref().map_or(full, |depth| self.test_quad(index, full, depth, plan.depth));
                     if coverage != 0 {
                         self.gather(job, Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle }, run, batch);
                     }

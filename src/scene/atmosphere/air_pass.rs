@@ -32,7 +32,14 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
         () if case.diameter_px < MIN_DIAMETER_PX => {
             (false, format!("the disc is {:.0} px wide against {MIN_DIAMETER_PX:.0}: most of it is near the limb", case.diameter_px))
         }
-        () => (true, format!("one evaluation for {0} x {0} pixels where interpolation stays {1}", COARSE_AIR_PX, case.threshold().bound_description())),
+        () => (
+            true,
+            format!(
+                "one evaluation for {0} x {0} pixels where interpolation stays {1}",
+                COARSE_AIR_PX,
+                case.threshold().bound_description()
+            ),
+        ),
     };
     chosen.air_pass = so_far.log.note(AIR_PASS, on, reason);
     so_far

@@ -233,7 +233,12 @@ pub static RULES: &[CanonicalRule] = &[
         applies: |n| draws_air_alone(n) && n.surface != Surface::Cloud,
         because: "the air alone is drawn",
     },
-    CanonicalRule { dimension: "lights", value: "sun1", applies: |n| draws_air_alone(n) && n.lights > 1, because: "the air alone is drawn" },
+    CanonicalRule {
+        dimension: "lights",
+        value: "sun1",
+        applies: |n| draws_air_alone(n) && n.lights > 1,
+        because: "the air alone is drawn",
+    },
     alone("albedo"),
     alone("normal"),
     alone("specular"),

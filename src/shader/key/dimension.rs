@@ -1,8 +1,8 @@
 //! The table of dimensions: the only place that names a dimension's values, in key texts and in fragment conditions.
 
 use crate::scene::draw::{
-    AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, EclipseModel, MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, PixelView, RingShadow, Shape,
-    Surface,
+    AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, EclipseModel, MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, PixelView, RingShadow,
+    Shape, Surface,
 };
 
 /// A part of the text form. Dimensions of one part are joined by `-`, parts by `.`, both in the order of the table.
