@@ -389,10 +389,7 @@ impl Session {
         }
     }
 
-    /// Like [`Self::plan`], but each pixel evaluates its air: its draws depend on no pass before theirs.
-    ///
-    /// # Errors
-    /// See [`Self::plan`].
+    /// Like [`Self::plan`], but each pixel evaluates its air, so that bodies' draws read no earlier pass. Errors: see [`Self::plan`].
     pub fn plan_of_single_pixels(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<(Scene, Plan), SessionError> {
         let (mut scene, plan) = self.plan(request, sampling)?;
         let plan = if scene.evaluate_air_in_each_pixel() { plan::plan(&scene, self, sampling)? } else { plan };

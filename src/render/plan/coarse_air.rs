@@ -4,12 +4,12 @@
 //! where four pixels of the screen meet (`COARSE_AIR_PX` apart), and the draws are one below the other in one picture, since bodies overlap on the screen. Not
 //! here: which draws read the picture (scene).
 
-use super::build::uniforms_of;
 use super::error::PlanError;
 use super::graph::{Read, Step, Target, Write};
 use super::passes::{Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
 use super::shared::{FIRST_READ_BINDING, full_screen_draw};
+use super::uniform_bytes::uniforms_of;
 use crate::scene::draw::constants::{COARSE_AIR_BORDER, COARSE_AIR_PX};
 use crate::scene::draw::{AirPass, Draw, DrawUniforms};
 use crate::shader::ModuleId;

@@ -15,7 +15,8 @@ mod scissor;
 mod shared;
 mod sky;
 mod small_bodies;
-pub use build::{SamplingQuality, modules, plan, steps, uniforms_of};
+mod uniform_bytes;
+pub use build::{SamplingQuality, modules, plan, steps};
 pub use coarse_air::{COARSE_AIR_TEXTURE, coarse_air_size};
 pub use composite::{composite, composite_modules};
 pub use error::PlanError;
@@ -28,3 +29,4 @@ pub use passes::{
 };
 pub use provider::ResourceProvider;
 pub(crate) use sky::SKY_DECODING;
+pub use uniform_bytes::uniforms_of;

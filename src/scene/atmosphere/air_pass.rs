@@ -3,6 +3,7 @@
 //! In: the case of one body and its decisions so far. Out: the decisions, with the bound of the interpolation's error. Always: where the error may exceed the
 //! bound, such as at the limb, a pixel evaluates its own air (shaders/lib/air/coarse.wesl), so the decision changes a picture by no more than the bound.
 
+use crate::scene::camera;
 use crate::scene::constants::COARSE_AIR_PX;
 use crate::scene::draw::features::{AtmosphereModel, PixelView, RingShadow};
 use crate::scene::draw::uniforms::DrawUniforms;
@@ -50,5 +51,5 @@ pub(crate) fn set_bound(uniforms: &mut DrawUniforms, case: &BodyContext<'_, '_>)
     let irradiance = uniforms.lights.first().map_or(1.0, |l| l.irradiance.max_element());
     let threshold = case.threshold();
     let on_black = threshold.least_radiance() / f64::from(irradiance.max(f32::MIN_POSITIVE));
-    uniforms.air.coarse_bound = Vec2::new(threshold.least_change() as f32, on_black as f32);
+    uniforms.air.coarse_bound = Vec2::new(camera::narrow_scalar(threshold.least_change()), camera::narrow_scalar(on_black));
 }
