@@ -1,7 +1,7 @@
 //! Builds the plan of a scene: its passes, the modules of its draws and their uniform bytes.
 //!
 //! In: the scene, the layouts reflected from the modules, and the decoded maps. Out: a [`Plan`]. Always: uniform fields are filled by name from
-//! [`DrawUniforms`]; a field of the module that the scene does not supply is an error, not zero. Not here: the choice of what is drawn (scene).
+//! `DrawUniforms`; a field of the module that the scene does not supply is an error, not zero. Not here: the choice of what is drawn (scene).
 
 use super::coarse_air;
 use super::error::PlanError;
