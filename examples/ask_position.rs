@@ -9,7 +9,7 @@ use orrery::time::Instant;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let word = |n: usize, otherwise: &str| std::env::args().nth(n).unwrap_or_else(|| otherwise.into());
     let catalog = Catalog::embedded();
-    let body = catalog.named(&word(1, "jupiter"))?;
+    let body = catalog.body_named(&word(1, "jupiter"))?;
     let time = Instant::parse(&word(2, "2040-09-08T12:00:00Z"))?;
     let place = apparent_place(&Ephemeris::embedded(&catalog)?, body.id, time)?;
     let at = place.true_of_date;

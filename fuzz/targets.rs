@@ -6,7 +6,7 @@ use glam::DVec3;
 use orrery::catalog::DataLayer;
 use orrery::catalog::stars::StarCatalog;
 use orrery::ephemeris::orientation::Pck;
-use orrery::image::{TexelFormat, Texture, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
+use orrery::image::{TexelFormat, Texture, exr_head_text, png_head_text, verify_exr, verify_png};
 use orrery::mesh::{Model, ShapeFrame, obj};
 use orrery::probe::Prober;
 use orrery::render::software::lower::{check_bytes, programs_from_bytes};
@@ -72,7 +72,7 @@ fn data_layer(bytes: &[u8]) {
     let layer = DataLayer { body, ..DataLayer::new("a".into(), file.into()) };
     if let Ok(layer) = layer.with_content(file, content) {
         let is_sound = |corner: &[f64; 2]| corner[0].abs() <= 90.0 && corner[1].abs() <= 360.0;
-        assert!(layer.lines.iter().all(|l| l.corners.len() > 1 && l.corners.iter().all(is_sound)));
+        assert!(layer.lines.iter().all(|l| l.vertices.len() > 1 && l.vertices.iter().all(is_sound)));
         assert!(layer.points.iter().all(|p| is_sound(&[p.lat_deg, p.lon_deg])));
         assert!(layer.image.is_none_or(|i| i.rgba.len() == 4 * i.width as usize * i.height as usize));
     }
@@ -175,7 +175,7 @@ pub static TARGETS: &[Target] = &[
         name: "picture-heads",
         run: |bytes| {
             drop((png_head_text(bytes, "Request"), exr_head_text(bytes)));
-            drop((is_whole_png(bytes, (4, 4)), is_whole_exr(bytes)));
+            drop((verify_png(bytes, (4, 4)), verify_exr(bytes)));
         },
         seeds: || {
             vec![seeds::small_png(), seeds::small_exr(), b"\x76\x2f\x31\x01\x02\x00\x00\x00comments\0string\0\x04\0\0\0four\0".to_vec()]
@@ -254,7 +254,7 @@ pub static TARGETS: &[Target] = &[
     },
     Target {
         name: "body-name",
-        run: |bytes| drop(SESSION.catalog().place(&text(bytes))),
+        run: |bytes| drop(SESSION.catalog().body_or_barycenter(&text(bytes))),
         seeds: || texts(&["saturn barycenter", "phobos"]),
         words: &["barycentre", " ", "_", "é", "earth"],
     },

@@ -215,20 +215,20 @@ fn remove_stale_once(folder: &Path) {
     entries.filter(|path| is_temporary(path) && is_old(path)).for_each(|path| drop(std::fs::remove_file(path)));
 }
 
-/// The reason, owner or mode, why other users could write to a folder; `None` if they cannot, or if the folder does not exist. `is_above`: the folder is a
+/// The reason, owner or mode, why other users could write to a folder; `None` if they cannot, or if the folder does not exist. `is_parent`: the folder is a
 /// parent of the program's own folder, which is checked separately. A parent may be group-writable, and world-writable if only owners can remove files
 /// (the sticky bit of /tmp).
 #[cfg(unix)]
-pub(crate) fn foreign_write_access(folder: &Path, is_above: bool) -> Option<String> {
+pub(crate) fn foreign_write_access(folder: &Path, is_parent: bool) -> Option<String> {
     use std::os::unix::fs::MetadataExt;
     // SAFETY: `geteuid` takes no arguments, cannot fail and has no side effects.
-    let own = unsafe { libc::geteuid() };
+    let user_id = unsafe { libc::geteuid() };
     // For a link, both the link itself and its target are checked.
     for metadata in [folder.symlink_metadata().ok()?, folder.metadata().ok()?] {
-        if metadata.uid() != own && metadata.uid() != 0 {
+        if metadata.uid() != user_id && metadata.uid() != 0 {
             return Some(format!("it belongs to user {}", metadata.uid()));
         }
-        let is_open = match is_above {
+        let is_open = match is_parent {
             true => metadata.mode() & 0o002 != 0 && metadata.mode() & 0o1000 == 0,
             false => metadata.mode() & 0o022 != 0,
         };
@@ -418,9 +418,9 @@ mod tests {
     fn folders_that_others_can_write_are_detected() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().expect("a folder");
-        let with = |mode: u32, is_above: bool| {
+        let with = |mode: u32, is_parent: bool| {
             std::fs::set_permissions(folder.path(), std::fs::Permissions::from_mode(mode)).expect("permissions");
-            foreign_write_access(folder.path(), is_above).is_some()
+            foreign_write_access(folder.path(), is_parent).is_some()
         };
         assert!(!with(0o700, false) && !with(0o755, false) && !with(0o1777, true) && !with(0o775, true));
         assert!(with(0o777, false) && with(0o775, false) && with(0o777, true) && with(0o1777, false));

@@ -8,7 +8,7 @@
 //! # Use as a library
 //!
 //! The public interface is what this documentation shows: the names re-exported here, with which most programs begin, and the modules
-//! [`catalog`], [`time`], [`ephemeris`], [`scene`] (the request and the finished scene), [`shader`], [`session`] and [`units`]. Each of their
+//! [`catalog`], [`time`], [`ephemeris`], [`scene`] (the request and the finished scene), [`shader`], [`session`], [`message`] and [`units`]. Each of their
 //! items has a doc comment (the lint `missing_docs` checks this). Every other module is public only for the tests and benches of this package,
 //! is hidden from the documentation and may change with any commit. All modules report errors as values, and none reads the clock or the network.
 //!
@@ -65,6 +65,7 @@ pub mod measure;
 mod memo;
 #[doc(hidden)]
 pub mod mesh;
+pub mod message;
 #[doc(hidden)]
 pub mod probe;
 mod random;

@@ -1,59 +1,106 @@
-//! A small cache of values that are expensive to compute and stay the same from frame to frame.
+//! Small caches of values that are expensive to compute: [`Memo`] for those that stay the same from frame to frame, [`RecentMap`] for those that come back.
 //!
 //! In: a key and a function that computes its value. Out: the value, computed once. Always: keys are compared in full, not by hash; the number of values
 //! is limited and the oldest is dropped first; while one thread computes a value, other threads wait only if they need the same key. There is no
 //! process-wide cache: each lives as long as its owner.
 
 use parking_lot::Mutex;
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::fmt;
+use std::hash::Hash;
 use std::sync::{Arc, OnceLock};
 
 /// Keys with their values, oldest first.
-type Slots<K, V> = VecDeque<(K, Arc<OnceLock<V>>)>;
+type Entries<K, V> = VecDeque<(K, Arc<OnceLock<V>>)>;
 
 /// A cache of values by key.
 pub(crate) struct Memo<K, V> {
-    slots: Mutex<Slots<K, V>>,
+    entries: Mutex<Entries<K, V>>,
     capacity: usize,
 }
 
 impl<K, V: Clone> Memo<K, V> {
     /// `capacity`: largest number of values.
     pub(crate) fn with_capacity(capacity: usize) -> Self {
-        Self { slots: Mutex::new(VecDeque::new()), capacity }
+        Self { entries: Mutex::new(VecDeque::new()), capacity }
     }
 
     /// The value of a cached key that can be used for `key`, or else the value of `key` itself, which `make` computes. `is_usable_for` decides this; it
     /// receives the cached key and the requested one.
     pub(crate) fn get_compatible(&self, is_usable_for: impl Fn(&K, &K) -> bool, key: K, make: impl FnOnce() -> V) -> V {
-        let slot = {
-            let mut slots = self.slots.lock();
-            let found = slots.iter().find(|(kept, _)| is_usable_for(kept, &key)).map(|(_, slot)| Arc::clone(slot));
+        let entry = {
+            let mut entries = self.entries.lock();
+            let found = entries.iter().find(|(cached_key, _)| is_usable_for(cached_key, &key)).map(|(_, entry)| Arc::clone(entry));
             found.unwrap_or_else(|| {
-                while slots.len() >= self.capacity.max(1) {
-                    slots.pop_front();
+                while entries.len() >= self.capacity.max(1) {
+                    entries.pop_front();
                 }
-                let slot = Arc::default();
-                slots.push_back((key, Arc::clone(&slot)));
-                slot
+                let entry = Arc::default();
+                entries.push_back((key, Arc::clone(&entry)));
+                entry
             })
         };
-        slot.get_or_init(make).clone()
+        entry.get_or_init(make).clone()
     }
 }
 
 impl<K: PartialEq, V: Clone> Memo<K, V> {
     /// The value of a key; `make` computes it if it is not cached.
     pub(crate) fn get(&self, key: K, make: impl FnOnce() -> V) -> V {
-        self.get_compatible(|kept, wanted| kept == wanted, key, make)
+        self.get_compatible(|cached_key, requested_key| cached_key == requested_key, key, make)
     }
 }
 
 impl<K, V> fmt::Debug for Memo<K, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let count = self.slots.lock().len();
+        let count = self.entries.lock().len();
         write!(f, "Memo({count} of {})", self.capacity)
+    }
+}
+
+/// A map of limited size: the entry that was not used for longest makes way for a new one.
+#[derive(Debug)]
+pub(crate) struct RecentMap<K, V> {
+    /// Values, each with the number of its last use.
+    entries: HashMap<K, (V, u64)>,
+    uses: u64,
+    capacity: usize,
+}
+
+impl<K: Eq + Hash + Clone, V: Clone> RecentMap<K, V> {
+    /// `capacity`: largest number of entries.
+    pub(crate) fn with_capacity(capacity: usize) -> Self {
+        Self { entries: HashMap::new(), uses: 0, capacity }
+    }
+
+    /// The value of a key. Counts as a use.
+    pub(crate) fn get(&mut self, key: &K) -> Option<V> {
+        self.uses += 1;
+        let (value, last_use) = self.entries.get_mut(key)?;
+        *last_use = self.uses;
+        Some(value.clone())
+    }
+
+    /// The value of a key, without a use of it.
+    pub(crate) fn peek(&self, key: &K) -> Option<&V> {
+        self.entries.get(key).map(|(value, _)| value)
+    }
+
+    pub(crate) fn insert(&mut self, key: K, value: V) {
+        if self.entries.len() >= self.capacity && !self.entries.contains_key(&key) {
+            let oldest = self.entries.iter().min_by_key(|(_, (_, last_use))| *last_use).map(|(key, _)| key.clone());
+            oldest.map(|key| self.entries.remove(&key));
+        }
+        self.uses += 1;
+        self.entries.insert(key, (value, self.uses));
+    }
+
+    pub(crate) fn remove(&mut self, key: &K) {
+        self.entries.remove(key);
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.entries.clear();
     }
 }
 
@@ -94,9 +141,26 @@ mod tests {
     }
 
     #[test]
+    fn the_entry_that_was_not_used_for_longest_makes_way() {
+        let mut recent = RecentMap::with_capacity(3);
+        for n in 1..=3 {
+            recent.insert(n, 10 * n);
+        }
+        assert_eq!((recent.get(&1), recent.peek(&2)), (Some(10), Some(&20)));
+        recent.insert(4, 40);
+        assert_eq!([1, 2, 3, 4].map(|n| recent.get(&n)), [Some(10), None, Some(30), Some(40)], "a peek is no use");
+        recent.insert(1, 11);
+        assert_eq!([1, 3, 4].map(|n| recent.get(&n)), [Some(11), Some(30), Some(40)], "a new value takes no place");
+        recent.remove(&3);
+        assert_eq!(recent.get(&3), None);
+        recent.clear();
+        assert_eq!(recent.get(&1), None);
+    }
+
+    #[test]
     fn a_compatible_key_is_reused() {
         let memo: Memo<f64, f64> = Memo::with_capacity(4);
-        let near = |kept: &f64, wanted: &f64| (kept - wanted).abs() < 0.1;
+        let near = |cached_key: &f64, requested_key: &f64| (cached_key - requested_key).abs() < 0.1;
         assert_eq!(memo.get_compatible(near, 1.0, || 1.0), 1.0);
         assert_eq!(memo.get_compatible(near, 1.05, || 1.05), 1.0);
         assert_eq!(memo.get_compatible(near, 1.2, || 1.2), 1.2);

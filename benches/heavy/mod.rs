@@ -77,6 +77,7 @@ pub fn plan(size: u32) -> Plan {
         cull: Cull::None,
         depth: DepthState { test: false, write: false },
         scissor: [0, 0, size, size],
+        extent: None,
     };
     let pass = Pass {
         name: "heavy",

@@ -2,6 +2,7 @@
 //!
 //! Plain values, filled by the reader of catalog files.
 
+use crate::message::{Argument, Message, message};
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
 
@@ -250,7 +251,7 @@ pub const MAX_OVERLAYS: u8 = 2;
 
 /// The map projection of an overlay. Latitudes are planetographic, longitudes east; north is up in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Projection {
+pub enum OverlayProjection {
     /// Equirectangular: linear in longitude and latitude.
     Equirectangular {
         /// Longitude of the left edge.
@@ -287,7 +288,7 @@ pub struct Overlay {
     /// Factor on its alpha.
     pub opacity: f64,
     /// Its projection and extent.
-    pub projection: Projection,
+    pub projection: OverlayProjection,
 }
 
 /// A shape model of triangles that replaces the ellipsoid.
@@ -378,19 +379,19 @@ pub struct Body {
 
 impl Body {
     /// The estimated values of the body and their effect on a picture, one line per value.
-    pub fn estimate_notes(&self) -> Vec<String> {
+    pub fn estimate_notes(&self) -> Vec<Message> {
         // The larger of the two changes: a decrease by a given percentage changes the magnitude more than an increase.
         let magnitudes = |percent: f64| -2.5 * (1.0 - percent / 100.0).log10();
         let albedo = self.estimates.albedo_percent.map(|p| {
-            let value = self.geometric_albedo;
-            format!("albedo {value}: an estimate, +-{p} %: changes brightness by up to {:.2} mag", magnitudes(p))
+            let change = magnitudes(p);
+            message!("estimate-albedo", value = self.geometric_albedo, percent = p, magnitudes = format_args!("{change:.2}"))
         });
-        let colour =
-            self.estimates.colour_percent.map(|p| format!("colour: an estimate, +-{p} %: changes red or blue against green by up to that"));
+        let colour = self.estimates.colour_percent.map(|p| message!("estimate-colour", percent = p));
         let species = self.atmosphere.iter().flat_map(|air| &air.species);
         let air = species.filter_map(|s| {
             let p = s.estimate_percent?;
-            Some(format!("{} of the atmosphere: an estimate, +-{p} %: changes its optical depth by up to that", s.name))
+            let species = Argument::CatalogText("species", s.name.clone());
+            Some(message!("estimate-air", species = species, percent = p))
         });
         albedo.into_iter().chain(colour).chain(air).collect()
     }

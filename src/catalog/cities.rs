@@ -36,13 +36,13 @@ pub fn all() -> &'static [City] {
 
 /// At most `limit` cities whose name, or a word of it, starts with a text of at least two letters.
 pub fn named(text: &str, limit: usize) -> Vec<&'static City> {
-    let wanted = text.trim().to_lowercase();
-    if wanted.chars().count() < 2 {
+    let prefix = text.trim().to_lowercase();
+    if prefix.chars().count() < 2 {
         return Vec::new();
     }
-    let begins = |c: &&City| c.name.to_lowercase().starts_with(&wanted);
-    let later = |c: &&City| !begins(c) && c.name.to_lowercase().split([' ', '-']).any(|word| word.starts_with(&wanted));
-    CITIES.iter().filter(begins).chain(CITIES.iter().filter(later)).take(limit).collect()
+    let starts_name = |c: &&City| c.name.to_lowercase().starts_with(&prefix);
+    let starts_word = |c: &&City| !starts_name(c) && c.name.to_lowercase().split([' ', '-']).any(|word| word.starts_with(&prefix));
+    CITIES.iter().filter(starts_name).chain(CITIES.iter().filter(starts_word)).take(limit).collect()
 }
 
 #[cfg(test)]

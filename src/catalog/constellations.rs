@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 
 /// A vertex of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Corner {
+pub struct FigureVertex {
     /// Unit vector of J2000, ICRF.
     pub direction: DVec3,
     /// The star at this vertex: its index in [`StarCatalog::embedded`].
@@ -25,7 +25,7 @@ pub struct Constellation {
     /// The position of its name, unit vector, ICRF.
     pub middle: DVec3,
     /// Polylines from star to star.
-    pub figure: Vec<Vec<Corner>>,
+    pub figure: Vec<Vec<FigureVertex>>,
 }
 
 /// A segment of a border between two corners, along a circle of right ascension or declination of B1875.
@@ -95,7 +95,7 @@ impl Constellations {
         let borders: Collection = serde_json::from_str(orrery_catalogs::CONSTELLATION_BORDERS)?;
         let stars = StarCatalog::embedded();
         let years = stars.years_since_epoch(crate::units::JD_J2000);
-        let corner = |at: [f64; 2]| {
+        let vertex = |at: [f64; 2]| {
             let direction = direction(at);
             let distance = |index: usize| {
                 let star = &stars.stars()[index];
@@ -106,18 +106,19 @@ impl Constellations {
             // If the vertex is a double star, its brighter component.
             let same = indices.filter(|index| distance(*index) < SAME_STAR_RAD);
             let star = same.min_by(|a, b| stars.stars()[*a].v_magnitude.total_cmp(&stars.stars()[*b].v_magnitude));
-            Corner { direction, star }
+            FigureVertex { direction, star }
         };
         // Serpens has two parts, each with a name entry. The first entry gets the figure of both parts.
         let mut drawn = std::collections::BTreeSet::new();
         let of_name = |(abbreviation, name, _, _, at): Name| {
             let is_first = drawn.insert(abbreviation.clone());
-            let own = figures.features.iter().filter(|f| is_first && f.id.as_ref() == Some(&abbreviation));
-            let figure = own.flat_map(|f| &f.geometry.coordinates).map(|line| line.iter().map(|at| corner(*at)).collect()).collect();
+            let figures_of_name = figures.features.iter().filter(|f| is_first && f.id.as_ref() == Some(&abbreviation));
+            let figure =
+                figures_of_name.flat_map(|f| &f.geometry.coordinates).map(|line| line.iter().map(|at| vertex(*at)).collect()).collect();
             Constellation { abbreviation, name, middle: direction(at), figure }
         };
         let b1875_from_icrf = icrf_from_b1875().transpose();
-        let piece = |ends: &[[f64; 2]]| {
+        let border = |ends: &[[f64; 2]]| {
             let [a, b] = [ends[0], ends[1]].map(|end| {
                 let v = b1875_from_icrf * direction(end);
                 [v.y.atan2(v.x), v.z.clamp(-1.0, 1.0).asin()]
@@ -125,7 +126,7 @@ impl Constellations {
             let turns = ((b[0] - a[0]) / std::f64::consts::TAU).round();
             Border { ends: [a, [b[0] - turns * std::f64::consts::TAU, b[1]]] }
         };
-        let borders = borders.features.iter().flat_map(|f| &f.geometry.coordinates).flat_map(|line| line.windows(2).map(piece)).collect();
+        let borders = borders.features.iter().flat_map(|f| &f.geometry.coordinates).flat_map(|line| line.windows(2).map(border)).collect();
         Ok(Self { all: names.into_iter().map(of_name).collect(), borders })
     }
 }
@@ -140,10 +141,10 @@ mod tests {
         let abbreviations: std::collections::BTreeSet<&str> = sky.all.iter().map(|c| c.abbreviation.as_str()).collect();
         println!("{} entries, {} abbreviations", sky.all.len(), abbreviations.len());
         assert!(abbreviations.len() >= 88, "{}", abbreviations.len());
-        let corners: Vec<&Corner> = sky.all.iter().flat_map(|c| &c.figure).flatten().collect();
-        let stars = corners.iter().filter(|c| c.star.is_some()).count();
-        println!("{stars} of {} corners are stars", corners.len());
-        assert!(corners.len() > 700 && 100 * stars > 97 * corners.len(), "{stars} of {}", corners.len());
+        let vertices: Vec<&FigureVertex> = sky.all.iter().flat_map(|c| &c.figure).flatten().collect();
+        let stars = vertices.iter().filter(|c| c.star.is_some()).count();
+        println!("{stars} of {} corners are stars", vertices.len());
+        assert!(vertices.len() > 700 && 100 * stars > 97 * vertices.len(), "{stars} of {}", vertices.len());
         let orion = sky.all.iter().find(|c| c.abbreviation == "Ori").expect("Orion");
         let hips: Vec<u32> = orion.figure.iter().flatten().filter_map(|c| Some(StarCatalog::embedded().stars()[c.star?].hip)).collect();
         // Betelgeuse, Rigel, Bellatrix, the belt.

@@ -5,6 +5,7 @@
 //! here: the Moon's mountains, which move contacts by seconds more.
 
 use super::{Catalog, NaifId};
+use crate::message::{Message, message};
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
@@ -83,9 +84,14 @@ impl Catalog {
     }
 
     /// The convention and its radii in words: `iau: Sun 695700.0 km, Moon 1737.4 km`.
-    pub fn eclipse_radii_text(&self) -> String {
+    pub fn eclipse_radii_text(&self) -> Message {
         let radius_km = |id| self.body(id).map_or(f64::NAN, |b| b.radii_km.x);
-        format!("{}: Sun {:.1} km, Moon {:.1} km", self.eclipse_radii.name(), radius_km(NaifId::SUN), radius_km(NaifId::MOON))
+        message!(
+            "radii-used",
+            source = self.eclipse_radii.name(),
+            sun = format_args!("{:.1}", radius_km(NaifId::SUN)),
+            moon = format_args!("{:.1}", radius_km(NaifId::MOON))
+        )
     }
 }
 
@@ -98,7 +104,7 @@ mod tests {
     fn the_default_is_the_iau_and_changes_nothing() {
         let catalog = Catalog::embedded().with_eclipse_radii(EclipseRadii::default());
         assert_eq!(catalog.body(NaifId::SUN).expect("the Sun").radii_km, DVec3::splat(SUN_RADIUS_KM));
-        assert_eq!(catalog.eclipse_radii_text(), "iau: Sun 695700.0 km, Moon 1737.4 km");
+        assert_eq!(catalog.eclipse_radii_text().to_string(), "iau: Sun 695700.0 km, Moon 1737.4 km");
     }
 
     #[test]

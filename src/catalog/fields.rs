@@ -16,40 +16,40 @@ pub(super) fn each(check: impl Fn(f64) -> bool) -> impl Fn(&[f64; 3]) -> bool {
 /// Reads an optional field whose value is one of a few words.
 pub(super) fn word<T: Copy>(section: &mut TableReader, field: &'static str, words: &[(&str, T)]) -> Option<T> {
     let allowed = format!("one of {}", words.iter().map(|(w, _)| format!("\"{w}\"")).collect::<Vec<_>>().join(", "));
-    let found = section.take::<String>(field, &allowed, |v| words.iter().any(|(w, _)| w == v))?;
+    let found = section.optional::<String>(field, &allowed, |v| words.iter().any(|(w, _)| w == v))?;
     words.iter().find(|(w, _)| *w == found.value).map(|(_, t)| *t)
 }
 
-pub(super) fn need_word<T: Copy>(section: &mut TableReader, field: &'static str, words: &[(&str, T)]) -> Option<T> {
+pub(super) fn required_word<T: Copy>(section: &mut TableReader, field: &'static str, words: &[(&str, T)]) -> Option<T> {
     let allowed = format!("one of {}", words.iter().map(|(w, _)| format!("\"{w}\"")).collect::<Vec<_>>().join(", "));
-    let found = section.need::<String>(field, &allowed, |v| words.iter().any(|(w, _)| w == v))?;
+    let found = section.required::<String>(field, &allowed, |v| words.iter().any(|(w, _)| w == v))?;
     words.iter().find(|(w, _)| *w == found.value).map(|(_, t)| *t)
 }
 
 pub(super) fn number(section: &mut TableReader, field: &'static str, allowed: &str, ok: impl Fn(f64) -> bool) -> Option<f64> {
-    section.need::<f64>(field, allowed, |v| v.is_finite() && ok(*v)).map(|l| l.value)
+    section.required::<f64>(field, allowed, |v| v.is_finite() && ok(*v)).map(|l| l.value)
 }
 
 /// The description of the invented part of a map or shape: one line.
 pub(super) fn invented(s: &mut TableReader) -> Option<String> {
-    let said = s.take("invented", "what of it is invented, in a line of words", |v: &String| !v.trim().is_empty() && !v.contains('\n'));
+    let said = s.optional("invented", "what of it is invented, in a line of words", |v: &String| !v.trim().is_empty() && !v.contains('\n'));
     said.map(|l| l.value)
 }
 
 /// The value read from a table, with the line where the table begins.
 pub(super) fn located<T>(s: TableReader, read: impl FnOnce(TableReader) -> Option<T>) -> Option<WithLine<T>> {
-    let place = s.place.clone();
-    Some(WithLine { value: read(s)?, place })
+    let source_line = s.source_line.clone();
+    Some(WithLine { value: read(s)?, source_line })
 }
 
 pub(super) fn map(mut s: TableReader) -> Option<Map> {
-    let file = s.need::<String>("file", "a file name without folders", |f| !f.is_empty() && !f.contains(['/', '\\']) && f != "..");
-    let gain = s.take("gain", "three numbers from 0 to 100 (red, green, blue)", each(|x| (0.0..=100.0).contains(&x)));
+    let file = s.required::<String>("file", "a file name without folders", |f| !f.is_empty() && !f.contains(['/', '\\']) && f != "..");
+    let gain = s.optional("gain", "three numbers from 0 to 100 (red, green, blue)", each(|x| (0.0..=100.0).contains(&x)));
     let latitude =
         word(&mut s, "latitude", &[("planetographic", MapLatitude::Planetographic), ("planetocentric", MapLatitude::Planetocentric)]);
-    let columns = s.take::<u32>("columns", "the map's width in texels, 2 to 65536", |c| (2..=65_536).contains(c)).map(|l| l.value);
+    let columns = s.optional::<u32>("columns", "the map's width in texels, 2 to 65536", |c| (2..=65_536).contains(c)).map(|l| l.value);
     let invented = invented(&mut s);
-    let _ = s.take::<String>("source", "a string", |_| true);
+    let _ = s.optional::<String>("source", "a string", |_| true);
     s.finish();
     let (gain, latitude) = (gain.map_or([1.0; 3], |g| g.value), latitude.unwrap_or(MapLatitude::Planetocentric));
     Some(Map { file: file?.value, gain, latitude, columns, invented })
@@ -59,7 +59,7 @@ pub(super) fn map(mut s: TableReader) -> Option<Map> {
 const PERCENT: &str = "percent above 0, at most 90";
 
 pub(super) fn percent(s: &mut TableReader, field: &'static str) -> Option<f64> {
-    s.take(field, PERCENT, |p: &f64| *p > 0.0 && *p <= 90.0).map(|l| l.value)
+    s.optional(field, PERCENT, |p: &f64| *p > 0.0 && *p <= 90.0).map(|l| l.value)
 }
 
 /// Whether a text is a name: not blank, and without control characters such as line breaks.

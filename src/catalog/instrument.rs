@@ -4,7 +4,7 @@
 //! `focal_length_mm` with `field_stop_mm`; a rectangle has `width_deg` and `height_deg`, or `focal_length_mm` with `sensor_mm`. From a focal length the field of view is
 //! that of a lens without distortion: 2 atan(size / 2 f).
 
-use super::fields::{is_name, need_word};
+use super::fields::{is_name, required_word};
 use super::table::TableReader;
 
 /// The field of view of an instrument or eyepiece.
@@ -13,14 +13,14 @@ pub struct Instrument {
     /// The label of its frame.
     pub name: String,
     /// Its field of view.
-    pub field: Field,
+    pub field: FieldOfView,
     /// Position angle of the frame's upper side, from north through east.
     pub position_angle_deg: f64,
 }
 
 /// The shape of a field of view, degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Field {
+pub enum FieldOfView {
     /// A circle, for example of an eyepiece.
     Circle {
         /// Diameter.
@@ -39,7 +39,7 @@ pub enum Field {
 const WIDEST_DEG: f64 = 170.0;
 
 #[derive(Clone, Copy, PartialEq)]
-enum Shape {
+enum FieldShape {
     Circle,
     Rectangle,
 }
@@ -50,36 +50,36 @@ fn angle_deg(size_mm: f64, focal_length_mm: f64) -> f64 {
 
 /// Reads an instrument.
 pub(super) fn instrument(mut s: TableReader) -> Option<Instrument> {
-    let name = s.need("name", "a name", is_name);
-    let shape = need_word(&mut s, "shape", &[("circle", Shape::Circle), ("rectangle", Shape::Rectangle)]);
+    let name = s.required("name", "a name", is_name);
+    let shape = required_word(&mut s, "shape", &[("circle", FieldShape::Circle), ("rectangle", FieldShape::Rectangle)]);
     let degrees = |x: &f64| *x > 0.0 && *x <= WIDEST_DEG;
     let is_size = |x: &f64| *x > 0.0 && x.is_finite();
     let by_lens = s.has("focal_length_mm");
-    let focal_mm = if by_lens { s.take("focal_length_mm", "millimetres above 0", is_size).map(|l| l.value) } else { None };
+    let focal_mm = if by_lens { s.optional("focal_length_mm", "millimetres above 0", is_size).map(|l| l.value) } else { None };
     let field = match (shape, by_lens) {
-        (Some(Shape::Circle), true) => {
-            let stop = s.need("field_stop_mm", "millimetres above 0", is_size);
-            focal_mm.zip(stop).map(|(f, stop)| Field::Circle { diameter_deg: angle_deg(stop.value, f) })
+        (Some(FieldShape::Circle), true) => {
+            let stop = s.required("field_stop_mm", "millimetres above 0", is_size);
+            focal_mm.zip(stop).map(|(f, stop)| FieldOfView::Circle { diameter_deg: angle_deg(stop.value, f) })
         }
-        (Some(Shape::Circle), false) => {
-            s.need("diameter_deg", "degrees above 0, at most 170", degrees).map(|d| Field::Circle { diameter_deg: d.value })
+        (Some(FieldShape::Circle), false) => {
+            s.required("diameter_deg", "degrees above 0, at most 170", degrees).map(|d| FieldOfView::Circle { diameter_deg: d.value })
         }
-        (Some(Shape::Rectangle), true) => {
-            let sensor = s.need("sensor_mm", "width and height in millimetres, above 0", |v: &[f64; 2]| v.iter().all(is_size));
+        (Some(FieldShape::Rectangle), true) => {
+            let sensor = s.required("sensor_mm", "width and height in millimetres, above 0", |v: &[f64; 2]| v.iter().all(is_size));
             focal_mm.zip(sensor).map(|(f, sensor)| {
                 let [width_deg, height_deg] = sensor.value.map(|mm| angle_deg(mm, f));
-                Field::Rectangle { width_deg, height_deg }
+                FieldOfView::Rectangle { width_deg, height_deg }
             })
         }
-        (Some(Shape::Rectangle), false) => {
-            let width = s.need("width_deg", "degrees above 0, at most 170", degrees);
-            let height = s.need("height_deg", "degrees above 0, at most 170", degrees);
-            width.zip(height).map(|(w, h)| Field::Rectangle { width_deg: w.value, height_deg: h.value })
+        (Some(FieldShape::Rectangle), false) => {
+            let width = s.required("width_deg", "degrees above 0, at most 170", degrees);
+            let height = s.required("height_deg", "degrees above 0, at most 170", degrees);
+            width.zip(height).map(|(w, h)| FieldOfView::Rectangle { width_deg: w.value, height_deg: h.value })
         }
         (None, _) => None,
     };
-    let angle = s.take("position_angle_deg", "degrees from -360 to 360", |x: &f64| x.abs() <= 360.0);
-    let _ = s.take::<String>("source", "a string", |_| true);
+    let angle = s.optional("position_angle_deg", "degrees from -360 to 360", |x: &f64| x.abs() <= 360.0);
+    let _ = s.optional::<String>("source", "a string", |_| true);
     s.finish();
     Some(Instrument { name: name?.value, field: field?, position_angle_deg: angle.map_or(0.0, |a| a.value) })
 }
@@ -97,14 +97,14 @@ mod tests {
 
     #[test]
     fn fields_are_read_in_degrees_and_by_focal_length() {
-        assert_eq!(read("shape = \"circle\"\ndiameter_deg = 6.5").expect("read")[0].field, Field::Circle { diameter_deg: 6.5 });
+        assert_eq!(read("shape = \"circle\"\ndiameter_deg = 6.5").expect("read")[0].field, FieldOfView::Circle { diameter_deg: 6.5 });
         // A sensor twice the focal length wide sees 90 degrees; 36 mm behind a 50 mm lens see 39.6 degrees (the usual figure of a normal lens).
         let wide =
             read("shape = \"rectangle\"\nfocal_length_mm = 18.0\nsensor_mm = [36.0, 24.0]\nposition_angle_deg = 30.0").expect("read");
-        let Field::Rectangle { width_deg, height_deg } = wide[0].field else { panic!("{wide:?}") };
+        let FieldOfView::Rectangle { width_deg, height_deg } = wide[0].field else { panic!("{wide:?}") };
         assert!((width_deg - 90.0).abs() < 1e-12 && (height_deg - 67.380).abs() < 1e-3 && wide[0].position_angle_deg == 30.0);
         let normal = read("shape = \"rectangle\"\nfocal_length_mm = 50.0\nsensor_mm = [36.0, 24.0]").expect("read");
-        assert!(matches!(normal[0].field, Field::Rectangle { width_deg, .. } if (width_deg - 39.6).abs() < 0.01));
+        assert!(matches!(normal[0].field, FieldOfView::Rectangle { width_deg, .. } if (width_deg - 39.6).abs() < 0.01));
         assert!(Catalog::embedded().instruments().len() >= 4);
     }
 

@@ -33,13 +33,13 @@ mod table;
 
 pub use body::{
     Atmosphere, Body, BodyKind, Clouds, Estimates, InventedRelief, MAX_OVERLAYS, Map, MapLatitude, Maps, MeanElements, Motion, NaifId,
-    Overlay, Photometry, Projection, Ring, Rotation, ShapeModel, Species,
+    Overlay, OverlayProjection, Photometry, Ring, Rotation, ShapeModel, Species,
 };
 pub use data_layer::{
-    ColourMap, DataLayer, DataLine, DataPoint, ImageLook, ImagePlace, PlacedImage, Stretch, is_layer_file, layer_endings,
+    ColourMap, DataLayer, DataLine, DataPoint, ImageLook, ImageWcs, PlacedImage, Stretch, is_layer_file, layer_extensions,
 };
 pub use eclipse_radii::EclipseRadii;
-pub use instrument::{Field, Instrument};
+pub use instrument::{FieldOfView, Instrument};
 use layer_list::LayerList;
 use lunar_heights::HeightMap;
 use small_bodies::SmallBodies;
@@ -138,8 +138,8 @@ impl Catalog {
 
     /// A problem with a body's field, with its file and line.
     pub fn problem(&self, id: NaifId, field: &'static str, message: String) -> Problem {
-        let place = self.field_lines.get(&(id, field)).or_else(|| self.field_lines.get(&(id, "")));
-        let (file, line) = place.cloned().unwrap_or_default();
+        let line_of_field = self.field_lines.get(&(id, field)).or_else(|| self.field_lines.get(&(id, "")));
+        let (file, line) = line_of_field.cloned().unwrap_or_default();
         let name = self.body(id).map_or_else(|| format!("body {}", id.0), |b| b.name.clone());
         Problem { file, line, message: format!("{name}.{field}: {message}") }
     }
@@ -167,16 +167,16 @@ impl Catalog {
 
     /// Magnitude of the brightest star; does not read the embedded stars.
     pub fn brightest_magnitude(&self) -> f32 {
-        self.stars.as_ref().map_or(stars::EMBEDDED_BRIGHTEST, |s| s.brightest_magnitude())
+        self.stars.as_ref().map_or(stars::EMBEDDED_BRIGHTEST_MAGNITUDE, |s| s.brightest_magnitude())
     }
 
     /// This catalog with other minor planets or comets, if there are any.
-    pub fn with_small_bodies(self, own: Option<SmallBodies>) -> Self {
-        let Some(own) = own else { return self };
-        let shipped = SmallBodies::embedded();
-        let own_or_shipped = |own: Vec<_>, shipped: &Vec<_>| if own.is_empty() { shipped.clone() } else { own };
-        let minor_planets = own_or_shipped(own.minor_planets, &shipped.minor_planets);
-        let all = SmallBodies { minor_planets, comets: own_or_shipped(own.comets, &shipped.comets) };
+    pub fn with_small_bodies(self, supplied: Option<SmallBodies>) -> Self {
+        let Some(supplied) = supplied else { return self };
+        let embedded = SmallBodies::embedded();
+        let or_embedded = |supplied: Vec<_>, embedded: &Vec<_>| if supplied.is_empty() { embedded.clone() } else { supplied };
+        let minor_planets = or_embedded(supplied.minor_planets, &embedded.minor_planets);
+        let all = SmallBodies { minor_planets, comets: or_embedded(supplied.comets, &embedded.comets) };
         let small_bodies = OnceLock::from(Arc::new(all.without_bodies_of(&self)));
         Self { small_bodies, ..self }
     }
@@ -240,25 +240,25 @@ impl Catalog {
     /// The body or barycentre with a name: a body's name or alias, `solar system barycenter`, `ssb`, `earth-moon barycenter`, `emb`, or
     /// `<planet> barycenter`. Case and the spelling of barycentre do not matter.
     pub fn find_body_or_barycenter(&self, name: &str) -> Option<NaifId> {
-        let wanted = name.trim().to_lowercase().replace("barycentre", "barycenter").replace(['_', '-'], " ");
-        let wanted = wanted.split_whitespace().collect::<Vec<_>>().join(" ");
-        match wanted.as_str() {
+        let normalized = name.trim().to_lowercase().replace("barycentre", "barycenter").replace(['_', '-'], " ");
+        let normalized = normalized.split_whitespace().collect::<Vec<_>>().join(" ");
+        match normalized.as_str() {
             "ssb" | "solar system barycenter" => return Some(NaifId::SOLAR_SYSTEM_BARYCENTER),
             "emb" | "earth moon barycenter" | "earth barycenter" => return Some(NaifId::EARTH_MOON_BARYCENTER),
             _ => {}
         }
-        if let Some(planet) = wanted.strip_suffix(" barycenter") {
+        if let Some(planet) = normalized.strip_suffix(" barycenter") {
             let id = self.find_body(planet)?.id.0;
             return (100..1000).contains(&id).then_some(id).filter(|id| id % 100 == 99).map(|id| NaifId(id / 100));
         }
-        self.find_body(&wanted).map(|b| b.id)
+        self.find_body(&normalized).map(|b| b.id)
     }
 
     /// The body or barycentre with a name.
     ///
     /// # Errors
     /// An unknown name, with a suggestion.
-    pub fn place(&self, name: &str) -> Result<NaifId, UnknownName> {
+    pub fn body_or_barycenter(&self, name: &str) -> Result<NaifId, UnknownName> {
         self.find_body_or_barycenter(name).ok_or_else(|| self.unknown(name, "body or centre of mass"))
     }
 
@@ -266,7 +266,7 @@ impl Catalog {
     ///
     /// # Errors
     /// An unknown name with a suggestion, or a barycentre.
-    pub fn named(&self, name: &str) -> Result<&Body, UnknownName> {
+    pub fn body_named(&self, name: &str) -> Result<&Body, UnknownName> {
         let id = self.find_body_or_barycenter(name).ok_or_else(|| self.unknown(name, "body"))?;
         self.body(id).ok_or_else(|| {
             UnknownName(format!("`{}` is a centre of mass, which has no surface: name a body", echo_within(name.trim(), 60)))

@@ -22,7 +22,7 @@ pub enum Vantage {
     /// Over the side of the target that faces a body (or faces away from it), at a distance in equatorial radii.
     Side {
         /// The body that this side of the target faces.
-        of: NaifId,
+        faced_body: NaifId,
         /// Whether the camera is on the opposite side.
         away: bool,
         /// Distance from the target's centre in its equatorial radii.
@@ -78,37 +78,37 @@ pub(super) struct MomentDraft {
 
 enum DraftVantage {
     Centre { body: WithLine<String>, fov_deg: f64 },
-    Side { of: WithLine<String>, away: bool, radii: f64 },
+    Side { faced_body: WithLine<String>, away: bool, radii: f64 },
     Place { body: WithLine<String>, latitude_deg: f64, longitude_deg: f64, height_km: f64, fov_deg: f64 },
 }
 
 /// Reads one `[[moment]]` table.
 pub(super) fn draft(mut s: TableReader) -> Option<MomentDraft> {
-    let text = |s: &mut TableReader, field: &'static str, what: &str| s.need(field, what, |v: &String| !v.trim().is_empty());
+    let text = |s: &mut TableReader, field: &'static str, allowed: &str| s.required(field, allowed, |v: &String| !v.trim().is_empty());
     let name = text(&mut s, "name", "a string");
     if let Some(name) = &name {
         s.rename(&name.value);
     }
-    let kind = s.need("kind", &format!("one of {}", KINDS.join(", ")), |k: &String| KINDS.contains(&k.as_str()));
+    let kind = s.required("kind", &format!("one of {}", KINDS.join(", ")), |k: &String| KINDS.contains(&k.as_str()));
     let about = text(&mut s, "about", "a sentence");
-    let time = s.need("time", "ISO 8601 UTC, as 2024-04-08T18:17:16Z", |t: &String| Instant::parse(t).is_ok());
+    let time = s.required("time", "ISO 8601 UTC, as 2024-04-08T18:17:16Z", |t: &String| Instant::parse(t).is_ok());
     let target = text(&mut s, "target", "the name of a body");
     let source = text(&mut s, "source", "a string");
-    let of_body = "the name of a body";
-    let within = |least: f64, most: f64| move |v: &f64| (least..=most).contains(v);
-    let fov = s.take("fov_deg", "degrees from 0.0001 to 120", within(1e-4, 120.0)).map(|l| l.value);
-    let radii = s.take("radii", "equatorial radii above 1", within(1.000_001, 1e9)).map(|l| l.value);
-    let centre = s.take("from", of_body, |_: &String| true);
-    let side = s.take("side", of_body, |_: &String| true);
-    let away = s.take("away_from", of_body, |_: &String| true);
-    let ground = s.take("over", of_body, |_: &String| true);
-    let latitude_deg = s.take("latitude_deg", "degrees from -90 to 90", within(-90.0, 90.0)).map(|l| l.value);
-    let longitude_deg = s.take("longitude_deg", "degrees east from -360 to 360", within(-360.0, 360.0)).map(|l| l.value);
-    let height_km = s.take("height_km", "kilometres above 0", |h: &f64| *h > 0.0 && h.is_finite()).map(|l| l.value);
-    let vantage = match (centre, side, away, ground) {
+    let body_name = "the name of a body";
+    let within = |min: f64, max: f64| move |v: &f64| (min..=max).contains(v);
+    let fov = s.optional("fov_deg", "degrees from 0.0001 to 120", within(1e-4, 120.0)).map(|l| l.value);
+    let radii = s.optional("radii", "equatorial radii above 1", within(1.000_001, 1e9)).map(|l| l.value);
+    let centre = s.optional("from", body_name, |_: &String| true);
+    let side = s.optional("side", body_name, |_: &String| true);
+    let away = s.optional("away_from", body_name, |_: &String| true);
+    let over = s.optional("over", body_name, |_: &String| true);
+    let latitude_deg = s.optional("latitude_deg", "degrees from -90 to 90", within(-90.0, 90.0)).map(|l| l.value);
+    let longitude_deg = s.optional("longitude_deg", "degrees east from -360 to 360", within(-360.0, 360.0)).map(|l| l.value);
+    let height_km = s.optional("height_km", "kilometres above 0", |h: &f64| *h > 0.0 && h.is_finite()).map(|l| l.value);
+    let vantage = match (centre, side, away, over) {
         (Some(body), None, None, None) => fov.map(|fov_deg| DraftVantage::Centre { body, fov_deg }),
-        (None, Some(of), None, None) => radii.map(|radii| DraftVantage::Side { of, away: false, radii }),
-        (None, None, Some(of), None) => radii.map(|radii| DraftVantage::Side { of, away: true, radii }),
+        (None, Some(faced_body), None, None) => radii.map(|radii| DraftVantage::Side { faced_body, away: false, radii }),
+        (None, None, Some(faced_body), None) => radii.map(|radii| DraftVantage::Side { faced_body, away: true, radii }),
         (None, None, None, Some(body)) => match (latitude_deg, longitude_deg, height_km, fov) {
             (Some(latitude_deg), Some(longitude_deg), Some(height_km), Some(fov_deg)) => {
                 Some(DraftVantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg })
@@ -118,9 +118,9 @@ pub(super) fn draft(mut s: TableReader) -> Option<MomentDraft> {
         _ => None,
     };
     if vantage.is_none() {
-        let place = s.place.clone();
+        let source_line = s.source_line.clone();
         let allowed = "from with fov_deg, side or away_from with radii, or over with latitude_deg, longitude_deg, height_km, fov_deg";
-        s.problem(&place, "vantage", "incomplete", allowed);
+        s.problem(&source_line, "vantage", "incomplete", allowed);
     }
     s.finish();
     Some(MomentDraft {
@@ -140,11 +140,9 @@ pub(super) fn assemble(drafts: Vec<MomentDraft>, bodies: &[Body], problems: &Pro
     let ids: BTreeMap<String, NaifId> = names.collect();
     let known: Vec<&str> = ids.keys().map(String::as_str).collect();
     let resolve = |name: &WithLine<String>| {
-        let wanted = name.value.to_lowercase();
-        let found = ids.get(&wanted).copied();
+        let found = ids.get(&name.value.to_lowercase()).copied();
         if found.is_none() {
-            let hint = problems.nearest(&wanted, &known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
-            problems.add(&name.place, format!("\"{}\" is not the name of a body{hint}", name.value));
+            problems.add_unknown_body(name, &known);
         }
         found
     };
@@ -153,7 +151,9 @@ pub(super) fn assemble(drafts: Vec<MomentDraft>, bodies: &[Body], problems: &Pro
         let target = resolve(&d.target);
         let vantage = match d.vantage {
             DraftVantage::Centre { body, fov_deg } => resolve(&body).map(|body| Vantage::Centre { body, fov_deg }),
-            DraftVantage::Side { of, away, radii } => resolve(&of).map(|of| Vantage::Side { of, away, radii }),
+            DraftVantage::Side { faced_body, away, radii } => {
+                resolve(&faced_body).map(|faced_body| Vantage::Side { faced_body, away, radii })
+            }
             DraftVantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg } => {
                 resolve(&body).map(|body| Vantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg })
             }

@@ -20,13 +20,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
 fn ring(mut s: TableReader) -> Option<(WithLine<String>, Ring)> {
-    let body_name = s.need("body", "the name of a body", |_: &String| true);
-    let name = s.need("name", "a name", is_name);
+    let body_name = s.required("body", "the name of a body", |_: &String| true);
+    let name = s.required("name", "a name", is_name);
     let inner_km = number(&mut s, "inner_km", "kilometres above 0", |x| x > 0.0);
-    let outer_km = s.need("outer_km", "kilometres above inner_km", |x: &f64| x.is_finite() && inner_km.is_none_or(|i| *x > i));
+    let outer_km = s.required("outer_km", "kilometres above inner_km", |x: &f64| x.is_finite() && inner_km.is_none_or(|i| *x > i));
     let tau_normal = number(&mut s, "tau_normal", "an optical depth from 0 to 100", |x| (0.0..=100.0).contains(&x));
-    let albedo = s.take("albedo", "three numbers from 0 to 1 (red, green, blue)", each(|x| (0.0..=1.0).contains(&x)));
-    let dust = s.take("dust", "a part from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
+    let albedo = s.optional("albedo", "three numbers from 0 to 1 (red, green, blue)", each(|x| (0.0..=1.0).contains(&x)));
+    let dust = s.optional("dust", "a part from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
     s.finish();
     Some((
         body_name?,
@@ -43,12 +43,12 @@ fn ring(mut s: TableReader) -> Option<(WithLine<String>, Ring)> {
 
 fn species(mut s: TableReader) -> Option<Species> {
     let per_km = "three numbers from 0 to 10 per kilometre";
-    let name = s.need("name", "a name", is_name);
+    let name = s.required("name", "a name", is_name);
     let scale_height_km = number(&mut s, "scale_height_km", "kilometres above 0", |x| x > 0.0);
-    let tent_centre_km = s.take("tent_centre_km", "kilometres from 0", |x: &f64| finite(x) && *x >= 0.0);
-    let scattering = s.take("scattering_per_km", per_km, each(|x| (0.0..=10.0).contains(&x)));
-    let absorption = s.take("absorption_per_km", per_km, each(|x| (0.0..=10.0).contains(&x)));
-    let asymmetry = s.take("asymmetry", "a number between -1 and 1", |x: &f64| x.abs() < 1.0);
+    let tent_centre_km = s.optional("tent_centre_km", "kilometres from 0", |x: &f64| finite(x) && *x >= 0.0);
+    let scattering = s.optional("scattering_per_km", per_km, each(|x| (0.0..=10.0).contains(&x)));
+    let absorption = s.optional("absorption_per_km", per_km, each(|x| (0.0..=10.0).contains(&x)));
+    let asymmetry = s.optional("asymmetry", "a number between -1 and 1", |x: &f64| x.abs() < 1.0);
     let estimate_percent = percent(&mut s, "estimate_percent");
     s.finish();
     Some(Species {
@@ -63,12 +63,13 @@ fn species(mut s: TableReader) -> Option<Species> {
 }
 
 fn atmosphere(mut s: TableReader) -> Option<(WithLine<String>, Atmosphere)> {
-    let body_name = s.need("body", "the name of a body", |_: &String| true);
+    let body_name = s.required("body", "the name of a body", |_: &String| true);
     let top_km = number(&mut s, "top_km", "kilometres above 0", |x| x > 0.0);
-    let refractivity = s.take("refractivity", "a number above 0 and below 0.01", |x: &f64| *x > 0.0 && *x < 0.01).map(|l| l.value);
-    let airglow_cd_m2 = s.take("airglow_cd_m2", "candelas a square metre from 0 to 1", |x: &f64| (0.0..=1.0).contains(x)).map(|l| l.value);
+    let refractivity = s.optional("refractivity", "a number above 0 and below 0.01", |x: &f64| *x > 0.0 && *x < 0.01).map(|l| l.value);
+    let airglow_cd_m2 =
+        s.optional("airglow_cd_m2", "candelas a square metre from 0 to 1", |x: &f64| (0.0..=1.0).contains(x)).map(|l| l.value);
     let species: Vec<_> = s.sections("species").into_iter().filter_map(species).collect();
-    let _ = s.take::<String>("source", "a string", |_| true);
+    let _ = s.optional::<String>("source", "a string", |_| true);
     s.finish();
     Some((body_name?, Atmosphere { top_km: top_km?, refractivity, airglow_cd_m2, species }))
 }
@@ -100,10 +101,10 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
         overlays.extend(root.sections("overlay").into_iter().filter_map(overlay::overlay));
         atmospheres.extend(root.sections("atmosphere").into_iter().filter_map(atmosphere));
         layers.extend(root.sections("layer").into_iter().filter_map(data_layer::layer));
-        for own in root.sections("instrument").into_iter().filter_map(instrument) {
+        for new in root.sections("instrument").into_iter().filter_map(instrument) {
             // A later instrument replaces an earlier one of the same name.
-            instruments.retain(|listed| listed.name != own.name);
-            instruments.push(own);
+            instruments.retain(|listed| listed.name != new.name);
+            instruments.push(new);
         }
         moments_drafts.extend(root.sections("moment").into_iter().filter_map(moments::draft));
         root.finish();
@@ -135,8 +136,7 @@ fn body_named(bodies: &[Body], body_name: &WithLine<String>, problems: &Problems
     let found = bodies.iter().find(|b| b.name.eq_ignore_ascii_case(&body_name.value)).map(|b| b.id);
     if found.is_none() {
         let known: Vec<&str> = bodies.iter().map(|b| b.name.as_str()).collect();
-        let hint = problems.nearest(&body_name.value, &known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
-        problems.add(&body_name.place, format!("\"{}\" is not the name of a body{hint}", body_name.value));
+        problems.add_unknown_body(body_name, &known);
     }
     found
 }
@@ -144,23 +144,26 @@ fn body_named(bodies: &[Body], body_name: &WithLine<String>, problems: &Problems
 /// File and line of the fields that can be checked only against the complete catalog.
 fn lines_of((id, d): (&i32, &BodyDraft)) -> Vec<(BodyField, FileLine)> {
     let fields = [
-        ("", Some(&d.place)),
-        ("parent", d.parent.as_ref().map(|l| &l.place)),
-        ("motion", d.motion.as_ref().map(|l| &l.place)),
-        ("rotation", d.rotation.as_ref().map(|l| &l.place)),
+        ("", Some(&d.source_line)),
+        ("parent", d.parent.as_ref().map(|l| &l.source_line)),
+        ("motion", d.motion.as_ref().map(|l| &l.source_line)),
+        ("rotation", d.rotation.as_ref().map(|l| &l.source_line)),
     ];
-    fields.into_iter().filter_map(|(field, place)| Some(((NaifId(*id), field), (place?.file.to_string(), place?.line)))).collect()
+    fields
+        .into_iter()
+        .filter_map(|(field, source_line)| Some(((NaifId(*id), field), (source_line?.file.to_string(), source_line?.line))))
+        .collect()
 }
 
-fn is_embedded(place: &SourceLine) -> bool {
-    TABLES.iter().any(|(file, _)| *file == &*place.file)
+fn is_embedded(source_line: &SourceLine) -> bool {
+    TABLES.iter().any(|(file, _)| *file == &*source_line.file)
 }
 
 /// Maximum number of bodies that the message about a cycle names.
 const MAX_NAMES: usize = 8;
 
 /// Reports cycles of parents, each at the `parent` fields of the user's files.
-fn report_parent_cycles(bodies: &[Body], places: &BTreeMap<i32, SourceLine>, problems: &Problems) {
+fn report_parent_cycles(bodies: &[Body], source_lines: &BTreeMap<i32, SourceLine>, problems: &Problems) {
     let by_id: BTreeMap<NaifId, &Body> = bodies.iter().map(|b| (b.id, b)).collect();
     let parent_of = |body: &Body| body.parent.and_then(|id| by_id.get(&id).copied());
     // Each body is visited once. A walk from parent to parent ends at a body of an earlier walk, or at one of its own bodies: a cycle.
@@ -172,10 +175,10 @@ fn report_parent_cycles(bodies: &[Body], places: &BTreeMap<i32, SourceLine>, pro
         // `assemble` reports a body that is its own parent.
         let Some(cycle) = cycle_start.map(|from| &path[from..]).filter(|cycle| cycle.len() > 1) else { continue };
         for (at, body) in cycle.iter().enumerate() {
-            let Some(place) = places.get(&body.id.0).filter(|place| !is_embedded(place)) else { continue };
+            let Some(source_line) = source_lines.get(&body.id.0).filter(|source_line| !is_embedded(source_line)) else { continue };
             let names: Vec<&str> = cycle[at + 1..].iter().chain(&cycle[..=at]).take(MAX_NAMES).map(|b| b.name.as_str()).collect();
             let more = if cycle.len() > MAX_NAMES { ", …" } else { "" };
-            problems.add(place, format!("{}.parent leads round in a circle: {}{more}", body.name, names.join(", ")));
+            problems.add(source_line, format!("{}.parent leads round in a circle: {}{more}", body.name, names.join(", ")));
         }
     }
 }
@@ -191,33 +194,32 @@ fn assemble(
     let mut ids: BTreeMap<String, i32> = BTreeMap::new();
     let mut named: BTreeMap<String, (i32, &SourceLine)> = BTreeMap::new();
     for (id, d) in &drafts {
-        let aliases = d.aliases.iter().flat_map(|l| l.value.iter().map(|alias| (alias, &l.place)));
-        for (name, place) in d.name.iter().map(|l| (&l.value, &l.place)).chain(aliases) {
+        let aliases = d.aliases.iter().flat_map(|l| l.value.iter().map(|alias| (alias, &l.source_line)));
+        for (name, source_line) in d.name.iter().map(|l| (&l.value, &l.source_line)).chain(aliases) {
             ids.insert(name.to_lowercase(), *id);
-            let Some((other, other_place)) = named.insert(name.to_lowercase(), (*id, place)).filter(|(other, _)| other != id) else {
+            let Some((other, other_line)) = named.insert(name.to_lowercase(), (*id, source_line)).filter(|(other, _)| other != id) else {
                 continue;
             };
             // The message points to the user's file, not to an embedded one.
-            let (place, other) = if is_embedded(place) { (other_place, *id) } else { (place, other) };
-            problems.add(place, format!("the name \"{name}\" is already that of body {other}"));
+            let (source_line, other) = if is_embedded(source_line) { (other_line, *id) } else { (source_line, other) };
+            problems.add(source_line, format!("the name \"{name}\" is already that of body {other}"));
         }
     }
     let known: Vec<&str> = ids.keys().map(String::as_str).collect();
     let resolve = |name: &WithLine<String>| {
         let id = ids.get(&name.value.to_lowercase()).copied();
         if id.is_none() {
-            let hint = problems.nearest(&name.value.to_lowercase(), &known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
-            problems.add(&name.place, format!("\"{}\" is not the name of a body{hint}", name.value));
+            problems.add_unknown_body(name, &known);
         }
         id
     };
-    let parents = drafts.iter().filter_map(|(id, d)| Some((*id, d.parent.as_ref()?.place.clone()))).collect();
+    let parents = drafts.iter().filter_map(|(id, d)| Some((*id, d.parent.as_ref()?.source_line.clone()))).collect();
     let with_air: BTreeSet<i32> = atmospheres.iter().filter_map(|(owner, _)| ids.get(&owner.value.to_lowercase()).copied()).collect();
     let mut bodies = Vec::with_capacity(drafts.len());
     for (id, d) in drafts {
         let label = d.name.as_ref().map_or_else(|| format!("body {id}"), |l| l.value.clone());
-        let missing = |field: &str| problems.add(&d.place, format!("{label}.{field} is missing"));
-        macro_rules! need {
+        let missing = |field: &str| problems.add(&d.source_line, format!("{label}.{field} is missing"));
+        macro_rules! required {
             ($field:ident, $name:literal) => {
                 match d.$field {
                     Some(v) => Some(v),
@@ -233,39 +235,27 @@ fn assemble(
         }
         let parent = d.parent.as_ref().and_then(&resolve).map(NaifId);
         if parent == Some(NaifId(id)) {
-            problems.add(d.parent.as_ref().map_or(&d.place, |l| &l.place), format!("{label}.parent is the body itself"));
+            problems.add(d.parent.as_ref().map_or(&d.source_line, |l| &l.source_line), format!("{label}.parent is the body itself"));
         }
         let (kind, radii, albedo, colour) = (
-            need!(kind, "kind"),
-            need!(radii_km, "radii_km"),
-            need!(geometric_albedo, "geometric_albedo"),
-            need!(colour, "colour_linear_srgb"),
+            required!(kind, "kind"),
+            required!(radii_km, "radii_km"),
+            required!(geometric_albedo, "geometric_albedo"),
+            required!(colour, "colour_linear_srgb"),
         );
         if d.parent.is_none() && kind.is_some_and(|k| k != BodyKind::Star) {
             missing("parent");
         }
-        let photometry = need!(photometry, "photometry");
-        let motion = match d.motion {
-            Some(m) => Some(m.value),
-            None => {
-                missing("motion");
-                None
-            }
-        };
-        let rotation = match d.rotation {
-            Some(r) => Some(r.value),
-            None => {
-                missing("rotation");
-                None
-            }
-        };
+        let photometry = required!(photometry, "photometry");
+        let motion = required!(motion, "motion").map(|m| m.value);
+        let rotation = required!(rotation, "rotation").map(|r| r.value);
         let (Some(name), Some(kind), Some(radii), Some(geometric_albedo), Some(c), Some(photometry), Some(motion), Some(rotation)) =
             (d.name.map(|l| l.value), kind, radii, albedo, colour, photometry, motion, rotation)
         else {
             continue;
         };
         if let Some(mesh) = &d.mesh {
-            let wrong = |what: &str| problems.add(&mesh.place, format!("{name}.mesh: {what}"));
+            let wrong = |what: &str| problems.add(&mesh.source_line, format!("{name}.mesh: {what}"));
             if mesh.value.alpha && d.maps.albedo.is_none() {
                 wrong("alpha = true needs an albedo map, whose alpha cuts the mesh out");
             }
@@ -316,7 +306,7 @@ fn assemble(
         if let Some(b) = resolve(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id))
             && let Err(wrong) = overlay::add(&mut b.overlays, new)
         {
-            problems.add(&body_name.place, format!("{}: {wrong}", b.name));
+            problems.add(&body_name.source_line, format!("{}: {wrong}", b.name));
         }
     }
     bodies

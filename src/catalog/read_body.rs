@@ -2,7 +2,7 @@
 //!
 //! A field of a later file replaces the same field. Photometry, motion, rotation, clouds and mesh are replaced as a unit, maps one by one.
 
-use super::fields::{each, finite, invented, is_name, located, map, need_word, number, percent, word};
+use super::fields::{each, finite, invented, is_name, located, map, number, percent, required_word, word};
 use super::table::{SourceLine, TableReader, WithLine};
 use super::{BodyKind, Clouds, Estimates, InventedRelief, Maps, MeanElements, Motion, Photometry, Rotation, ShapeModel};
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ fn is_colour(rgb: &[f64; 3]) -> bool {
 
 /// The fields of one body as read so far.
 pub(super) struct BodyDraft {
-    pub place: SourceLine,
+    pub source_line: SourceLine,
     pub name: Option<WithLine<String>>,
     pub aliases: Option<WithLine<Vec<String>>>,
     pub kind: Option<BodyKind>,
@@ -40,12 +40,12 @@ pub(super) struct BodyDraft {
 
 fn photometry(mut s: TableReader) -> Option<Photometry> {
     let model =
-        need_word(&mut s, "model", &[("emissive", 0), ("lambert", 1), ("lommel-seeliger", 2), ("lunar-lambert", 3), ("oren-nayar", 4)]);
+        required_word(&mut s, "model", &[("emissive", 0), ("lambert", 1), ("lommel-seeliger", 2), ("lunar-lambert", 3), ("oren-nayar", 4)]);
     let result = match model {
         Some(0) => {
             let allowed = "three numbers from -1 to 2 (red, green, blue)";
-            let u1 = s.need("u1", allowed, each(|x| (-1.0..=2.0).contains(&x)));
-            let u2 = s.need("u2", allowed, each(|x| (-1.0..=2.0).contains(&x)));
+            let u1 = s.required("u1", allowed, each(|x| (-1.0..=2.0).contains(&x)));
+            let u2 = s.required("u2", allowed, each(|x| (-1.0..=2.0).contains(&x)));
             u1.zip(u2).map(|(u1, u2)| Photometry::Emissive { u1: u1.value, u2: u2.value })
         }
         Some(1) => Some(Photometry::Lambert),
@@ -61,14 +61,14 @@ fn photometry(mut s: TableReader) -> Option<Photometry> {
 }
 
 fn motion(mut s: TableReader) -> Option<Motion> {
-    let theory = need_word(&mut s, "theory", &[("planetary", 0), ("galilean-l12", 1), ("tass17", 2), ("mean-elements", 3)]);
+    let theory = required_word(&mut s, "theory", &[("planetary", 0), ("galilean-l12", 1), ("tass17", 2), ("mean-elements", 3)]);
     let result = match theory {
         Some(0) => Some(Motion::Planetary),
-        Some(1) => {
-            s.need("index", "0 Io, 1 Europa, 2 Ganymede or 3 Callisto", |i: &usize| *i < 4).map(|l| Motion::GalileanL12 { index: l.value })
-        }
+        Some(1) => s
+            .required("index", "0 Io, 1 Europa, 2 Ganymede or 3 Callisto", |i: &usize| *i < 4)
+            .map(|l| Motion::GalileanL12 { index: l.value }),
         Some(2) => s
-            .need("index", "0 Mimas, 1 Enceladus, 2 Tethys, 3 Dione, 4 Rhea, 5 Titan, 6 Iapetus or 7 Hyperion", |i: &usize| *i < 8)
+            .required("index", "0 Mimas, 1 Enceladus, 2 Tethys, 3 Dione, 4 Rhea, 5 Titan, 6 Iapetus or 7 Hyperion", |i: &usize| *i < 8)
             .map(|l| Motion::Tass17 { index: l.value }),
         Some(3) => elements(&mut s).map(Motion::MeanElements),
         _ => return None,
@@ -91,7 +91,8 @@ fn elements(s: &mut TableReader) -> Option<MeanElements> {
     let mean_motion_deg_day = number(s, "mean_motion_deg_day", "degrees a day above 0", |x| x > 0.0);
     let node_period_yr = number(s, "node_period_yr", "Julian years, 0 for none", any);
     let argument_period_yr = number(s, "argument_period_yr", "Julian years, 0 for none", any);
-    let quadratic = s.take::<f64>("longitude_quadratic_deg_cy2", "degrees per Julian century squared, 0 if left out", |v| v.is_finite());
+    let quadratic =
+        s.optional::<f64>("longitude_quadratic_deg_cy2", "degrees per Julian century squared, 0 if left out", |v| v.is_finite());
     Some(MeanElements {
         pole_ra_deg: pole_ra_deg?,
         pole_dec_deg: pole_dec_deg?,
@@ -110,7 +111,7 @@ fn elements(s: &mut TableReader) -> Option<MeanElements> {
 }
 
 fn rotation(mut s: TableReader) -> Option<Rotation> {
-    let model = need_word(&mut s, "model", &[("earth-iau2006", 0), ("pck", 1), ("synchronous", 2), ("fixed", 3)]);
+    let model = required_word(&mut s, "model", &[("earth-iau2006", 0), ("pck", 1), ("synchronous", 2), ("fixed", 3)]);
     let result = match model {
         Some(0) => Some(Rotation::EarthIau2006),
         Some(1) => Some(Rotation::Pck),
@@ -145,19 +146,19 @@ fn clouds(mut s: TableReader) -> Option<Clouds> {
 }
 
 fn mesh(mut s: TableReader) -> Option<WithLine<ShapeModel>> {
-    let place = s.place.clone();
-    let file = s.need::<String>("file", "the name of a .obj file without folders", |f| {
+    let source_line = s.source_line.clone();
+    let file = s.required::<String>("file", "the name of a .obj file without folders", |f| {
         f.to_lowercase().ends_with(".obj") && f.len() > 4 && !f.contains(['/', '\\'])
     });
-    let scale_km = s.take("scale_km", "kilometres above 0, below 1e7", |x: &f64| *x > 0.0 && *x < 1e7);
-    let mut flag = |field, default| s.take::<bool>(field, "true or false", |_| true).map_or(default, |l| l.value);
+    let scale_km = s.optional("scale_km", "kilometres above 0, below 1e7", |x: &f64| *x > 0.0 && *x < 1e7);
+    let mut flag = |field, default| s.optional::<bool>(field, "true or false", |_| true).map_or(default, |l| l.value);
     let (two_sided, alpha, vertex_colours) = (flag("two_sided", false), flag("alpha", false), flag("vertex_colours", true));
     let invented = invented(&mut s);
-    let _ = s.take::<String>("source", "a string", |_| true);
+    let _ = s.optional::<String>("source", "a string", |_| true);
     s.finish();
     let scale_km = scale_km.map_or(1.0, |l| l.value);
     let value = ShapeModel { file: file?.value, scale_km, two_sided, alpha, vertex_colours, invented };
-    Some(WithLine { value, place })
+    Some(WithLine { value, source_line })
 }
 
 fn maps(mut s: TableReader, into: &mut Maps) {
@@ -178,19 +179,19 @@ fn estimates(mut s: TableReader) -> Estimates {
 }
 
 pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
-    let name = s.take("name", "a name", is_name);
-    let place = s.place.clone();
+    let name = s.optional("name", "a name", is_name);
+    let source_line = s.source_line.clone();
     if let Some(n) = &name {
         s.rename(&n.value);
     }
-    let id = s.need("id", "a NAIF code above 9", |i: &i32| *i > 9);
+    let id = s.required("id", "a NAIF code above 9", |i: &i32| *i > 9);
     if let (None, Some(n)) = (&name, id.as_ref().and_then(|id| drafts.get(&id.value)?.name.clone())) {
         s.rename(&n.value);
     }
     let mut fresh = BodyDraft {
-        place,
+        source_line,
         name,
-        aliases: s.take("aliases", "a list of names", |names: &Vec<String>| names.iter().all(is_name)),
+        aliases: s.optional("aliases", "a list of names", |names: &Vec<String>| names.iter().all(is_name)),
         kind: word(
             &mut s,
             "kind",
@@ -202,19 +203,19 @@ pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
                 ("asteroid", BodyKind::Asteroid),
             ],
         ),
-        parent: s.take("parent", "the name of a body", |_: &String| true),
-        radii_km: s.take("radii_km", "three lengths above 0 and below 1e7", each(|x| x > 0.0 && x < 1e7)).map(|l| l.value),
-        gm_km3_s2: s.take("gm_km3_s2", "a number from 0", |v| finite(v) && *v >= 0.0).map(|l| l.value),
-        geometric_albedo: s.take("geometric_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
-        bond_albedo: s.take("bond_albedo", "a number from 0 to 1", |v| (0.0..=1.0).contains(v)).map(|l| l.value),
+        parent: s.optional("parent", "the name of a body", |_: &String| true),
+        radii_km: s.optional("radii_km", "three lengths above 0 and below 1e7", each(|x| x > 0.0 && x < 1e7)).map(|l| l.value),
+        gm_km3_s2: s.optional("gm_km3_s2", "a number from 0", |v| finite(v) && *v >= 0.0).map(|l| l.value),
+        geometric_albedo: s.optional("geometric_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
+        bond_albedo: s.optional("bond_albedo", "a number from 0 to 1", |v| (0.0..=1.0).contains(v)).map(|l| l.value),
         invented_relief: word(
             &mut s,
             "invented_relief",
             &[("none", InventedRelief::None), ("craters", InventedRelief::Craters), ("hills", InventedRelief::Hills)],
         ),
-        clear_sky_albedo: s.take("clear_sky_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
-        clear_sky_colour: s.take("clear_sky_colour_linear_srgb", COLOUR_RANGE, is_colour).map(|l| l.value),
-        colour: s.take("colour_linear_srgb", COLOUR_RANGE, is_colour).map(|l| l.value),
+        clear_sky_albedo: s.optional("clear_sky_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
+        clear_sky_colour: s.optional("clear_sky_colour_linear_srgb", COLOUR_RANGE, is_colour).map(|l| l.value),
+        colour: s.optional("colour_linear_srgb", COLOUR_RANGE, is_colour).map(|l| l.value),
         photometry: s.section("photometry").and_then(photometry),
         maps: Maps::default(),
         clouds: s.section("clouds").and_then(clouds),
@@ -235,7 +236,7 @@ pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
             albedo_percent: kept(fresh.estimates.albedo_percent, fresh.geometric_albedo.is_some(), older.estimates.albedo_percent),
             colour_percent: kept(fresh.estimates.colour_percent, fresh.colour.is_some(), older.estimates.colour_percent),
         };
-        fresh.place = older.place;
+        fresh.source_line = older.source_line;
         fresh.name = fresh.name.or(older.name);
         fresh.aliases = fresh.aliases.or(older.aliases);
         fresh.kind = fresh.kind.or(older.kind);

@@ -23,7 +23,7 @@ pub(super) struct SourceLine {
 #[derive(Clone, Debug)]
 pub(super) struct WithLine<T> {
     pub value: T,
-    pub place: SourceLine,
+    pub source_line: SourceLine,
 }
 
 /// Number of problems after which no more suggestions are made.
@@ -34,8 +34,8 @@ const MAX_HINTS: usize = 200;
 pub(super) struct Problems(RefCell<Vec<Problem>>);
 
 impl Problems {
-    pub fn add(&self, place: &SourceLine, message: String) {
-        self.0.borrow_mut().push(Problem { file: place.file.to_string(), line: place.line, message });
+    pub fn add(&self, source_line: &SourceLine, message: String) {
+        self.0.borrow_mut().push(Problem { file: source_line.file.to_string(), line: source_line.line, message });
     }
 
     /// The known word that was probably meant, if one is similar. A file can have a hundred thousand problems, of which only the first are shown: the others
@@ -43,6 +43,12 @@ impl Problems {
     pub fn nearest<'k>(&self, word: &str, known: &[&'k str]) -> Option<&'k str> {
         let is_early = self.0.borrow().len() < MAX_HINTS;
         is_early.then(|| crate::wording::nearest(word, known.iter().copied()).first().copied()).flatten()
+    }
+
+    /// Reports a name that no body has, with the most similar of the known names.
+    pub fn add_unknown_body(&self, name: &WithLine<String>, known: &[&str]) {
+        let hint = self.nearest(&name.value, known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
+        self.add(&name.source_line, format!("\"{}\" is not the name of a body{hint}", name.value));
     }
 
     pub fn into_result(self) -> Result<(), CatalogError> {
@@ -67,7 +73,7 @@ impl<'a> TomlFile<'a> {
         Self { file: file.into(), line_starts, text, problems }
     }
 
-    fn place(&self, offset: usize) -> SourceLine {
+    fn source_line(&self, offset: usize) -> SourceLine {
         SourceLine { file: self.file.clone(), line: self.line_starts.partition_point(|&start| start <= offset).max(1) }
     }
 
@@ -75,12 +81,12 @@ impl<'a> TomlFile<'a> {
     pub fn root(&'a self) -> TableReader<'a> {
         let (table, errors) = DeTable::parse_recoverable(self.text);
         for e in errors {
-            let place = self.place(e.span().map_or(0, |s| s.start));
-            self.problems.add(&place, format!("not TOML: {}", e.message().replace('\n', ", ")));
+            let source_line = self.source_line(e.span().map_or(0, |s| s.start));
+            self.problems.add(&source_line, format!("not TOML: {}", e.message().replace('\n', ", ")));
         }
         let table = table.into_inner();
         table.values().for_each(|value| self.refuse_controls(value));
-        TableReader { source: self, name: String::new(), place: self.place(0), table, known: Vec::new() }
+        TableReader { source: self, name: String::new(), source_line: self.source_line(0), table, known: Vec::new() }
     }
 
     /// Reports strings with characters that control a terminal, because names and notes are printed. Line breaks and tabs are allowed.
@@ -89,7 +95,7 @@ impl<'a> TomlFile<'a> {
             DeValue::String(text) => {
                 if let Some(c) = text.chars().find(|c| controls_terminal(*c) && !matches!(c, '\n' | '\r' | '\t')) {
                     self.problems
-                        .add(&self.place(value.span().start), format!("a string has the control character {}", c.escape_default()));
+                        .add(&self.source_line(value.span().start), format!("a string has the control character {}", c.escape_default()));
                 }
             }
             DeValue::Array(items) => items.iter().for_each(|item| self.refuse_controls(item)),
@@ -104,7 +110,7 @@ pub(super) struct TableReader<'a> {
     source: &'a TomlFile<'a>,
     /// Dotted path for messages, ending in a dot unless empty.
     name: String,
-    pub place: SourceLine,
+    pub source_line: SourceLine,
     table: DeTable<'a>,
     known: Vec<&'static str>,
 }
@@ -115,8 +121,8 @@ impl<'a> TableReader<'a> {
         self.name = format!("{name}.");
     }
 
-    pub fn problem(&self, place: &SourceLine, field: &str, value: &str, allowed: &str) {
-        self.source.problems.add(place, format!("{}{field} = {value}: expected {allowed}", self.name));
+    pub fn problem(&self, source_line: &SourceLine, field: &str, value: &str, allowed: &str) {
+        self.source.problems.add(source_line, format!("{}{field} = {value}: expected {allowed}", self.name));
     }
 
     fn value(&mut self, field: &'static str) -> Option<Spanned<DeValue<'a>>> {
@@ -130,40 +136,40 @@ impl<'a> TableReader<'a> {
     }
 
     /// A value of type `T` that passes `ok`; `allowed` describes the condition.
-    pub fn take<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
+    pub fn optional<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
         let value = self.value(field)?;
         let span = value.span();
-        let place = self.source.place(span.start);
+        let source_line = self.source.source_line(span.start);
         match T::deserialize(ValueDeserializer::from(value)) {
-            Ok(v) if ok(&v) => Some(WithLine { value: v, place }),
+            Ok(v) if ok(&v) => Some(WithLine { value: v, source_line }),
             _ => {
                 let shown: String = self.source.text.get(span).unwrap_or("?").split_whitespace().collect::<Vec<_>>().join(" ");
-                self.problem(&place, field, &echo_within(&shown, 80), allowed);
+                self.problem(&source_line, field, &echo_within(&shown, 80), allowed);
                 None
             }
         }
     }
 
-    /// Like [`TableReader::take`], but reports a missing field.
-    pub fn need<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
+    /// Like [`TableReader::optional`], but reports a missing field.
+    pub fn required<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
         if !self.table.contains_key(field) {
-            self.source.problems.add(&self.place, format!("{}{field} is missing: expected {allowed}", self.name));
+            self.source.problems.add(&self.source_line, format!("{}{field} is missing: expected {allowed}", self.name));
             self.known.push(field);
             return None;
         }
-        self.take(field, allowed, ok)
+        self.optional(field, allowed, ok)
     }
 
     /// A nested table.
     pub fn section(&mut self, field: &'static str) -> Option<TableReader<'a>> {
         let value = self.value(field)?;
-        let place = self.source.place(value.span().start);
+        let source_line = self.source.source_line(value.span().start);
         match value.into_inner() {
             DeValue::Table(table) => {
-                Some(TableReader { source: self.source, name: format!("{}{field}.", self.name), place, table, known: Vec::new() })
+                Some(TableReader { source: self.source, name: format!("{}{field}.", self.name), source_line, table, known: Vec::new() })
             }
             other => {
-                self.problem(&place, field, other.type_str(), "a table");
+                self.problem(&source_line, field, other.type_str(), "a table");
                 None
             }
         }
@@ -172,25 +178,25 @@ impl<'a> TableReader<'a> {
     /// The tables of `[[field]]`.
     pub fn sections(&mut self, field: &'static str) -> Vec<TableReader<'a>> {
         let Some(value) = self.value(field) else { return Vec::new() };
-        let place = self.source.place(value.span().start);
+        let source_line = self.source.source_line(value.span().start);
         let DeValue::Array(array) = value.into_inner() else {
-            self.problem(&place, field, "one value", &format!("tables, each under [[{field}]]"));
+            self.problem(&source_line, field, "one value", &format!("tables, each under [[{field}]]"));
             return Vec::new();
         };
         let mut found = Vec::new();
         for item in array {
-            let place = self.source.place(item.span().start);
+            let source_line = self.source.source_line(item.span().start);
             match item.into_inner() {
                 DeValue::Table(table) => {
                     found.push(TableReader {
                         source: self.source,
                         name: format!("{}{field}.", self.name),
-                        place,
+                        source_line,
                         table,
                         known: Vec::new(),
                     });
                 }
-                other => self.problem(&place, field, other.type_str(), "a table"),
+                other => self.problem(&source_line, field, other.type_str(), "a table"),
             }
         }
         found
@@ -199,19 +205,19 @@ impl<'a> TableReader<'a> {
     /// A table whose values are all strings, such as the sources.
     pub fn strings(&mut self, field: &'static str) -> std::collections::BTreeMap<String, String> {
         let allowed = "a table of strings";
-        self.take(field, allowed, |_| true).map(|l| l.value).unwrap_or_default()
+        self.optional(field, allowed, |_| true).map(|l| l.value).unwrap_or_default()
     }
 
     /// Reports fields that were not requested, with the nearest known name.
     pub fn finish(self) {
         for key in self.table.keys() {
-            let place = self.source.place(key.span().start);
+            let source_line = self.source.source_line(key.span().start);
             let name: &str = key.get_ref();
             let hint = match self.source.problems.nearest(name, &self.known) {
                 Some(n) => format!("did you mean `{n}`?"),
                 None => format!("allowed are {}", self.known.join(", ")),
             };
-            self.source.problems.add(&place, format!("{}{} is not a field here: {hint}", self.name, echo_within(name, 80)));
+            self.source.problems.add(&source_line, format!("{}{} is not a field here: {hint}", self.name, echo_within(name, 80)));
         }
     }
 }

@@ -6,7 +6,7 @@
 use super::output::{print_message, progress};
 use super::view_args::size;
 use super::{CliError, Common};
-use crate::measure::timing::{Spread, interleaved};
+use crate::measure::timing::{Quartiles, interleaved};
 use crate::render::plan::SamplingQuality;
 use crate::scene::draw::{INSTRUCTIONS_PER_READ, PixelView};
 use crate::scene::effects::Effect;
@@ -90,11 +90,11 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     }
     let mut scenes = standard_scenes(width, height);
     let names: Vec<&str> = scenes.iter().map(|s| s.name).collect();
-    if let Some(unknown) = args.scene.iter().find(|wanted| !names.contains(&wanted.as_str())) {
+    if let Some(unknown) = args.scene.iter().find(|name| !names.contains(&name.as_str())) {
         return Err(CliError::Failed(format!("--scene {}: {}", echo(unknown), suggestion_or_list(unknown, &names))));
     }
     scenes.iter_mut().for_each(|s| s.request.quality = common.quality);
-    scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|wanted| wanted == s.name));
+    scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|name| name == s.name));
     let open = || Session::open(&common.sources_to_draw(), print_message).map(Session::counting_cpu);
     let session = open()?;
     let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));
@@ -191,7 +191,7 @@ fn effects(
 /// The median of the differences, at least 0, and for several differences their median absolute deviation.
 fn cost(differences: Vec<f64>) -> (Option<f64>, Option<f64>) {
     let count = differences.len();
-    let median = |of: Vec<f64>| Spread::of(of).map(|s| s.median);
+    let median = |of: Vec<f64>| Quartiles::of(of).map(|s| s.median);
     let Some(middle) = median(differences.clone()) else { return (None, None) };
     let noise = median(differences.iter().map(|d| (d - middle).abs()).collect()).filter(|_| count > 1);
     let to_microseconds = |ms: f64| (1e3 * ms).round() / 1e3;

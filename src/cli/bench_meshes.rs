@@ -7,7 +7,7 @@
 use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};
 use crate::catalog::NaifId;
-use crate::measure::timing::{Spread, Work, interleaved, seconds_of};
+use crate::measure::timing::{Quartiles, Workload, interleaved, seconds_of};
 use crate::render::plan::SamplingQuality;
 use crate::scene::effects::Effect;
 use crate::scene::request::{Position, ViewRequest};
@@ -30,7 +30,7 @@ const JD_TDB: f64 = 2_456_524.5;
 /// A bumpy sphere as a Wavefront OBJ, and its number of triangles.
 fn bumpy_sphere(rows: u32) -> (String, u32) {
     let columns = 2 * rows;
-    let place = |i: u32, j: u32| {
+    let position = |i: u32, j: u32| {
         let (latitude, longitude) = (PI * (f64::from(j) / f64::from(rows) - 0.5), TAU * f64::from(i) / f64::from(columns));
         let direction = DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
         let bumps = (9.0 * direction.x).sin() * (7.0 * direction.y).sin() + (11.0 * direction.z).sin() * (8.0 * direction.x).cos();
@@ -40,9 +40,9 @@ fn bumpy_sphere(rows: u32) -> (String, u32) {
     let mut vertex = |p: DVec3| {
         let _ = writeln!(text, "v {:.6} {:.6} {:.6}", p.x, p.y, p.z);
     };
-    vertex(place(0, 0));
-    (1..rows).for_each(|j| (0..columns).for_each(|i| vertex(place(i, j))));
-    vertex(place(0, rows));
+    vertex(position(0, 0));
+    (1..rows).for_each(|j| (0..columns).for_each(|i| vertex(position(i, j))));
+    vertex(position(0, rows));
     // Index of a vertex between the poles; the southern pole is vertex 1.
     let at = |i: u32, j: u32| 2 + (j - 1) * columns + i % columns;
     let north = 2 + (rows - 1) * columns;
@@ -74,7 +74,7 @@ fn write(folder: &Path, rows: u32) -> Result<u32, CliError> {
 
 /// Median and quartiles of the ratios of `times` to `to`, taken round by round.
 fn ratio(times: &[f64], to: &[f64]) -> Value {
-    Spread::of_ratios(times, to)
+    Quartiles::of_ratios(times, to)
         .map_or(Value::Null, |s| json!({ "median": rounded(s.median), "quartiles": [rounded(s.low), rounded(s.high)] }))
 }
 
@@ -110,13 +110,13 @@ fn row(common: &Common, (width, height): (u32, u32), rounds: usize, rows: u32) -
     let read_ms = stage_ms_of_first_draw(&unshadowed, Stage::Maps)?;
     let shadow_ms = stage_ms_of_first_draw(&with, Stage::Scene)?;
     let timed = |request: &'_ ViewRequest| seconds_of(|| draw(request));
-    let works: [&Work<'_, f64, _>; 3] = [&|| timed(&ellipsoid), &|| timed(&unshadowed), &|| timed(&with)];
-    let times = interleaved(rounds, &works)?;
+    let workloads: [&Workload<'_, f64, _>; 3] = [&|| timed(&ellipsoid), &|| timed(&unshadowed), &|| timed(&with)];
+    let times = interleaved(rounds, &workloads)?;
     Ok(json!({
         "triangles": triangles,
         "read_ms": rounded(read_ms),
         "trace_shadow_ms": rounded(shadow_ms),
-        "ellipsoid_ms": Spread::of(times[0].clone()).map(|s| rounded(1e3 * s.median)),
+        "ellipsoid_ms": Quartiles::of(times[0].clone()).map(|s| rounded(1e3 * s.median)),
         "without_self_shadow": ratio(&times[1], &times[0]),
         "mesh": ratio(&times[2], &times[0]),
     }))

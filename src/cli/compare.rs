@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Differences are in levels of 0 to 255, over red, green and blue (and alpha, if present).\n\n\
-Example:\n  orrery compare before.png after.png --tolerance 3 -o difference.png\n\
+Examples:\n  orrery compare before.png after.png --tolerance 3 -o difference.png\n  \
   orrery compare earth.png reference.png --error bound.png",
     next_help_heading = "Comparison"
 )]
@@ -79,21 +79,21 @@ pub(crate) fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
         image::write_png(&mut bytes, shown.width, shown.height, &shown.rgba, &[]).map_err(|e| CliError::Failed(e.to_string()))?;
         write_once(path, &bytes, args.overwrite)?;
     }
-    let part_within_bound = match &args.error {
-        Some(path) => Some(a.part_within(&b, &read(path, common.max_megapixels)?).map_err(with_both_names)?),
+    let fraction_within_bound = match &args.error {
+        Some(path) => Some(a.fraction_within(&b, &read(path, common.max_megapixels)?).map_err(with_both_names)?),
         None => None,
     };
     let psnr = d.psnr_db.map_or("infinite".to_owned(), |db| format!("{db:.2} dB"));
     if args.json {
         let mut report = serde_json::json!(d);
-        if let Some(part) = part_within_bound {
-            report["bound_held"] = part.into();
+        if let Some(fraction) = fraction_within_bound {
+            report["bound_held"] = fraction.into();
         }
         print_result(&format!("{report}\n"))?;
     } else {
         print_result(&format!("mean {:.4}\n99.9 % {}\nmaximum {}\nPSNR {psnr}\npixels {}\n", d.mean, d.p999, d.max, d.pixels))?;
-        if let Some(part) = part_within_bound {
-            print_result(&format!("the bound holds in {:.4} % of the pixels\n", 100.0 * part))?;
+        if let Some(fraction) = fraction_within_bound {
+            print_result(&format!("the bound holds in {:.4} % of the pixels\n", 100.0 * fraction))?;
         }
     }
     match args.tolerance {

@@ -26,7 +26,7 @@ pub(crate) struct EclipseArgs {
 
 #[derive(Subcommand, Debug)]
 enum EclipseVerb {
-    /// Find the eclipses of a span of time
+    /// Find the eclipses, transits and moon events of a span of time
     Find(FindArgs),
 }
 
@@ -34,7 +34,7 @@ enum EclipseVerb {
 enum Kind {
     Solar,
     Lunar,
-    /// Mercury and Venus before the Sun
+    /// Mercury and Venus in front of the Sun
     Transit,
     /// Io, Europa, Ganymede, Callisto and Titan: transits, occultations, shadow transits, eclipses, and mutual events of the Galilean moons
     Moons,
@@ -50,10 +50,16 @@ enum Kind {
   orrery eclipse find --from 2015-01-24 --to 2015-01-25 --kind moons
   orrery eclipse find --from 1901-01-01 --to 2001-01-01 --kind lunar --radii almanac --json
 
-Instants are UTC (UT1 before 1972) as the Earth's centre receives the light. Contacts: P penumbra, U umbra or antumbra; with --at also C1 to C4 of the
-discs. In transits I to IV: the limbs touch; begin and end: the centre of the moon or its shadow passes the planet's edge. magnitude: covered part of the diameter; in a central solar eclipse the ratio of the diameters; of the Moon in the umbra. --radii iau: the Earth's
-shadow on the Moon is not enlarged; almanac: enlarged by Danjon's rule. No heights of the Moon ship: contacts are those of its mean limb; with
---lunar-heights and --at those of its own limb stand beside them, and C2 and C3 are the last and the first bead.",
+Instants are UTC (UT1 before 1972), when the light reaches the Earth's centre.
+Contacts of eclipses: P of the penumbra, U of the umbra or antumbra; with --at also
+C1 to C4 of the discs. Contacts of transits and moons: I to IV, when the limbs touch;
+begin and end, when the centre of the moon or of its shadow passes the planet's edge.
+Magnitude: covered fraction of the Sun's diameter, in a central eclipse the ratio of
+the diameters; in a lunar eclipse the fraction of the Moon's diameter in the umbra.
+With --radii iau the Earth's shadow is not enlarged, with almanac by Danjon's rule.
+Contacts are those of the Moon's mean limb. With --at and --lunar-heights (a map of
+your own; none is included) those of its real limb are added: its C2 is the last bead
+and its C3 the first.",
     next_help_heading = "Search"
 )]
 struct FindArgs {
@@ -63,7 +69,7 @@ struct FindArgs {
     /// End of the span
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     to: String,
-    /// What to find; several with commas
+    /// What to find; separate several by commas
     #[arg(long, value_enum, value_delimiter = ',', default_value = "solar,lunar")]
     kind: Vec<Kind>,
     /// Local circumstances of eclipses and transits at a place: latitude, east longitude (degrees), height (metres)
@@ -118,7 +124,7 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
     }
     if is_wanted(Kind::Lunar) {
         let found = events::lunar_eclipses(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
-        rows.extend(found.iter().map(|e| (e.greatest, lunar(e, place, events::shadow_of(radii)))));
+        rows.extend(found.iter().map(|e| (e.greatest, lunar(e, place, events::shadow_enlargement(radii)))));
     }
     if is_wanted(Kind::Transit) {
         let found = events::transits(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
@@ -185,7 +191,7 @@ fn solar(e: &SolarEclipse, place: Option<Place>) -> Value {
 
 /// Contacts computed with the Moon's limb profile, and the last and first bead around totality or annularity.
 fn limb(contacts: &[LimbContact], map: &HeightMap) -> Value {
-    let contact = |c: &LimbContact| json!({ "time": c.time.to_utc_iso(), "later_s": c.later_s, "position_angle_deg": c.position_angle_deg, "height_km": c.height_km });
+    let contact = |c: &LimbContact| json!({ "time": c.time.to_utc_iso(), "later_s": c.delay_s, "position_angle_deg": c.position_angle_deg, "height_km": c.height_km });
     let time_of = |name: &str| contacts.iter().find(|c| c.name == name).map_or(Value::Null, |c| json!(c.time.to_utc_iso()));
     let by_name: Map<String, Value> = contacts.iter().map(|c| (c.name.to_owned(), contact(c))).collect();
     json!({ "heights": map.summary(), "contacts": by_name, "last_bead": time_of("C2"), "first_bead": time_of("C3") })

@@ -65,7 +65,7 @@ pub(super) fn as_text(catalog: &Catalog, rows: &[Value], at_place: bool) -> Stri
         text += &format!("{}\n", cells.join("  ").trim_end());
         text.extend(note.map(|n| format!("    {n}\n")));
     }
-    let shadow = events::shadow_of(catalog.eclipse_radii());
+    let shadow = events::shadow_enlargement(catalog.eclipse_radii());
     text + &format!("{} found; radii {}; the Earth's shadow: {shadow}\n", rows.len(), catalog.eclipse_radii_text())
 }
 

@@ -220,7 +220,7 @@ impl Query {
 }
 
 fn body_id(catalog: &Catalog, field: &str, name: &str) -> Result<NaifId, String> {
-    catalog.place(name).map_err(|e| format!("{field}: {e}"))
+    catalog.body_or_barycenter(name).map_err(|e| format!("{field}: {e}"))
 }
 
 /// `now` is resolved here, because nothing below this module reads the clock.

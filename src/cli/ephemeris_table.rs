@@ -105,40 +105,40 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
             row.extend([("error_km", error), ("source", Cell::Text(name_of(found.source)))]);
         }
         Columns::Apparent => {
-            let seen = apparent_place(ephemeris, body, t)?;
-            let (date, gcrs) = (seen.true_of_date, seen.gcrs);
+            let apparent = apparent_place(ephemeris, body, t)?;
+            let (date, gcrs) = (apparent.true_of_date, apparent.gcrs);
             row.extend([
                 ("ra_deg", Cell::Formatted(date.ra_text(), date.ra_deg, 7)),
                 ("dec_deg", Cell::Formatted(date.dec_text(), date.dec_deg, 7)),
                 ("ra_gcrs_deg", Cell::Formatted(gcrs.ra_text(), gcrs.ra_deg, 7)),
                 ("dec_gcrs_deg", Cell::Formatted(gcrs.dec_text(), gcrs.dec_deg, 7)),
-                ("distance_km", Cell::Number(seen.distance_km, 3)),
-                ("light_time_s", Cell::Number(seen.light_time_s, 3)),
-                ("error_arcsec", if seen.error_arcsec.is_finite() { Cell::Number(seen.error_arcsec, 4) } else { Cell::None }),
+                ("distance_km", Cell::Number(apparent.distance_km, 3)),
+                ("light_time_s", Cell::Number(apparent.light_time_s, 3)),
+                ("error_arcsec", if apparent.error_arcsec.is_finite() { Cell::Number(apparent.error_arcsec, 4) } else { Cell::None }),
             ]);
         }
         Columns::Orientation { observer } => {
             let body = catalog.body(body).ok_or_else(|| EphemerisError("a centre of mass has no orientation".into()))?;
-            let seen = sub_points(ephemeris, body, observer, t)?;
+            let points = sub_points(ephemeris, body, observer, t)?;
             let degrees = |value: Option<f64>| value.map_or(Cell::None, |v| Cell::Number(v, 5));
             row.extend([
-                ("sub_observer_lat_deg", degrees(Some(seen.sub_observer.lat_graphic_deg))),
-                ("sub_observer_lon_east_deg", degrees(Some(seen.sub_observer.lon_east_deg))),
-                ("sub_solar_lat_deg", degrees(seen.sub_solar.map(|p| p.lat_graphic_deg))),
-                ("sub_solar_lon_east_deg", degrees(seen.sub_solar.map(|p| p.lon_east_deg))),
-                ("phase_angle_deg", degrees(seen.phase_angle_deg)),
-                ("distance_km", Cell::Number(seen.distance_km, 3)),
-                ("light_time_s", Cell::Number(seen.light_time_s, 3)),
+                ("sub_observer_lat_deg", degrees(Some(points.sub_observer.lat_graphic_deg))),
+                ("sub_observer_lon_east_deg", degrees(Some(points.sub_observer.lon_east_deg))),
+                ("sub_solar_lat_deg", degrees(points.sub_solar.map(|p| p.lat_graphic_deg))),
+                ("sub_solar_lon_east_deg", degrees(points.sub_solar.map(|p| p.lon_east_deg))),
+                ("phase_angle_deg", degrees(points.phase_angle_deg)),
+                ("distance_km", Cell::Number(points.distance_km, 3)),
+                ("light_time_s", Cell::Number(points.light_time_s, 3)),
             ]);
         }
         Columns::Horizontal { at } => {
-            let seen = ObserverSky { catalog, ephemeris, place: at }.topocentric(body, t)?;
+            let topocentric = ObserverSky { catalog, ephemeris, place: at }.topocentric(body, t)?;
             row.extend([
-                ("azimuth_deg", Cell::Number(seen.azimuth_deg, 5)),
-                ("altitude_deg", Cell::Number(seen.altitude_deg, 5)),
-                ("hour_angle_deg", Cell::Number(seen.hour_angle_deg, 5)),
-                ("distance_km", Cell::Number(seen.distance_km, 3)),
-                ("semidiameter_deg", Cell::Number(seen.semidiameter_deg, 6)),
+                ("azimuth_deg", Cell::Number(topocentric.azimuth_deg, 5)),
+                ("altitude_deg", Cell::Number(topocentric.altitude_deg, 5)),
+                ("hour_angle_deg", Cell::Number(topocentric.hour_angle_deg, 5)),
+                ("distance_km", Cell::Number(topocentric.distance_km, 3)),
+                ("semidiameter_deg", Cell::Number(topocentric.semidiameter_deg, 6)),
             ]);
         }
     }
@@ -233,8 +233,8 @@ pub(crate) fn day(
     let time = |t: Option<Instant>| t.map_or(Value::Null, |t| json!(t.to_utc_iso()));
     let moment = |t: Option<Instant>| -> Result<Value, EphemerisError> {
         let Some(t) = t else { return Ok(Value::Null) };
-        let seen = sky.topocentric(body, t)?;
-        Ok(json!({ "time": t.to_utc_iso(), "azimuth_deg": seen.azimuth_deg, "altitude_deg": seen.altitude_deg }))
+        let topocentric = sky.topocentric(body, t)?;
+        Ok(json!({ "time": t.to_utc_iso(), "azimuth_deg": topocentric.azimuth_deg, "altitude_deg": topocentric.altitude_deg }))
     };
     let mut answer = json!({
         "body": catalog.body(body).map(|b| b.name.clone()),

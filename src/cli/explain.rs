@@ -3,6 +3,7 @@ use super::output::print_message;
 use super::view_args::ViewArgs;
 use super::{CliError, Common};
 use crate::catalog::{Body, Catalog};
+use crate::message::Message;
 use crate::render::plan::SamplingQuality;
 use crate::scene::request::Purpose;
 use crate::scene::{BodyInView, Scene};
@@ -60,15 +61,15 @@ pub(crate) fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
 
 /// The shader keys of a body's draws; that of the globe comes first.
 fn keys(body: &BodyInView) -> Vec<String> {
-    body.features.iter().map(|n| ShaderKey::for_draw(n).to_string()).collect()
+    body.features.iter().map(|f| ShaderKey::for_draw(f).to_string()).collect()
 }
 
 /// Notes on the body's values that are estimates.
-fn estimate_notes(catalog: &Catalog, b: &BodyInView) -> Vec<String> {
+fn estimate_notes(catalog: &Catalog, b: &BodyInView) -> Vec<Message> {
     catalog.body(b.id).map(Body::estimate_notes).unwrap_or_default()
 }
 
-fn as_json(b: &BodyInView, estimate_notes: &[String]) -> Value {
+fn as_json(b: &BodyInView, estimate_notes: &[Message]) -> Value {
     json!({
         "id": b.id, "name": b.name, "appearance": b.appearance, "key": keys(b).first(), "keys": keys(b),
         "distance_km": b.distance_km, "angular_diameter_deg": b.angular_diameter_deg, "diameter_px": b.diameter_px,

@@ -101,18 +101,18 @@ fn conflict_error(path: &Path, earlier: &ExistingPicture, provenance: &Provenanc
     Some(CliError::Failed(line))
 }
 
-/// The frames whose files exist already, are complete and belong to this request. `wanted`: number, path and provenance of each frame.
+/// The frames whose files exist already, are complete and belong to this request. `requested`: number, path and provenance of each frame.
 ///
 /// # Errors
 /// A file of another request, unless it may be overwritten.
 pub(crate) fn existing_frames(
-    wanted: impl Iterator<Item = (u32, PathBuf, Provenance)>,
+    requested: impl Iterator<Item = (u32, PathBuf, Provenance)>,
     size: (u32, u32),
     overwrite: bool,
     starts_now: bool,
 ) -> Result<BTreeSet<u32>, CliError> {
     let mut existing_frames = BTreeSet::new();
-    for (number, path, provenance) in wanted {
+    for (number, path, provenance) in requested {
         if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
             let shown = |path: &Path| echo_within(&path.display().to_string(), 100);
             return Err(CliError::Failed(format!("{}: the folder {} does not exist", shown(&path), shown(folder))));

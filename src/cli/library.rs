@@ -92,7 +92,7 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
                 each(s.reading_s, s.from_disk),
                 s.written,
                 each(s.writing_s, s.written),
-                s.healed
+                s.repaired
             ))
         }
         LibraryVerb::Verify => {
@@ -102,7 +102,7 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             } else {
                 let damaged =
                     check.damaged.iter().map(|(file, what)| format!("damaged    {}: {what}\n", echo(&file.display().to_string())));
-                print_result(&format!("valid      {}\n{}", check.whole, damaged.collect::<String>()))?;
+                print_result(&format!("valid      {}\n{}", check.valid, damaged.collect::<String>()))?;
             }
             if let Some(why) = check.unreadable {
                 return Err(CliError::Failed(format!("shader library: {why}")));

@@ -1,6 +1,6 @@
 //! `orrery measure`: measures speed against accuracy, and prints a table, CSV or JSON, and a plot.
 
-use super::output::{print_message, print_result};
+use super::output::{print_message, print_result, progress};
 use super::view_args::{instant, size};
 use super::{CliError, Common};
 use crate::files::{FileAccess, write_atomic};
@@ -10,7 +10,7 @@ use crate::scene::request::{Position, Quality, ViewRequest};
 use crate::session::Session;
 use crate::wording::echo;
 use serde_json::{Value, json};
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 const EXAMPLE: &str = "Examples:
@@ -20,12 +20,13 @@ const EXAMPLE: &str = "Examples:
   orrery measure --body saturn --time 2017-05-17T00:00:00Z
 
 Each line is an option of a choice: its error against the best that the program can do,
-its processor time as a ratio to that of the choice's most accurate option (median and
-quartiles of rounds in which all options take turns), and the qualities that take it.
-An option is dominated if another is better in both. A quality takes the cheapest
-option within its bound: draft 1 arcsec, 15.9 % of light (a quarter of a stop), 32
-levels of 255 in 99.9 % of the pixels; standard 0.1 arcsec, 0.5 %, 3 levels; reference the most accurate one. With --body, the qualities in one view, and the first
-that keeps 99.9 % of the pixels within 1 level of the reference.";
+its CPU time as a ratio to that of the choice's most accurate option (median and
+quartiles of rounds in which all options take turns), and the qualities that use it.
+An option is dominated if another one is better in both. A quality uses the cheapest
+option within its bound: for draft 1 arcsec, 15.9 % of light (a quarter of a stop), 32
+levels of 255 in 99.9 % of the pixels; for standard 0.1 arcsec, 0.5 %, 3 levels.
+Reference uses the most accurate option. With --body, the qualities in one view, and
+the first one that keeps 99.9 % of the pixels within 1 level of the reference.";
 
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = EXAMPLE, next_help_heading = "Measurement")]
@@ -69,19 +70,19 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
         return one_view(&session, args, body, effort);
     }
     let bar = progress(CHOICES.len() as u64 + 1);
-    let wanted = |name: &str| args.choice.is_empty() || args.choice.iter().any(|c| c.eq_ignore_ascii_case(name));
+    let is_chosen = |name: &str| args.choice.is_empty() || args.choice.iter().any(|c| c.eq_ignore_ascii_case(name));
     if let Some(unknown) = args.choice.iter().find(|c| !CHOICES.iter().any(|(name, _)| c.eq_ignore_ascii_case(name)) && *c != "renderer") {
         let known: Vec<&str> = CHOICES.iter().map(|(name, _)| *name).chain(["renderer"]).collect();
         return Err(CliError::Failed(format!("--choice {}: {}", echo(unknown), crate::wording::suggestion_or_list(unknown, &known))));
     }
     let mut choices = Vec::new();
     for (name, measure) in CHOICES {
-        if wanted(name) {
+        if is_chosen(name) {
             choices.push(measure(&session, effort)?);
         }
         bar.inc(1);
     }
-    if wanted("renderer") {
+    if is_chosen("renderer") {
         choices.extend(renderer(&session, effort)?);
     }
     bar.finish_and_clear();
@@ -99,7 +100,7 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
 }
 
 fn one_view(session: &Session, args: &MeasureArgs, body: &str, effort: Effort) -> Result<(), CliError> {
-    let body = session.catalog().named(body).map_err(|e| CliError::Failed(format!("--body: {e}")))?;
+    let body = session.catalog().body_named(body).map_err(|e| CliError::Failed(format!("--body: {e}")))?;
     let time = instant(args.time.as_deref().unwrap_or("now"))?;
     let (width, height) = size(&args.size)?;
     let position = Position::Over { towards: None, distance_radii: args.distance_radii };
@@ -107,21 +108,16 @@ fn one_view(session: &Session, args: &MeasureArgs, body: &str, effort: Effort) -
     request.check().map_err(|e| CliError::Failed(e.to_string()))?;
     let measured = measure_view(session, &request, effort)?;
     let choices = std::slice::from_ref(&measured.qualities);
-    let enough = measured.enough.name();
+    let sufficient = measured.sufficient.name();
     let text = if args.json {
-        format!("{}\n", json!({ "choices": rows(choices).map(|(c, o)| row(c, o)).collect::<Vec<_>>(), "enough": enough }))
+        format!("{}\n", json!({ "choices": rows(choices).map(|(c, o)| row(c, o)).collect::<Vec<_>>(), "enough": sufficient }))
     } else if args.csv {
         csv(choices)
     } else {
         let within = format!("within {SUFFICIENT_LEVELS} level of the reference in 99.9 % of the pixels");
-        format!("{}\n{} at {}: {enough} is enough ({within})\n", table(choices), body.name, time.to_utc_iso())
+        format!("{}\n{} at {}: {sufficient} is enough ({within})\n", table(choices), body.name, time.to_utc_iso())
     };
     print_result(&text)
-}
-
-/// A progress bar if standard error is a terminal, otherwise a hidden one.
-fn progress(steps: u64) -> indicatif::ProgressBar {
-    if std::io::stderr().is_terminal() { indicatif::ProgressBar::new(steps) } else { indicatif::ProgressBar::hidden() }
 }
 
 fn rows(choices: &[ChoiceMeasure]) -> impl Iterator<Item = (&ChoiceMeasure, &OptionMeasure)> {

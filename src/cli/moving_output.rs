@@ -7,7 +7,7 @@ use super::CliError;
 use super::frames::Output;
 use super::output::stdout_error;
 use crate::files::{FileAccess, write_atomic, write_new};
-use crate::image::{AnimationWriter, ImageError, MAX_ANIMATION_PIXELS as MAX_PIXELS, SharedBytes, write_y4m_frame, write_y4m_header};
+use crate::image::{AnimationWriter, ImageError, MAX_ANIMATION_PIXELS as MAX_PIXELS, SharedBytes, write_y4m_header, y4m_frame};
 use crate::render::frame::Frame;
 use crate::wording::echo;
 use std::io::Write;
@@ -18,7 +18,10 @@ pub(crate) enum MovingOutput {
     None,
     Stream {
         rate: u32,
-        begun: bool,
+        /// Standard output, once the stream has begun. Not `std::io::Stdout`, which searches everything written to it for the last line break.
+        out: Option<std::fs::File>,
+        /// The bytes of a frame.
+        bytes: Vec<u8>,
     },
     File {
         path: PathBuf,
@@ -32,13 +35,22 @@ fn failed(e: ImageError) -> CliError {
     CliError::Failed(e.to_string())
 }
 
+/// Standard output as a file. Nothing else may be in the buffer of `std::io::stdout`.
+fn unbuffered_stdout() -> std::io::Result<std::fs::File> {
+    #[cfg(unix)]
+    let handle = std::os::fd::AsFd::as_fd(&std::io::stdout()).try_clone_to_owned();
+    #[cfg(windows)]
+    let handle = std::os::windows::io::AsHandle::as_handle(&std::io::stdout()).try_clone_to_owned();
+    Ok(handle?.into())
+}
+
 impl MovingOutput {
     /// # Errors
     /// A file that must not be replaced, or a size, number of frames or rate that the format does not support.
     pub(crate) fn begin(output: &Output, size: (u32, u32), frames: u32, rate: u32, overwrite: bool) -> Result<Self, CliError> {
         match output {
             Output::One(_) | Output::Sequence(..) => Ok(Self::None),
-            Output::Stream => Ok(Self::Stream { rate, begun: false }),
+            Output::Stream => Ok(Self::Stream { rate, out: None, bytes: Vec::new() }),
             Output::Animation(path, format) => {
                 let name = echo(&path.display().to_string());
                 if path.exists() && !overwrite {
@@ -64,14 +76,19 @@ impl MovingOutput {
     pub(crate) fn add(&mut self, frame: &Frame) -> Result<(), CliError> {
         match self {
             Self::None => Ok(()),
-            Self::Stream { rate, begun } => {
-                let mut bytes = Vec::new();
-                if !std::mem::replace(begun, true) {
-                    write_y4m_header(&mut bytes, frame.width, frame.height, *rate).map_err(failed)?;
-                }
-                write_y4m_frame(&mut bytes, &frame.display).map_err(failed)?;
-                let mut out = std::io::stdout();
-                out.write_all(&bytes).and_then(|()| out.flush()).map_err(|e| stdout_error(&e))
+            Self::Stream { rate, out, bytes } => {
+                let out = match out {
+                    Some(out) => out,
+                    None => {
+                        let begun = out.insert(unbuffered_stdout().map_err(|e| stdout_error(&e))?);
+                        let mut header = Vec::new();
+                        write_y4m_header(&mut header, frame.width, frame.height, *rate).map_err(failed)?;
+                        begun.write_all(&header).map_err(|e| stdout_error(&e))?;
+                        begun
+                    }
+                };
+                y4m_frame(bytes, &frame.display);
+                out.write_all(bytes).map_err(|e| stdout_error(&e))
             }
             Self::File { writer, .. } => writer.add(&frame.display).map_err(failed),
         }

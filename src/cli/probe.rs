@@ -28,7 +28,7 @@ pub(crate) struct ProbeArgs {
     /// Floating-point precision of the shader
     #[arg(long, value_enum, default_value = "f32")]
     precision: Precision,
-    /// Print JSON (always the case)
+    /// Accepted for consistency; the output is always JSON
     #[arg(long)]
     json: bool,
 }

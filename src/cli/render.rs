@@ -2,7 +2,7 @@
 use super::composition_args::CompositionArgs;
 use super::frames::{Output, existing_frames, shard, step_seconds};
 use super::moving_output::MovingOutput;
-use super::output::{print_message, print_result, write_error};
+use super::output::{print_message, print_result, progress, write_error};
 use super::render_views::Views;
 use super::view_args::{ViewArgs, size};
 use super::{CliError, Common};
@@ -12,7 +12,6 @@ use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
 use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
 use crate::wording::echo;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant as Moment};
 
@@ -41,10 +40,10 @@ to 8 taps, reference 4 samples and up to 16 taps.
 /// The fields of a tour file.
 const TOUR_FILE_HELP: &str = "Tour file: \"title\", and \"stops\" in order, each with
   \"view\": a link (orrery://view?target=699&time=2017-05-17) or the fields of a saved view
-  \"text\": what to say there (the window shows it)
+  \"text\": the text that the window shows there
   \"hold_s\": seconds for which the camera stays [6]
-  \"time_rate\": simulated seconds a second meanwhile [0]
-  \"travel_s\": seconds of the way from the stop before; 0 is a cut [4]
+  \"time_rate\": simulated seconds per second during the stay [0]
+  \"travel_s\": seconds of the flight from the previous stop; 0 is a cut [4]
 ";
 
 /// Heading of the options that do not describe the view.
@@ -62,7 +61,7 @@ pub(crate) struct RenderArgs {
     view: ViewArgs,
     #[command(flatten)]
     composition: CompositionArgs,
-    /// Output file: .png, .exr (linear), a pattern such as out-%05d.png, a moving picture (.apng keeps every level, .gif has 256 colours), or - for a y4m stream
+    /// Output file: .png, .exr (linear), a pattern such as out-%05d.png, an animation (.apng is lossless, .gif has 256 colours), or - for a y4m stream
     #[arg(short, long, value_name = "FILE", help_heading = OUTPUT)]
     output: Option<String>,
     /// Number of frames
@@ -85,7 +84,7 @@ pub(crate) struct RenderArgs {
     /// Write a per-pixel error bound relative to reference quality: .png (1 level = 1/255), .exr linear; repeat for both
     #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     error: Vec<PathBuf>,
-    /// Frames per second of a y4m stream, of a moving picture and of a tour
+    /// Frames per second of a y4m stream, an animation or a tour
     #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT)]
     rate: u32,
     /// Print timings per stage and the time to the first frame as JSON (on standard error if the image goes to standard output)
@@ -103,7 +102,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let (first, stride) = shard(args.shard.as_deref())?;
     if matches!(output, Output::Stream | Output::Animation(..)) && stride > 1 {
         return Err(CliError::Failed(
-            "--shard needs files of one frame: a stream or a moving picture is written in order by one process".into(),
+            "--shard needs files of one frame: a stream or an animation is written in order by one process".into(),
         ));
     }
     let session = Session::open(&common.sources_to_draw(), print_message)?;
@@ -121,9 +120,9 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         ViewRequest { purpose, quality: common.quality, ..views.request(number) }
     };
     let numbers = || (first..views.count()).step_by(stride as usize);
-    let wanted = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&frame(n)))));
+    let requested = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&frame(n)))));
     let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
-    let mut existing_frames = existing_frames(wanted, size(&args.view.size)?, args.overwrite, starts_now)?;
+    let mut existing_frames = existing_frames(requested, size(&args.view.size)?, args.overwrite, starts_now)?;
     if views.count() == 1 {
         // A single picture is drawn again; the bytes would be the same.
         existing_frames.clear();
@@ -136,7 +135,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let sampling = SamplingQuality::of(common.quality);
     let mut written = Stages::default();
     let mut moving = MovingOutput::begin(&output, size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
-    let bar = progress(views.count());
+    let bar = frame_progress(views.count());
     let mut drawn_frames = 0_u32;
     let mut drawn_by = None;
     for number in numbers() {
@@ -211,17 +210,13 @@ fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest
             return Err(CliError::Failed(format!("--error {}: the name must end in .png or .exr", echo(&path.display().to_string()))));
         }
     }
-    let wanted = args.error.iter().map(|path| (0, path.clone(), session.provenance(request)));
-    existing_frames(wanted, (request.width, request.height), args.overwrite, starts_now).map(drop)
+    let requested = args.error.iter().map(|path| (0, path.clone(), session.provenance(request)));
+    existing_frames(requested, (request.width, request.height), args.overwrite, starts_now).map(drop)
 }
 
-/// A progress bar if standard error is a terminal and there are several frames, otherwise a hidden one.
-fn progress(frames: u32) -> indicatif::ProgressBar {
-    if frames > 1 && std::io::stderr().is_terminal() {
-        indicatif::ProgressBar::new(u64::from(frames))
-    } else {
-        indicatif::ProgressBar::hidden()
-    }
+/// A progress bar for several frames, a hidden one for a single frame.
+fn frame_progress(frames: u32) -> indicatif::ProgressBar {
+    if frames > 1 { progress(u64::from(frames)) } else { indicatif::ProgressBar::hidden() }
 }
 
 /// The metadata of a picture. It does not contain the time of writing, so that the same command writes the same bytes.

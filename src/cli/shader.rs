@@ -36,16 +36,16 @@ pub(crate) struct ShaderArgs {
 enum ShaderVerb {
     /// List all keys reachable with this catalog, one per line
     Keys {
-        /// List instead keys that cover every combination of this many dimension values
+        /// List keys that cover every combination of this many dimension values instead
         #[arg(long, value_parser = clap::value_parser!(u8).range(2..=3))]
         covering: Option<u8>,
-        /// List instead the keys of the default view of this body
+        /// List the keys of the default view of this body instead
         #[arg(long = "for", value_name = "BODY", conflicts_with = "covering")]
         of: Option<String>,
         /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
         #[arg(long, value_name = "T", requires = "of", allow_hyphen_values = true)]
         time: Option<String>,
-        /// List instead the simple shaders, which draw everything but bodies, by name
+        /// List the names of the simple shaders instead, which draw everything but bodies
         #[arg(long, conflicts_with_all = ["covering", "of"])]
         simple: bool,
         /// Print one JSON list
@@ -61,7 +61,7 @@ enum ShaderVerb {
         key: ModuleId,
         #[arg(long, value_enum, default_value = "wgsl")]
         lang: Language,
-        /// Name the feature that needs each line
+        /// Begin each line with the feature that needs it
         #[arg(long)]
         annotate: bool,
         /// Print uniforms and bindings instead
@@ -86,7 +86,7 @@ enum ShaderVerb {
     /// Compile the modules of all reachable keys and covering sets, translate them to all languages and compare them with the recorded digests
     #[command(after_help = REPORT_HELP)]
     Verify {
-        /// Compare instead two revisions of the library, each a cache folder, a folder of entries, a folder of fragments, or `built-in`: source, picture, figures and cost, by cause
+        /// Compare two revisions of the library instead: source, picture and cost, by cause. A revision is a cache folder, a folder of entries, a folder of fragments, or `built-in`
         #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["update", "record"])]
         report: Vec<PathBuf>,
         /// With --report: print one JSON value
@@ -131,8 +131,8 @@ const REPORT_HELP: &str = "Two revisions side by side:
   orrery shader verify --report old new
   orrery shader verify --report built-in my-shaders
 
-A report names for each cause, a changed fragment, the generator or the lowering, the modules that it changed,
-the greatest change of their pictures on the sample body, and what they cost before and after.";
+For each cause (a changed fragment, the generator, the lowering) the report names the modules that it changed,
+the greatest change of their pictures of the sample body, and their cost before and after.";
 
 fn module_id(text: &str) -> Result<ModuleId, String> {
     text.parse().map_err(|e: key::KeyTextError| e.to_string())

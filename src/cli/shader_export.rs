@@ -17,7 +17,7 @@ use std::path::Path;
 /// The keys of every draw in the default view of a body.
 pub(crate) fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
     let session = Session::open(&common.sources(), print_message)?;
-    let id = session.catalog().named(body).map_err(|e| CliError::Failed(format!("--for: {e}")))?.id;
+    let id = session.catalog().body_named(body).map_err(|e| CliError::Failed(format!("--for: {e}")))?.id;
     let scene = session.scene(&ViewRequest { quality: common.quality, ..ViewRequest::of(id, super::view_args::instant(time)?) })?;
     Ok(key::keys_of(scene.draws.iter().map(|d| d.features)).into_iter().collect())
 }

@@ -15,11 +15,11 @@ const EXAMPLE: &str = "Examples:
 
 Each sweep draws, probes or places bodies where arithmetic and decisions are most likely
 to break, and compares f32 with f64, pictures with pictures, or positions with another
-computation. It prints its number of cases, the worst figure beside its bound, the case
-that gave it, and what is off first there: a named value of the module, a decision, a
-pixel. The exit status is 1 if a bound is broken. --short takes fewer cases: within two
-minutes on two cores. With --renderer gpu the GPU draws the pictures in f32,
-against bounds of its own where its arithmetic needs them.";
+computation. It prints its number of cases, the largest error beside its bound, the
+case that gave it, and what deviates first there: a named value of the module, a
+decision, a pixel. The exit status is 1 if a bound is broken. --short takes fewer cases: within two
+minutes on two cores. With --renderer gpu the GPU draws the f32 pictures;
+where its arithmetic is less precise, they have bounds of their own.";
 
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = EXAMPLE, next_help_heading = "Sweeps")]
@@ -43,16 +43,16 @@ pub(crate) struct StabilityArgs {
 
 pub(crate) fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError> {
     let names: Vec<&str> = SWEEPS.iter().map(|s| s.name).collect();
-    if let Some(unknown) = args.sweep.iter().find(|wanted| !names.contains(&wanted.as_str())) {
+    if let Some(unknown) = args.sweep.iter().find(|name| !names.contains(&name.as_str())) {
         return Err(CliError::Failed(format!("--sweep {}: {}", echo(unknown), suggestion_or_list(unknown, &names))));
     }
-    let wanted: Vec<&Sweep> = SWEEPS.iter().filter(|s| args.sweep.is_empty() || args.sweep.iter().any(|n| n == s.name)).collect();
+    let chosen: Vec<&Sweep> = SWEEPS.iter().filter(|s| args.sweep.is_empty() || args.sweep.iter().any(|n| n == s.name)).collect();
     let session = Session::open(&common.sources(), print_message)?;
     let effort = if args.short { Effort::Short } else { Effort::Full };
     let bench = SweepBench::new(&session, effort, args.seed, Faults::default())?.with_views(args.views.map(|n| n as usize));
-    let bar = progress(wanted.len() as u64);
+    let bar = progress(chosen.len() as u64);
     let mut reports = Vec::new();
-    for sweep in wanted {
+    for sweep in chosen {
         let report = run_sweep(sweep, &bench)?;
         if !args.json {
             bar.suspend(|| print_result(&lines(&report)))?;

@@ -86,6 +86,7 @@ mod windowed {
     use crate::view::panels::Interface;
     use crate::view::window;
     use crate::view::window::shader_watcher::ShaderWatcher;
+    use crate::view::worker::freed_memory::return_large_blocks;
     use crate::wording::echo;
     use parking_lot::Mutex;
     use std::sync::Arc;
@@ -95,6 +96,7 @@ mod windowed {
     pub(crate) fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
         let language =
             args.language.as_deref().map(Language::by_code).transpose().map_err(|e| CliError::Failed(format!("--language {e}")))?;
+        return_large_blocks();
         let messages: Arc<Mutex<Vec<String>>> = Arc::default();
         let session_messages = Arc::clone(&messages);
         let session = Session::open(&common.sources_to_draw(), move |line| {
@@ -178,7 +180,7 @@ mod windowed {
 
     fn default_view_of(session: &Session, args: &ViewArgs) -> Result<ViewState, CliError> {
         let catalog = session.catalog();
-        let target = catalog.named(&args.target).map_err(|e| CliError::Failed(format!("--target: {e}")))?.id;
+        let target = catalog.body_named(&args.target).map_err(|e| CliError::Failed(format!("--target: {e}")))?.id;
         let view = initial_view(catalog, &SessionPositions(session), target, instant(&args.time)?);
         view.map_err(|e| CliError::Failed(format!("--target {}: {e}", echo(&args.target))))
     }

@@ -118,9 +118,10 @@ impl ViewArgs {
 
     /// As [`Self::request`], for a composed picture.
     pub(crate) fn request_with(&self, catalog: &Catalog, composition: Composition) -> Result<ViewRequest, CliError> {
-        let place = |option: &str, name: &String| catalog.place(name).map_err(|e| CliError::Failed(format!("{option}: {e}")));
+        let body_of_option =
+            |option: &str, name: &String| catalog.body_or_barycenter(name).map_err(|e| CliError::Failed(format!("{option}: {e}")));
         let time = instant(&self.time)?;
-        let target = self.target.as_ref().map(|name| place("--target", name)).transpose()?;
+        let target = self.target.as_ref().map(|name| body_of_option("--target", name)).transpose()?;
         let mut request = ViewRequest::of(target.unwrap_or(NaifId::EARTH), time);
         request.target = target;
         request.composition = composition;
@@ -135,7 +136,7 @@ impl ViewArgs {
                 let name = self.target.as_deref().unwrap_or("");
                 return Err(wrong("--target", name, "a centre of mass cannot be drawn: name a body"));
             }
-            let from = self.from.as_ref().map(|name| place("--from", name)).transpose()?;
+            let from = self.from.as_ref().map(|name| body_of_option("--from", name)).transpose()?;
             request.position = self.position(catalog, target, from)?;
             request.up = request.position.usual_up();
         }

@@ -2,7 +2,7 @@
 //!
 //! In: a body and an instant (of reception). Out: degrees, kilometres and seconds, for display. Apparent places include light time, light deflection by the
 //! Sun, and stellar aberration with its relativistic terms. Omitted: deflection by the planets (under 0.02
-//! arcsec, and only beside their discs), the atmosphere, and the observer's place on the Earth.
+//! arcsec, and only beside their discs), the atmosphere, and the observer's position on the Earth.
 
 use super::orientation::{self, PoleAndMeridian};
 use super::{Ephemeris, EphemerisError, Source};
@@ -11,8 +11,8 @@ use crate::time::Instant;
 use crate::units::{KM_PER_AU, RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
 
-/// Half of the squared angle from the Sun's centre, radians, below which the deflection fades out; the Sun's limb is at 1.1e-5.
-const BENDING_LIMIT: f64 = 1e-6;
+/// SOFA's limit: half of the squared angle from the Sun's centre in radians, below which the deflection is reduced; the Sun's limb is at 1.1e-5.
+const DEFLECTION_LIMIT: f64 = 1e-6;
 
 /// Right ascension 0 to 360 and declination, degrees.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -75,43 +75,43 @@ pub struct ApparentPlace {
     pub error_arcsec: f64,
 }
 
-/// Place of `body` as seen from the Earth's centre at `t`.
+/// Apparent place of `body`, as seen from the Earth's centre at `t`.
 pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result<ApparentPlace, EphemerisError> {
     let earth = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state;
     let sun_pos_km = ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state.pos_km;
     let (body_pos_km, _) = ephemeris.light_time_position(body, earth.pos_km, t)?;
     let to_body = body_pos_km - earth.pos_km;
     let distance_km = to_body.length();
-    let natural = to_body.try_normalize().ok_or_else(|| EphemerisError("the Earth has no place as seen from its own centre".into()))?;
+    let geometric = to_body.try_normalize().ok_or_else(|| EphemerisError("the Earth has no place as seen from its own centre".into()))?;
 
     let from_sun = earth.pos_km - sun_pos_km;
     let sun_distance_au = from_sun.length() / KM_PER_AU;
-    let bent = match (body_pos_km - sun_pos_km).try_normalize() {
+    let deflected = match (body_pos_km - sun_pos_km).try_normalize() {
         Some(sun_to_body) if body != NaifId::SUN => DVec3::from_array(sofars::astro::ld(
             1.0,
-            natural.to_array(),
+            geometric.to_array(),
             sun_to_body.to_array(),
             from_sun.normalize().to_array(),
             sun_distance_au,
-            BENDING_LIMIT,
+            DEFLECTION_LIMIT,
         )),
-        _ => natural,
+        _ => geometric,
     };
     let velocity = earth.vel_km_s / SPEED_OF_LIGHT_KM_S;
-    let seen = DVec3::from_array(sofars::astro::ab(
-        &bent.to_array(),
+    let apparent = DVec3::from_array(sofars::astro::ab(
+        &deflected.to_array(),
         &velocity.to_array(),
         sun_distance_au,
         (1.0 - velocity.length_squared()).sqrt(),
     ));
-    let geometric = ephemeris.state(body, NaifId::EARTH, t, None)?;
+    let geometric_state = ephemeris.state(body, NaifId::EARTH, t, None)?;
     Ok(ApparentPlace {
-        gcrs: RaDec::of(seen),
-        true_of_date: RaDec::of(orientation::true_of_date_from_gcrs(t) * seen),
+        gcrs: RaDec::of(apparent),
+        true_of_date: RaDec::of(orientation::true_of_date_from_gcrs(t) * apparent),
         distance_km,
         light_time_s: distance_km / SPEED_OF_LIGHT_KM_S,
-        source: geometric.source,
-        error_arcsec: geometric.error_km / distance_km / RAD_PER_ARCSEC,
+        source: geometric_state.source,
+        error_arcsec: geometric_state.error_km / distance_km / RAD_PER_ARCSEC,
     })
 }
 
@@ -165,8 +165,9 @@ pub fn sub_points(ephemeris: &Ephemeris, body: &Body, observer: NaifId, t: Insta
     let (body_pos_km, emitted) = ephemeris.light_time_position(body.id, observer_pos_km, t)?;
     let (sun_pos_km, _) = ephemeris.light_time_position(NaifId::SUN, body_pos_km, emitted)?;
     let body_from_icrf = ephemeris.body_from_icrf(body.id, emitted)?;
-    let soon = ephemeris.body_from_icrf(body.id, emitted.plus_seconds(60.0))?;
-    let east_is_positive = matches!(body.id, NaifId::SUN | NaifId::EARTH | NaifId::MOON) || is_retrograde(&body_from_icrf, &soon);
+    let one_minute_later = ephemeris.body_from_icrf(body.id, emitted.plus_seconds(60.0))?;
+    let east_is_positive =
+        matches!(body.id, NaifId::SUN | NaifId::EARTH | NaifId::MOON) || is_retrograde(&body_from_icrf, &one_minute_later);
     let point = |direction: DVec3| surface_point(body_from_icrf * direction, body.radii_km, east_is_positive);
 
     let to_observer = observer_pos_km - body_pos_km;
@@ -174,21 +175,21 @@ pub fn sub_points(ephemeris: &Ephemeris, body: &Body, observer: NaifId, t: Insta
         return Err(EphemerisError(format!("{} cannot be seen from its own centre", body.name)));
     }
     let to_sun = (body.id != NaifId::SUN).then_some(sun_pos_km - body_pos_km);
-    let turned = PoleAndMeridian::of(&body_from_icrf);
+    let orientation = PoleAndMeridian::of(&body_from_icrf);
     Ok(SubPoints {
         sub_observer: point(to_observer),
         sub_solar: to_sun.map(point),
         phase_angle_deg: to_sun.map(|s| super::angle_rad(s, to_observer).to_degrees()),
-        pole: RaDec { ra_deg: turned.pole_ra_deg, dec_deg: turned.pole_dec_deg },
-        w_deg: turned.w_deg,
+        pole: RaDec { ra_deg: orientation.pole_ra_deg, dec_deg: orientation.pole_dec_deg },
+        w_deg: orientation.w_deg,
         distance_km: to_observer.length(),
         light_time_s: to_observer.length() / SPEED_OF_LIGHT_KM_S,
     })
 }
 
 /// Whether the rotation is retrograde, so that a fixed direction moves east in the body's axes.
-fn is_retrograde(now: &DMat3, soon: &DMat3) -> bool {
-    (*soon * now.row(0)).y > 0.0
+fn is_retrograde(now: &DMat3, later: &DMat3) -> bool {
+    (*later * now.row(0)).y > 0.0
 }
 
 fn surface_point(direction_in_body: DVec3, radii_km: DVec3, east_is_positive: bool) -> SurfacePoint {

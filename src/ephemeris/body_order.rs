@@ -53,14 +53,14 @@ mod tests {
         let order = by_distance(&catalog, &ephemeris);
         let names: Vec<&str> = order.iter().filter_map(|id| catalog.body(*id)).map(|b| b.name.as_str()).collect();
         assert_eq!(names[..8], ["Sun", "Mercury", "Venus", "Earth", "Moon", "Mars", "Phobos", "Deimos"]);
-        let place = |name: &str| names.iter().position(|n| *n == name).unwrap_or_else(|| panic!("{name} is missing"));
+        let position = |name: &str| names.iter().position(|n| *n == name).unwrap_or_else(|| panic!("{name} is missing"));
         // Distances of the moons: JPL's table of mean elements; Amalthea and Thebe orbit inside Io, Triton outside Proteus.
         for following in [
             &["Jupiter", "Metis", "Adrastea", "Amalthea", "Thebe", "Io", "Europa", "Ganymede", "Callisto", "Saturn"][..],
             &["Mimas", "Enceladus", "Tethys", "Dione", "Rhea", "Titan", "Hyperion", "Iapetus", "Uranus", "Miranda", "Ariel", "Umbriel"],
             &["Titania", "Oberon", "Neptune", "Proteus", "Triton", "Vesta", "Ceres", "Pluto"],
         ] {
-            assert!(following.windows(2).all(|w| place(w[0]) < place(w[1])), "{names:?}");
+            assert!(following.windows(2).all(|w| position(w[0]) < position(w[1])), "{names:?}");
         }
         assert_eq!(order.len(), catalog.bodies().len(), "every body");
         assert_eq!(order.iter().collect::<std::collections::BTreeSet<_>>().len(), order.len(), "once");

@@ -1,6 +1,6 @@
 //! A cache of Chebyshev polynomials that replace a slow theory.
 //!
-//! In: a place, an instant, a theory of the place's position. Out: its state. The theory is evaluated once at the Chebyshev nodes of an interval of days;
+//! In: a target, an instant, a theory of the target's position. Out: its state. The theory is evaluated once at the Chebyshev nodes of an interval of days;
 //! every further state in that interval is a short sum. Always: the intervals lie on a fixed grid, so that a result does not depend on earlier calls; the
 //! velocity is the derivative of the returned position.
 
@@ -21,29 +21,29 @@ type ChebyshevSegment = [Vec<f64>; 3];
 
 #[derive(Debug, Default)]
 pub struct ChebyshevCache {
-    /// Keyed by place and number of the interval, counted from J2000.
-    kept: Mutex<HashMap<(i32, i64), Arc<ChebyshevSegment>>>,
+    /// Keyed by target and number of the interval, counted from J2000.
+    segments: Mutex<HashMap<(i32, i64), Arc<ChebyshevSegment>>>,
 }
 
 impl ChebyshevCache {
-    /// The state of `place`. `theory` gives its position in km at TDB seconds past J2000. `days`: the length of an interval.
-    pub fn state(&self, place: i32, days: f64, tdb_s: f64, theory: impl Fn(f64) -> DVec3) -> State {
+    /// The state of `target`. `theory` gives its position in km at TDB seconds past J2000. `days`: the length of an interval.
+    pub fn state(&self, target: i32, days: f64, tdb_s: f64, theory: impl Fn(f64) -> DVec3) -> State {
         let radius_s = 0.5 * days * SECONDS_PER_DAY;
         let number = (tdb_s / (2.0 * radius_s)).floor();
         let middle_s = (2.0 * number + 1.0) * radius_s;
-        let key = (place, number as i64);
-        let known = self.kept.lock().get(&key).cloned();
-        let piece = known.unwrap_or_else(|| {
+        let key = (target, number as i64);
+        let known = self.segments.lock().get(&key).cloned();
+        let segment = known.unwrap_or_else(|| {
             // Computed without the lock, so that other threads are not blocked. Two threads that compute the same interval get the same numbers.
-            let made = Arc::new(chebyshev::fit_nodes(TERMS, |u| theory(middle_s + u * radius_s)));
-            let mut kept = self.kept.lock();
-            if kept.len() >= MAX_POLYNOMIALS {
-                kept.clear();
+            let fitted = Arc::new(chebyshev::fit_nodes(TERMS, |u| theory(middle_s + u * radius_s)));
+            let mut segments = self.segments.lock();
+            if segments.len() >= MAX_POLYNOMIALS {
+                segments.clear();
             }
-            kept.insert(key, Arc::clone(&made));
-            made
+            segments.insert(key, Arc::clone(&fitted));
+            fitted
         });
-        let [x, y, z] = piece.each_ref().map(|c| chebyshev::value_and_slope(c, (tdb_s - middle_s) / radius_s));
+        let [x, y, z] = segment.each_ref().map(|c| chebyshev::value_and_slope(c, (tdb_s - middle_s) / radius_s));
         State { pos_km: DVec3::new(x.0, y.0, z.0), vel_km_s: DVec3::new(x.1, y.1, z.1) / radius_s }
     }
 }
@@ -62,17 +62,17 @@ mod tests {
             1e6 * DVec3::new(angle.cos(), angle.sin(), 0.0)
         };
         let times = [-1.0, 0.0, 1e5, 2e5, 9e5, 1e7, -3e9];
-        let forth = ChebyshevCache::default();
-        let forth_states: Vec<State> = times.iter().map(|s| forth.state(3, 16.0, *s, circle)).collect();
+        let forward = ChebyshevCache::default();
+        let forward_states: Vec<State> = times.iter().map(|s| forward.state(3, 16.0, *s, circle)).collect();
         let first = evaluations.load(Ordering::Relaxed);
         assert_eq!(first as usize, 4 * TERMS, "four intervals");
-        let back = ChebyshevCache::default();
-        let mut back_states: Vec<State> = times.iter().rev().map(|s| back.state(3, 16.0, *s, circle)).collect();
-        back_states.reverse();
-        assert_eq!(forth_states, back_states);
-        times.iter().for_each(|s| assert_eq!(forth.state(3, 16.0, *s, circle), back.state(3, 16.0, *s, circle)));
+        let backward = ChebyshevCache::default();
+        let mut backward_states: Vec<State> = times.iter().rev().map(|s| backward.state(3, 16.0, *s, circle)).collect();
+        backward_states.reverse();
+        assert_eq!(forward_states, backward_states);
+        times.iter().for_each(|s| assert_eq!(forward.state(3, 16.0, *s, circle), backward.state(3, 16.0, *s, circle)));
         assert_eq!(evaluations.load(Ordering::Relaxed), 2 * first);
-        for (s, state) in times.iter().zip(&forth_states) {
+        for (s, state) in times.iter().zip(&forward_states) {
             let angle = s / (20.0 * SECONDS_PER_DAY);
             let rate = 1e6 / (20.0 * SECONDS_PER_DAY);
             assert!((state.pos_km - 1e6 * DVec3::new(angle.cos(), angle.sin(), 0.0)).length() < 1e-6, "{s}");
@@ -82,10 +82,10 @@ mod tests {
 
     #[test]
     fn the_cache_has_a_maximum_size() {
-        let pieces = ChebyshevCache::default();
+        let cache = ChebyshevCache::default();
         for k in 0..=MAX_POLYNOMIALS {
-            pieces.state(1, 1.0, (k as f64 + 0.5) * SECONDS_PER_DAY, DVec3::splat);
+            cache.state(1, 1.0, (k as f64 + 0.5) * SECONDS_PER_DAY, DVec3::splat);
         }
-        assert!(pieces.kept.lock().len() <= MAX_POLYNOMIALS);
+        assert!(cache.segments.lock().len() <= MAX_POLYNOMIALS);
     }
 }

@@ -1,6 +1,6 @@
 //! Coverage of the theories, for messages: why a state is not available at an instant, and which fields of a catalog no theory supports.
 //!
-//! In: places, instants, a catalog. Out: lines for the user. Always: a message names the span that the theories really cover. No positions are computed
+//! In: targets, instants, a catalog. Out: lines for the user. Always: a message names the span that the theories really cover. No positions are computed
 //! here.
 
 use super::{Ephemeris, EphemerisError, LONGEST_CHAIN, MEAN_YEARS, ORBIT_YEARS, SERIES_YEARS, Source, has_massive_moons, mean_elements};
@@ -30,9 +30,9 @@ fn day(tdb_s: f64) -> String {
 }
 
 impl Ephemeris {
-    pub(super) fn name_of(&self, place: NaifId) -> String {
+    pub(super) fn name_of(&self, target: NaifId) -> String {
         let named = |id: i32| self.names.get(&NaifId(id));
-        match (place.0, named(place.0)) {
+        match (target.0, named(target.0)) {
             (_, Some(name)) => name.clone(),
             (0, _) => "the solar system's centre of mass".into(),
             (3, _) => "the Earth-Moon centre of mass".into(),
@@ -44,41 +44,41 @@ impl Ephemeris {
         }
     }
 
-    /// The widest span in which `source` covers a place; `None` if it never does.
-    fn reach(&self, place: NaifId, source: Option<Source>) -> Option<(f64, f64)> {
+    /// The widest span in which `source` covers a target; `None` if it never does.
+    fn coverage(&self, target: NaifId, source: Option<Source>) -> Option<(f64, f64)> {
         let mut spans = Vec::new();
         if source.is_none_or(|s| s == Source::Kernel) {
-            spans.extend(self.kernels.iter().filter_map(|k| k.reach(place.0)));
+            spans.extend(self.kernels.iter().filter_map(|k| k.coverage(target.0)));
         }
         if source.is_none_or(|s| s == Source::Series) {
-            let series_span = self.series.reach(place.0);
+            let series_span = self.series.coverage(target.0);
             spans.extend(series_span.map(|(a, b)| (a.max(span_of(SERIES_YEARS).0), b.min(span_of(SERIES_YEARS).1))));
         }
-        if source.is_none_or(|s| s == Source::Mean) && mean_elements::relative_to(place.0).is_some() {
+        if source.is_none_or(|s| s == Source::Mean) && mean_elements::relative_to(target.0).is_some() {
             spans.push(span_of(MEAN_YEARS));
         }
-        if self.orbits.get(&place).is_some_and(|o| o.motion != Motion::Planetary) {
+        if self.orbits.get(&target).is_some_and(|o| o.motion != Motion::Planetary) {
             spans.push(span_of(ORBIT_YEARS));
         }
         spans.into_iter().reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
     }
 
-    pub(super) fn no_theory(&self, place: NaifId, t: Instant, source: Option<Source>) -> EphemerisError {
-        let (name, at) = (self.name_of(place), t.to_utc_iso());
-        let have = match source {
+    pub(super) fn no_theory(&self, target: NaifId, t: Instant, source: Option<Source>) -> EphemerisError {
+        let (name, at) = (self.name_of(target), t.to_utc_iso());
+        let sources_have = match source {
             None => "the sources have",
             Some(Source::Kernel) => "the kernel has",
             Some(Source::Series) => "the series have",
             Some(Source::Mean) => "the mean elements have",
         };
-        EphemerisError(match self.reach(place, source) {
-            None => format!("{have} no place for {name} at any time; --kernel FILE adds an SPK that has it"),
+        EphemerisError(match self.coverage(target, source) {
+            None => format!("{sources_have} no place for {name} at any time; --kernel FILE adds an SPK that has it"),
             Some((first, last)) => {
                 let other = match source {
                     Some(Source::Kernel) => "leave --source out for the series, or add a longer SPK by --kernel",
                     _ => "--kernel FILE adds a longer SPK, such as DE441",
                 };
-                format!("{have} {name} from {} to {}, not at {at}; {other}", day(first), day(last))
+                format!("{sources_have} {name} from {} to {}, not at {at}; {other}", day(first), day(last))
             }
         })
     }
@@ -126,22 +126,22 @@ impl Ephemeris {
         if parent.is_none() && !planetary(id) {
             return Some(("parent", "is missing: the motion is counted from it".into()));
         }
-        let mut at = id;
+        let mut current = id;
         for _ in 0..LONGEST_CHAIN {
-            if planetary(at) {
+            if planetary(current) {
                 return None;
             }
-            match self.orbits.get(&at) {
+            match self.orbits.get(&current) {
                 // A parent without a theory is reported separately.
                 None => return None,
                 Some(orbit) if orbit.motion == Motion::Planetary => return None,
-                Some(orbit) => at = orbit.parent,
+                Some(orbit) => current = orbit.parent,
             }
         }
         Some(("parent", "leads round in a circle, or over more bodies than any moon has".into()))
     }
 
     fn in_planetary_sources(&self, id: NaifId) -> bool {
-        mean_elements::relative_to(id.0).is_some() || self.kernels.iter().any(|k| k.reach(id.0).is_some())
+        mean_elements::relative_to(id.0).is_some() || self.kernels.iter().any(|k| k.coverage(id.0).is_some())
     }
 }

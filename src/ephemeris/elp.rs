@@ -69,19 +69,19 @@ impl LunarSeries {
         Ok(Self { terms: lines.map(read).collect::<Result<_, _>>()? })
     }
 
-    /// Geocentric state, ICRF. Terms under `least_arcsec` (1.865 km in distance count as an arcsecond) are left out.
-    pub fn state(&self, tdb_s: f64, least_arcsec: f64) -> State {
+    /// Geocentric state, ICRF. Terms under `min_arcsec` (1.865 km in distance count as an arcsecond) are left out.
+    pub fn state(&self, tdb_s: f64, min_arcsec: f64) -> State {
         let t = tdb_s / CENTURY_S;
-        let (longitude_fix, longitude_fix_rate) = polynomial(&FITTED_TO_DE440, t);
+        let (correction, correction_rate) = polynomial(&FITTED_TO_DE440, t);
         let mut arguments = ARGUMENTS.map(|a| polynomial(&a, t));
         for k in WITH_LUNAR_LONGITUDE {
-            arguments[k].0 += longitude_fix;
-            arguments[k].1 += longitude_fix_rate;
+            arguments[k].0 += correction;
+            arguments[k].1 += correction_rate;
         }
         let mut sums = [(0.0, 0.0); 3];
         for term in &self.terms {
             let weight = if term.quantity == 2 { 1.865 } else { 1.0 };
-            if term.amplitude.abs() < least_arcsec * weight {
+            if term.amplitude.abs() < min_arcsec * weight {
                 continue;
             }
             let (mut angle, mut rate) = (term.phase, 0.0);
@@ -97,7 +97,7 @@ impl LunarSeries {
             sums[term.quantity].1 += scale * rate * cos + scale_rate * sin;
         }
         let (mean, mean_rate) = polynomial(&MEAN_LONGITUDE, t);
-        let (v, v_rate) = (mean + longitude_fix + sums[0].0 * ARCSEC, mean_rate + longitude_fix_rate + sums[0].1 * ARCSEC);
+        let (v, v_rate) = (mean + correction + sums[0].0 * ARCSEC, mean_rate + correction_rate + sums[0].1 * ARCSEC);
         let (u, u_rate) = (sums[1].0 * ARCSEC, sums[1].1 * ARCSEC);
         let (r, r_rate) = (sums[2].0 * DISTANCE_RATIO, sums[2].1 * DISTANCE_RATIO);
         let ((sin_v, cos_v), (sin_u, cos_u)) = (v.sin_cos(), u.sin_cos());

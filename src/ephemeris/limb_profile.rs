@@ -73,10 +73,10 @@ impl LimbProfile {
 
     /// Height at a position angle, interpolated linearly.
     pub fn height_km(&self, position_angle_rad: f64) -> f64 {
-        let place = position_angle_rad.rem_euclid(TAU) / TAU * LIMB_POINTS as f64;
+        let index = position_angle_rad.rem_euclid(TAU) / TAU * LIMB_POINTS as f64;
         let at = |k: usize| self.heights_km[k % LIMB_POINTS];
-        let first = place as usize;
-        at(first) + (at(first + 1) - at(first)) * place.fract()
+        let first = index as usize;
+        at(first) + (at(first + 1) - at(first)) * index.fract()
     }
 
     /// Direction from the place to point `k` of the silhouette: unit vector in the Moon's axes. `distance_km`: from the place to the Moon's centre.
@@ -87,11 +87,11 @@ impl LimbProfile {
     }
 }
 
-/// Iterations of the ternary search for the summit: (2/3)^13 is half a hundredth.
+/// Iterations of the ternary search for the summit: (2/3)^13 = 0.005.
 const REFINEMENTS: usize = 13;
 
-/// The greatest distance from the Moon's centre of a view ray that meets ground in the half plane towards `aside`, less the sphere's radius.
-fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, aside: DVec3) -> f64 {
+/// The greatest distance from the Moon's centre of a view ray that meets ground in the half plane towards `limb_direction`, less the sphere's radius.
+fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, limb_direction: DVec3) -> f64 {
     let [_, greatest_km] = map.range_km();
     let sphere_km = map.sphere_km();
     // Distance from the centre of the view ray through a point at `angle` from the direction to the place.
@@ -100,13 +100,13 @@ fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, aside: DVec3
         distance_km * across / across.hypot(ahead)
     };
     let limb = (sphere_km / distance_km).min(1.0).acos();
-    let ground_km = |angle: f64| ray_km(sphere_km + map.height_km(towards * angle.cos() + aside * angle.sin()), angle);
+    let ground_km = |angle: f64| ray_km(sphere_km + map.height_km(towards * angle.cos() + limb_direction * angle.sin()), angle);
     let step = 0.5 * map.step_rad();
     let (mut best_km, mut best_angle) = (ground_km(limb), limb);
     // Away from the sphere's limb on both sides, until even the map's maximum could not exceed the highest sample.
-    for way in [-1.0, 1.0] {
+    for sign in [-1.0, 1.0] {
         for k in 1.. {
-            let angle = limb + way * step * f64::from(k);
+            let angle = limb + sign * step * f64::from(k);
             if angle <= 0.0 || angle >= limb + FRAC_PI_2 || ray_km(sphere_km + greatest_km, angle) <= best_km {
                 break;
             }
@@ -117,12 +117,12 @@ fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, aside: DVec3
         }
     }
     // The summit lies between the neighbours of the highest sample: a ternary search to a hundredth of a step.
-    let (mut from, mut to) = (best_angle - step, best_angle + step);
+    let (mut low_angle, mut high_angle) = (best_angle - step, best_angle + step);
     for _ in 0..REFINEMENTS {
-        let third = (to - from) / 3.0;
-        let [low, high] = [ground_km(from + third), ground_km(to - third)];
+        let third = (high_angle - low_angle) / 3.0;
+        let [low, high] = [ground_km(low_angle + third), ground_km(high_angle - third)];
         best_km = best_km.max(low).max(high);
-        if low < high { from += third } else { to -= third }
+        if low < high { low_angle += third } else { high_angle -= third }
     }
     best_km - sphere_km
 }
@@ -130,7 +130,7 @@ fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, aside: DVec3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::catalog::lunar_heights::USUAL_SPHERE_KM;
+    use crate::catalog::lunar_heights::DEFAULT_SPHERE_KM;
 
     const COLUMNS: usize = 1440;
 
@@ -141,7 +141,7 @@ mod tests {
             (0..COLUMNS).map(move |column| (latitude, place(column, COLUMNS, 360.0) - 180.0)).collect::<Vec<_>>()
         });
         let km = km.map(|(latitude, longitude)| height(latitude, longitude) as f32).collect();
-        HeightMap::new("made", COLUMNS, km, -180.0, USUAL_SPHERE_KM).expect("a map")
+        HeightMap::new("made", COLUMNS, km, -180.0, DEFAULT_SPHERE_KM).expect("a map")
     }
 
     fn from(latitude_deg: f64, longitude_deg: f64, distance_km: f64) -> DVec3 {
@@ -165,7 +165,7 @@ mod tests {
     fn summits_behind_and_in_front_of_the_limb_count() {
         for (behind_deg, seen) in [(0.0, true), (2.0, true), (-2.0, true), (4.0, true), (6.5, false)] {
             // A ridge of 9 km that crosses the equator, east, wider than the spacing of the profile's points; the place's limb is 89.73 degrees away.
-            let limb_deg = (USUAL_SPHERE_KM / 370_000.0_f64).acos().to_degrees();
+            let limb_deg = (DEFAULT_SPHERE_KM / 370_000.0_f64).acos().to_degrees();
             let at_deg: f64 = (limb_deg + behind_deg) / 0.25;
             // At the middle of a cell.
             let summit_deg = (at_deg.floor() + 0.5) * 0.25;
@@ -174,8 +174,8 @@ mod tests {
                 (9.0 - 9.0 * beside_deg.hypot(longitude - summit_deg)).max(0.0)
             };
             let profile = LimbProfile::seen_from(&map(hill), from(0.125, 0.0, 370_000.0));
-            let off = (summit_deg - limb_deg).to_radians();
-            let expected = (USUAL_SPHERE_KM + 9.0) * off.cos() - USUAL_SPHERE_KM;
+            let beyond_limb_rad = (summit_deg - limb_deg).to_radians();
+            let expected = (DEFAULT_SPHERE_KM + 9.0) * beyond_limb_rad.cos() - DEFAULT_SPHERE_KM;
             let [_, greatest] = profile.range_km();
             assert_eq!(expected > 0.1, seen, "{expected}");
             assert!((greatest - expected.max(0.0)).abs() < 0.03, "{behind_deg}: {greatest} for {expected}");
@@ -197,7 +197,7 @@ mod tests {
         for k in (0..LIMB_POINTS).step_by(97) {
             let ray = profile.direction(k, place.length());
             assert!((ray.length() - 1.0).abs() < 1e-12);
-            assert!((place.cross(ray).length() - USUAL_SPHERE_KM - profile.heights_km[k]).abs() < 1e-6);
+            assert!((place.cross(ray).length() - DEFAULT_SPHERE_KM - profile.heights_km[k]).abs() < 1e-6);
             let angle = TAU * (k as f64 + 0.5) / LIMB_POINTS as f64;
             let mean = 0.5 * (profile.heights_km[k] + profile.heights_km[(k + 1) % LIMB_POINTS]);
             assert!((profile.height_km(angle) - mean).abs() < 1e-9 && (profile.height_km(angle - TAU) - mean).abs() < 1e-9);

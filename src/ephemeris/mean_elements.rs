@@ -26,14 +26,14 @@ const PLANETS: [([f64; 6], [f64; 6], [f64; 4]); 9] = [
 /// Ratio of the Sun's mass to those of the systems of Jupiter, Saturn, Uranus and Neptune (DE440).
 const SUN_OVER_GIANT: [(i32, f64); 4] = [(5, 1_047.348_6), (6, 3497.898), (7, 22_902.98), (8, 19_412.24)];
 
-/// NAIF code of the origin of `place` in the theories of the planets, the Sun and the Moon; `None` for other places.
-pub fn relative_to(place: i32) -> Option<i32> {
-    match place {
+/// NAIF code of the origin of `target` in the theories of the planets, the Sun and the Moon; `None` for other targets.
+pub fn relative_to(target: i32) -> Option<i32> {
+    match target {
         1..=9 => Some(10),
         10 => Some(0),
         301 => Some(399),
         399 => Some(3),
-        199 | 299 => Some(place / 100),
+        199 | 299 => Some(target / 100),
         _ => None,
     }
 }
@@ -62,20 +62,20 @@ pub fn planet(barycenter: i32, tdb_s: f64) -> Option<State> {
 
 /// The Sun's barycentric state, from the four giant planets; the inner planets move it by 800 km more.
 pub fn sun(tdb_s: f64) -> State {
-    let mut moved = State::REST;
+    let mut barycentric = State::REST;
     let total: f64 = 1.0 + SUN_OVER_GIANT.iter().map(|(_, m)| 1.0 / m).sum::<f64>();
     for (giant, ratio) in SUN_OVER_GIANT {
         let Some(state) = planet(giant, tdb_s) else { continue };
-        let part = -1.0 / (ratio * total);
-        moved = moved.plus(State { pos_km: state.pos_km * part, vel_km_s: state.vel_km_s * part });
+        let fraction = -1.0 / (ratio * total);
+        barycentric = barycentric.plus(State { pos_km: state.pos_km * fraction, vel_km_s: state.vel_km_s * fraction });
     }
-    moved
+    barycentric
 }
 
 /// Upper limit of the position's error in km: the largest difference from DE440 at 4000 dates over 1552-2646, as `examples/measure_ephemeris.rs` prints it,
 /// rounded up. Outside that span it grows linearly with time; a test verifies this for the planets against VSOP87 from 3000 BC to AD 3000.
-pub fn error_km(place: i32, tdb_s: f64) -> f64 {
-    let worst_km = match place {
+pub fn error_km(target: i32, tdb_s: f64) -> f64 {
+    let worst_km = match target {
         1 => 8_000.0,
         2 => 34_000.0,
         3 => 36_000.0,

@@ -1,7 +1,7 @@
 //! Positions, velocities and orientations of bodies: f64, kilometres, TDB, ICRF.
 //!
-//! In: a catalog and an instant. Out: states. Each place is defined relative to another (Moon to Earth, Earth to the Earth-Moon barycentre, and so on to
-//! the solar system's); a state is the difference of two chains up to their first common place. Always: the result names the least accurate source that it
+//! In: a catalog and an instant. Out: states. Each target, a body or a barycentre, has a state relative to another target (Moon to Earth, Earth to the Earth-Moon barycentre, and so on
+//! to the solar system's); the state of a body relative to a centre is the difference of two such chains up to their first common target. Always: the result names the least accurate source that it
 //! used and an upper limit of its error. No file is read here: the caller passes bytes.
 
 pub mod apparent;
@@ -99,7 +99,7 @@ pub fn angle_rad(a: DVec3, b: DVec3) -> f64 {
 #[error("{0}")]
 pub struct EphemerisError(pub String);
 
-/// One step of a chain: from a place to its origin.
+/// The evaluated link of a chain: a target relative to its origin.
 #[derive(Clone, Copy, Debug)]
 struct LinkState {
     state: State,
@@ -107,7 +107,7 @@ struct LinkState {
     error_km: f64,
 }
 
-/// The source of a step, found without evaluating it, so that only the steps that a result needs are evaluated.
+/// How a link is evaluated. Links are found before they are evaluated, so that only those that a result needs are.
 #[derive(Clone, Copy)]
 enum Theory<'a> {
     Kernel {
@@ -121,10 +121,10 @@ enum Theory<'a> {
     Orbit(&'a Motion),
 }
 
-/// A step that is not evaluated yet.
+/// A link of a chain before it is evaluated.
 #[derive(Clone, Copy)]
 struct ChainLink<'a> {
-    place: NaifId,
+    target: NaifId,
     from: NaifId,
     theory: Theory<'a>,
 }
@@ -193,26 +193,28 @@ impl Ephemeris {
         if !t.tdb_seconds_past_j2000().is_finite() {
             return Err(EphemerisError("the time is not a number".into()));
         }
-        let (up, down) = (self.chain(body, t, source), self.chain(center, t, source));
-        // The common part of both chains cancels: the Sun's own place is not needed if the Sun is the centre.
-        let common = up.places().find_map(|(i, p)| down.places().find_map(|(j, q)| (p == q).then_some((i, j))));
-        let Some((up_len, down_len)) = common else {
-            let incomplete = if up.end() == NaifId::SOLAR_SYSTEM_BARYCENTER { &down } else { &up };
+        let (from_body, from_center) = (self.chain(body, t, source), self.chain(center, t, source));
+        // The common part of both chains cancels: the Sun's barycentric state is not needed if the Sun is the centre.
+        let common = from_body.targets().find_map(|(i, p)| from_center.targets().find_map(|(j, q)| (p == q).then_some((i, j))));
+        let Some((body_links, center_links)) = common else {
+            let incomplete = if from_body.end() == NaifId::SOLAR_SYSTEM_BARYCENTER { &from_center } else { &from_body };
             return Err(self.no_theory(incomplete.end(), t, source));
         };
         let mut result = SourcedState { state: State::REST, source: source.unwrap_or(Source::Kernel), error_km: 0.0 };
-        for (link, back) in up.links(up_len).map(|link| (link, false)).chain(down.links(down_len).map(|link| (link, true))) {
-            let step = self.step(link, t).ok_or_else(|| self.no_theory(link.place, t, source))?;
-            result.state = if back { result.state.minus(step.state) } else { result.state.plus(step.state) };
-            result.source = result.source.min(step.source);
-            result.error_km += step.error_km;
+        for (link, is_subtracted) in
+            from_body.links(body_links).map(|link| (link, false)).chain(from_center.links(center_links).map(|link| (link, true)))
+        {
+            let evaluated = self.evaluate(link, t).ok_or_else(|| self.no_theory(link.target, t, source))?;
+            result.state = if is_subtracted { result.state.minus(evaluated.state) } else { result.state.plus(evaluated.state) };
+            result.source = result.source.min(evaluated.source);
+            result.error_km += evaluated.error_km;
         }
         Ok(result)
     }
 
     /// Rotation `body_from_icrf` (rows are the body's axes) at `t`.
     pub fn body_from_icrf(&self, body: NaifId, t: Instant) -> Result<DMat3, EphemerisError> {
-        let unknown = |why: &str| EphemerisError(format!("how {} is turned is not known: {why}", self.name_of(body)));
+        let unknown = |why: &str| EphemerisError(format!("the orientation of {} is unknown: {why}", self.name_of(body)));
         if !in_years(t, ORBIT_YEARS) {
             return Err(unknown("the time is more than 20000 years away"));
         }
@@ -235,7 +237,7 @@ impl Ephemeris {
         }
     }
 
-    /// The place of `body` with light time from `observer_pos_km` (barycentric ICRF) at `t`: barycentric position at the time of emission, and that
+    /// The position of `body` with light time from `observer_pos_km` (barycentric ICRF) at `t`: barycentric position at the time of emission, and that
     /// time.
     pub fn light_time_position(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Result<(DVec3, Instant), EphemerisError> {
         let mut emitted = t;
@@ -245,77 +247,77 @@ impl Ephemeris {
             let state = self.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, None)?.state;
             let light_s = (state.pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;
             let next = t.plus_seconds(-light_s);
-            let late_s = next.tdb_seconds_past_j2000() - emitted.tdb_seconds_past_j2000();
+            let correction_s = next.tdb_seconds_past_j2000() - emitted.tdb_seconds_past_j2000();
             emitted = next;
-            if late_s.abs() < 1.0 || round == 5 {
-                return Ok((state.pos_km + state.vel_km_s * late_s, emitted));
+            if correction_s.abs() < 1.0 || round == 5 {
+                return Ok((state.pos_km + state.vel_km_s * correction_s, emitted));
             }
         }
         unreachable!("the loop returns in its sixth round")
     }
 
-    /// The steps from `place` towards the solar system barycentre, as far as the theories go.
-    fn chain(&self, place: NaifId, t: Instant, source: Option<Source>) -> Chain<'_> {
-        let mut chain = Chain { first: place, links: [None; LONGEST_CHAIN] };
-        let mut at = place;
-        for slot in &mut chain.links {
-            if at == NaifId::SOLAR_SYSTEM_BARYCENTER {
+    /// The steps from `target` towards the solar system barycentre, as far as the theories go.
+    fn chain(&self, target: NaifId, t: Instant, source: Option<Source>) -> Chain<'_> {
+        let mut chain = Chain { first: target, links: [None; LONGEST_CHAIN] };
+        let mut current = target;
+        for next in &mut chain.links {
+            if current == NaifId::SOLAR_SYSTEM_BARYCENTER {
                 break;
             }
-            let Some(link) = self.link(at, t, source) else { break };
-            at = link.from;
-            *slot = Some(link);
+            let Some(link) = self.link(current, t, source) else { break };
+            current = link.from;
+            *next = Some(link);
         }
         chain
     }
 
-    /// The best source for `place` at `t`, and its origin.
-    fn link(&self, place: NaifId, t: Instant, source: Option<Source>) -> Option<ChainLink<'_>> {
+    /// The best source for `target` at `t`, and its origin.
+    fn link(&self, target: NaifId, t: Instant, source: Option<Source>) -> Option<ChainLink<'_>> {
         let tdb_s = t.tdb_seconds_past_j2000();
-        let link = |from: i32, theory| Some(ChainLink { place, from: NaifId(from), theory });
+        let link = |from: i32, theory| Some(ChainLink { target, from: NaifId(from), theory });
         if source.is_none_or(|s| s == Source::Kernel)
-            && let Some((at, segment)) = self.kernels.iter().enumerate().find_map(|(i, k)| Some((i, k.segment(place.0, tdb_s)?)))
+            && let Some((index, segment)) = self.kernels.iter().enumerate().find_map(|(i, k)| Some((i, k.segment(target.0, tdb_s)?)))
         {
-            let shipped = at + 1 == self.kernels.len();
-            let error_km = if shipped { kernel_error_km(place) } else { f64::INFINITY };
+            let is_shipped = index + 1 == self.kernels.len();
+            let error_km = if is_shipped { kernel_error_km(target) } else { f64::INFINITY };
             return link(segment.center, Theory::Kernel { segment, error_km });
         }
         if source.is_none_or(|s| s == Source::Series)
             && in_years(t, SERIES_YEARS)
-            && let Some(from) = self.series.relative_to(place.0, tdb_s)
+            && let Some(from) = self.series.relative_to(target.0, tdb_s)
         {
             return link(from, Theory::Series);
         }
         if source.is_none_or(|s| s == Source::Mean)
             && in_years(t, MEAN_YEARS)
-            && let Some(from) = mean_elements::relative_to(place.0)
+            && let Some(from) = mean_elements::relative_to(target.0)
         {
             return link(from, Theory::Mean);
         }
-        if has_massive_moons(place) {
-            return link(place.0 / 100, Theory::MassCentre);
+        if has_massive_moons(target) {
+            return link(target.0 / 100, Theory::MassCentre);
         }
-        match self.orbits.get(&place)? {
+        match self.orbits.get(&target)? {
             Orbit { motion: Motion::Planetary, .. } => None,
             Orbit { parent, motion } => link(parent.0, Theory::Orbit(motion)),
         }
     }
 
-    fn step(&self, link: &ChainLink, t: Instant) -> Option<LinkState> {
-        let (place, tdb_s) = (link.place, t.tdb_seconds_past_j2000());
+    fn evaluate(&self, link: &ChainLink, t: Instant) -> Option<LinkState> {
+        let (target, tdb_s) = (link.target, t.tdb_seconds_past_j2000());
         let (state, source, error_km) = match link.theory {
             Theory::Kernel { segment, error_km } => (segment.state(tdb_s), Source::Kernel, error_km),
-            Theory::Series => (self.series.state(place.0, tdb_s)?, Source::Series, series::error_km(place.0, tdb_s)),
-            Theory::Mean => (self.mean_state(place.0, tdb_s)?, Source::Mean, mean_elements::error_km(place.0, tdb_s)),
-            Theory::MassCentre => return self.centre_from_barycentre(place, t),
-            Theory::Orbit(motion) => return self.orbit_step(place, motion, t),
+            Theory::Series => (self.series.state(target.0, tdb_s)?, Source::Series, series::error_km(target.0, tdb_s)),
+            Theory::Mean => (self.mean_state(target.0, tdb_s)?, Source::Mean, mean_elements::error_km(target.0, tdb_s)),
+            Theory::MassCentre => return self.centre_from_barycentre(target, t),
+            Theory::Orbit(motion) => return self.orbit_step(target, motion, t),
         };
         Some(LinkState { state, source, error_km })
     }
 
-    fn mean_state(&self, place: i32, tdb_s: f64) -> Option<State> {
-        match place {
-            1..=9 => mean_elements::planet(place, tdb_s),
+    fn mean_state(&self, target: i32, tdb_s: f64) -> Option<State> {
+        match target {
+            1..=9 => mean_elements::planet(target, tdb_s),
             10 => Some(mean_elements::sun(tdb_s)),
             301 => Some(self.series.mean_moon(tdb_s)),
             399 => Some(series::earth_from_moon(self.series.mean_moon(tdb_s))),
@@ -324,7 +326,7 @@ impl Ephemeris {
     }
 
     /// A body relative to its parent, by its theory. The theories of moons and asteroids serve every `source`, because there are no others.
-    fn orbit_step(&self, place: NaifId, motion: &Motion, t: Instant) -> Option<LinkState> {
+    fn orbit_step(&self, target: NaifId, motion: &Motion, t: Instant) -> Option<LinkState> {
         if !in_years(t, ORBIT_YEARS) {
             return None;
         }
@@ -332,7 +334,7 @@ impl Ephemeris {
             Motion::Planetary => return None,
             Motion::GalileanL12 { index } => (self.theories.galilean.state(*index, t)?, Source::Series, galilean::error_km(*index, t)),
             Motion::Tass17 { index } => (self.theories.saturn.state(*index, t)?, Source::Series, tass::error_km(*index, t)),
-            Motion::MeanElements(elements) => (two_body::state(elements, t), Source::Mean, drift::error_km(place, elements, t)),
+            Motion::MeanElements(elements) => (two_body::state(elements, t), Source::Mean, drift::error_km(target, elements, t)),
         };
         Some(LinkState { state, source, error_km })
     }
@@ -344,19 +346,19 @@ impl Ephemeris {
         if let Some((.., known)) = recent_centres.iter().find(|(of, at, _)| *of == planet && *at == t) {
             return Some(*known);
         }
-        let mut step = LinkState { state: State::REST, source: Source::Kernel, error_km: OMITTED_MOONS_KM };
+        let mut centre = LinkState { state: State::REST, source: Source::Kernel, error_km: OMITTED_MOONS_KM };
         for share in self.mass_shares.get(&planet).map_or(&[][..], Vec::as_slice) {
             let moon = self.orbit_step(share.moon, &self.orbits.get(&share.moon)?.motion, t)?;
-            step.state.pos_km -= moon.state.pos_km * share.mass_share;
-            step.state.vel_km_s -= moon.state.vel_km_s * share.mass_share;
-            step.source = step.source.min(moon.source);
-            step.error_km += moon.error_km * share.mass_share;
+            centre.state.pos_km -= moon.state.pos_km * share.mass_share;
+            centre.state.vel_km_s -= moon.state.vel_km_s * share.mass_share;
+            centre.source = centre.source.min(moon.source);
+            centre.error_km += moon.error_km * share.mass_share;
         }
         if recent_centres.len() >= MAX_RECENT_CENTRES {
             recent_centres.pop_front();
         }
-        recent_centres.push_back((planet, t, step));
-        Some(step)
+        recent_centres.push_back((planet, t, centre));
+        Some(centre)
     }
 }
 
@@ -368,8 +370,8 @@ const MEAN_YEARS: (f64, f64) = (-3000.0, 3001.0);
 const ORBIT_YEARS: (f64, f64) = (-20_000.0, 20_000.0);
 
 /// Planets whose centre is computed from the masses of their moons.
-fn has_massive_moons(place: NaifId) -> bool {
-    matches!(place.0, 499 | 599 | 699 | 799 | 899 | 999)
+fn has_massive_moons(target: NaifId) -> bool {
+    matches!(target.0, 499 | 599 | 699 | 799 | 899 | 999)
 }
 
 fn in_years(t: Instant, (first, last): (f64, f64)) -> bool {
@@ -401,20 +403,20 @@ fn mass_shares(catalog: &Catalog) -> HashMap<NaifId, Vec<MassShare>> {
     mass_shares
 }
 
-/// A chain of places without an allocation; empty slots come last.
+/// A chain of targets without an allocation; absent links come last.
 struct Chain<'a> {
     first: NaifId,
     links: [Option<ChainLink<'a>>; LONGEST_CHAIN],
 }
 
 impl<'a> Chain<'a> {
-    /// The first `len` steps.
+    /// The first `len` links.
     fn links(&self, len: usize) -> impl Iterator<Item = &ChainLink<'a>> {
         self.links[..len].iter().flatten()
     }
 
-    /// Each place with the number of steps that lead to it.
-    fn places(&self) -> impl Iterator<Item = (usize, NaifId)> {
+    /// Each target with the number of links that lead to it.
+    fn targets(&self) -> impl Iterator<Item = (usize, NaifId)> {
         std::iter::once(self.first).chain(self.links(LONGEST_CHAIN).map(|link| link.from)).enumerate()
     }
 
@@ -424,8 +426,8 @@ impl<'a> Chain<'a> {
 }
 
 /// Worst error of a shipped segment against DE440, km; printed by `examples/bake_kernel.rs` and rounded up.
-fn kernel_error_km(place: NaifId) -> f64 {
-    match place.0 {
+fn kernel_error_km(target: NaifId) -> f64 {
+    match target.0 {
         10 => 0.1,
         1 | 2 => 0.5,
         3 => 0.3,

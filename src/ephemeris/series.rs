@@ -1,6 +1,6 @@
-//! The planets by VSOP87 (crate vsop87, full theory), the Sun's place from VSOP87E, and Pluto by a refit of DE440 for 1551-2646.
+//! The planets by VSOP87 (crate vsop87, full theory), the Sun's position from VSOP87E, and Pluto by a refit of DE440 for 1551-2646.
 //!
-//! In: a place and an instant. Out: a state relative to the theory's origin, ICRF. The planets' series have thousands of terms, so they are evaluated at
+//! In: a target and an instant. Out: a state relative to the theory's origin, ICRF. The planets' series have thousands of terms, so they are evaluated at
 //! the nodes of Chebyshev polynomials (src/ephemeris/chebyshev_cache.rs), which agree with them to 4e-3 km, the resolution of a Julian date in a double,
 //! and to 2e-6 km/s (tests/ephemeris/positions.rs). [`error_km`] bounds the errors against DE440.
 
@@ -33,40 +33,40 @@ impl Series {
         })
     }
 
-    /// NAIF code of the origin of the series of `place`; `None` without a series.
-    pub fn relative_to(&self, place: i32, tdb_s: f64) -> Option<i32> {
-        match place {
+    /// NAIF code of the origin of the series of `target`; `None` without a series.
+    pub fn relative_to(&self, target: i32, tdb_s: f64) -> Option<i32> {
+        match target {
             9 => self.pluto.segment(9, tdb_s).map(|segment| segment.center),
-            _ => super::mean_elements::relative_to(place),
+            _ => super::mean_elements::relative_to(target),
         }
     }
 
-    /// The span in which the series are valid for `place`, TDB seconds past J2000; infinite if they have no limit of their own.
-    pub fn reach(&self, place: i32) -> Option<(f64, f64)> {
-        match place {
-            9 => self.pluto.reach(9),
-            _ => super::mean_elements::relative_to(place).map(|_| (f64::NEG_INFINITY, f64::INFINITY)),
+    /// The span in which the series are valid for `target`, TDB seconds past J2000; infinite if they have no limit of their own.
+    pub fn coverage(&self, target: i32) -> Option<(f64, f64)> {
+        match target {
+            9 => self.pluto.coverage(9),
+            _ => super::mean_elements::relative_to(target).map(|_| (f64::NEG_INFINITY, f64::INFINITY)),
         }
     }
 
-    /// State of `place` relative to its origin; `None` without a series.
-    pub fn state(&self, place: i32, tdb_s: f64) -> Option<State> {
-        match place {
-            9 => self.pluto.step(9, tdb_s).map(|(_, state)| state),
+    /// State of `target` relative to its origin; `None` without a series.
+    pub fn state(&self, target: i32, tdb_s: f64) -> Option<State> {
+        match target {
+            9 => self.pluto.state_and_center(9, tdb_s).map(|(_, state)| state),
             301 => Some(self.moon.state(tdb_s, 0.0)),
             399 => Some(earth_from_moon(self.moon.state(tdb_s, 0.0))),
             199 | 299 => Some(State::REST),
             _ => {
-                let theory = planetary(place)?;
-                let days = if place == 1 { MERCURY_SEGMENT_DAYS } else { SEGMENT_DAYS };
-                Some(self.segments.state(place, days, tdb_s, |tdb_s| theory_position_km(theory, tdb_s)))
+                let theory = planetary(target)?;
+                let days = if target == 1 { MERCURY_SEGMENT_DAYS } else { SEGMENT_DAYS };
+                Some(self.segments.state(target, days, tdb_s, |tdb_s| theory_position_km(theory, tdb_s)))
             }
         }
     }
 
-    /// The position of a planet or of the Sun directly from its series, km; `None` for other places.
-    pub fn evaluate_km(place: i32, tdb_s: f64) -> Option<DVec3> {
-        planetary(place).map(|theory| theory_position_km(theory, tdb_s))
+    /// The position of a planet or of the Sun directly from its series, km; `None` for other targets.
+    pub fn evaluate_km(target: i32, tdb_s: f64) -> Option<DVec3> {
+        planetary(target).map(|theory| theory_position_km(theory, tdb_s))
     }
 
     /// The Moon's geocentric state by its largest terms only: mean motion, equation of the centre, evection, variation and the like.
@@ -77,15 +77,15 @@ impl Series {
 
 /// The Earth's state relative to the Earth-Moon barycentre, from the Moon's geocentric one.
 pub fn earth_from_moon(moon: State) -> State {
-    let part = -1.0 / (1.0 + EARTH_MOON_MASS_RATIO);
-    State { pos_km: moon.pos_km * part, vel_km_s: moon.vel_km_s * part }
+    let fraction = -1.0 / (1.0 + EARTH_MOON_MASS_RATIO);
+    State { pos_km: moon.pos_km * fraction, vel_km_s: moon.vel_km_s * fraction }
 }
 
 /// Position in astronomical units, ecliptic of J2000, as a function of the Julian date.
-type Theory = fn(f64) -> RectangularCoordinates;
+type VsopSeries = fn(f64) -> RectangularCoordinates;
 
-fn planetary(place: i32) -> Option<Theory> {
-    Some(match place {
+fn planetary(target: i32) -> Option<VsopSeries> {
+    Some(match target {
         1 => vsop87a::mercury,
         2 => vsop87a::venus,
         3 => vsop87a::earth_moon,
@@ -99,15 +99,15 @@ fn planetary(place: i32) -> Option<Theory> {
     })
 }
 
-fn theory_position_km(theory: Theory, tdb_s: f64) -> DVec3 {
+fn theory_position_km(theory: VsopSeries, tdb_s: f64) -> DVec3 {
     let p = theory(tdb_s / SECONDS_PER_DAY + JD_J2000);
     frames::icrf_from_ecliptic() * (DVec3::new(p.x, p.y, p.z) * KM_PER_AU)
 }
 
 /// Upper limit of the position's error in km: the largest difference from DE440 at 4000 dates over 1552-2646, as `examples/measure_ephemeris.rs` prints it,
 /// rounded up. Outside that span it grows with the square of time; that growth is an assumption and was not measured.
-pub fn error_km(place: i32, tdb_s: f64) -> f64 {
-    let worst_km = match place {
+pub fn error_km(target: i32, tdb_s: f64) -> f64 {
+    let worst_km = match target {
         1 => 125.0,
         2 => 70.0,
         3 => 150.0,
@@ -122,6 +122,6 @@ pub fn error_km(place: i32, tdb_s: f64) -> f64 {
         399 => 0.1,
         _ => 0.001,
     };
-    let beyond = (tdb_s / (640.0 * 365.25 * SECONDS_PER_DAY)).abs().max(1.0);
-    worst_km * beyond * beyond
+    let growth = (tdb_s / (640.0 * 365.25 * SECONDS_PER_DAY)).abs().max(1.0);
+    worst_km * growth * growth
 }

@@ -124,14 +124,14 @@ impl Spk {
                 if frame != 1 {
                     return Err(wrong(format!("segment of {target}: frame {frame}; only ICRF (1) is read")));
                 }
-                let read = |e: &dyn std::fmt::Display| wrong(format!("segment of {target}: {e}"));
-                let (record_len, components, data) = match summary.data_type().map_err(|e| read(&e))? {
+                let segment_error = |e: &dyn std::fmt::Display| wrong(format!("segment of {target}: {e}"));
+                let (record_len, components, data) = match summary.data_type().map_err(|e| segment_error(&e))? {
                     DafDataType::Type2ChebyshevTriplet => {
-                        let set: Type2ChebyshevSet = spk.nth_data(block, index).map_err(|e| read(&e))?;
+                        let set: Type2ChebyshevSet = spk.nth_data(block, index).map_err(|e| segment_error(&e))?;
                         (set.rsize, 3, set.record_data.get(..set.rsize * set.num_records).unwrap_or(&[]))
                     }
                     DafDataType::Type3ChebyshevSextuplet => {
-                        let set: Type3ChebyshevSet = spk.nth_data(block, index).map_err(|e| read(&e))?;
+                        let set: Type3ChebyshevSet = spk.nth_data(block, index).map_err(|e| segment_error(&e))?;
                         (set.rsize, 6, set.record_data.get(..set.rsize * set.num_records).unwrap_or(&[]))
                     }
                     other => return Err(wrong(format!("segment of {target}: data of kind {other:?}; types 2 and 3 are read"))),
@@ -151,8 +151,8 @@ impl Spk {
                     components,
                     data: data.to_vec(),
                 };
-                let whole = record_len >= 2 + components && (record_len - 2).is_multiple_of(components) && data.len() >= record_len;
-                if !whole || !segment.length_s.is_finite() || segment.length_s <= 0.0 || data.iter().any(|d| !d.is_finite()) {
+                let is_complete = record_len >= 2 + components && (record_len - 2).is_multiple_of(components) && data.len() >= record_len;
+                if !is_complete || !segment.length_s.is_finite() || segment.length_s <= 0.0 || data.iter().any(|d| !d.is_finite()) {
                     return Err(wrong(format!("segment of {target}: broken records; fetch the file again")));
                 }
                 // A later segment of a file has precedence over an earlier one (SPK Required Reading).
@@ -170,8 +170,8 @@ impl Spk {
         Ok(Self { name: name.to_owned(), by_target })
     }
 
-    /// State of `target` relative to the centre of the segment that covers the instant, with that centre.
-    pub fn step(&self, target: i32, tdb_s: f64) -> Option<(i32, State)> {
+    /// The centre of the segment that covers the instant, and the state of `target` relative to it.
+    pub fn state_and_center(&self, target: i32, tdb_s: f64) -> Option<(i32, State)> {
         self.segment(target, tdb_s).map(|segment| (segment.center, segment.state(tdb_s)))
     }
 
@@ -181,16 +181,16 @@ impl Spk {
     }
 
     /// The first and the last second that any segment of `target` covers.
-    pub fn reach(&self, target: i32) -> Option<(f64, f64)> {
+    pub fn coverage(&self, target: i32) -> Option<(f64, f64)> {
         let spans = self.by_target.get(&target)?.iter().map(|s| (s.start_s, s.end_s));
         spans.reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
     }
 
     /// State of `target` relative to `center` from this file only, by following both chains of centres.
     pub fn state(&self, target: i32, center: i32, tdb_s: f64) -> Option<State> {
-        let to_root = |mut id: i32| {
+        let chain_of_centres = |mut id: i32| {
             let mut path = vec![(id, State { pos_km: DVec3::ZERO, vel_km_s: DVec3::ZERO })];
-            while let Some((next, step)) = self.step(id, tdb_s) {
+            while let Some((next, step)) = self.state_and_center(id, tdb_s) {
                 let so_far = path[path.len() - 1].1;
                 path.push((next, State { pos_km: so_far.pos_km + step.pos_km, vel_km_s: so_far.vel_km_s + step.vel_km_s }));
                 id = next;
@@ -200,7 +200,7 @@ impl Spk {
             }
             path
         };
-        let (from_target, from_center) = (to_root(target), to_root(center));
+        let (from_target, from_center) = (chain_of_centres(target), chain_of_centres(center));
         from_target.iter().find_map(|(id, a)| {
             let (_, b) = from_center.iter().find(|(other, _)| other == id)?;
             Some(State { pos_km: a.pos_km - b.pos_km, vel_km_s: a.vel_km_s - b.vel_km_s })
@@ -257,8 +257,8 @@ mod tests {
         put(1024 + 16, &1.0_f64.to_le_bytes());
         put(1024 + 24, &(-100.0_f64).to_le_bytes());
         put(1024 + 32, &100.0_f64.to_le_bytes());
-        for (i, whole) in [399, 3, 1, data_type, first, last].into_iter().enumerate() {
-            put(1024 + 40 + 4 * i, &i32::to_le_bytes(whole));
+        for (i, integer) in [399, 3, 1, data_type, first, last].into_iter().enumerate() {
+            put(1024 + 40 + 4 * i, &i32::to_le_bytes(integer));
         }
         put(2048, &[b' '; 1024]);
         for (i, number) in data.iter().enumerate() {
@@ -272,14 +272,14 @@ mod tests {
         // Midpoint, radius, then two coefficients of x, y, z and of their velocities, which differ from the slopes of the positions.
         let record = [0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0, 7.0, 0.5, 8.0, 0.25, 9.0, -1.0];
         let spk = Spk::parse("x.bsp", &file_of(3, &record)).expect("a kernel");
-        let (from, state) = spk.step(399, 50.0).expect("the Earth");
+        let (from, state) = spk.state_and_center(399, 50.0).expect("the Earth");
         assert_eq!(from, 3);
         assert!((state.pos_km - DVec3::new(6.0, 12.0, 18.0)).length() < 1e-12, "{}", state.pos_km);
         assert!((state.vel_km_s - DVec3::new(7.25, 8.125, 8.5)).length() < 1e-12, "{}", state.vel_km_s);
-        assert!(spk.step(399, 100.5).is_none() && spk.step(301, 50.0).is_none());
+        assert!(spk.state_and_center(399, 100.5).is_none() && spk.state_and_center(301, 50.0).is_none());
         // With type 2, the velocity is the slope of the same positions.
         let spk = Spk::parse("x.bsp", &file_of(2, &record[..8])).expect("a kernel");
-        let (_, state) = spk.step(399, 50.0).expect("the Earth");
+        let (_, state) = spk.state_and_center(399, 50.0).expect("the Earth");
         assert!((state.vel_km_s - DVec3::new(0.1, 0.2, 0.3)).length() < 1e-12, "{}", state.vel_km_s);
     }
 

@@ -131,12 +131,12 @@ impl ObserverSky<'_> {
     }
 
     /// Altitude of the target's upper limb above the apparent horizon, degrees.
-    fn above(&self, target: NaifId, t: Instant) -> Result<f64, EphemerisError> {
-        let seen = self.topocentric(target, t)?;
+    fn upper_limb_altitude_deg(&self, target: NaifId, t: Instant) -> Result<f64, EphemerisError> {
+        let horizontal = self.topocentric(target, t)?;
         let refraction = if self.place.body == NaifId::EARTH { REFRACTION_DEG } else { 0.0 };
         // Almanacs treat planets and stars as points, but use the upper limb of the Sun and the Moon. Here every disc of comparable size has a limb.
-        let limb = if seen.semidiameter_deg > 0.05 { seen.semidiameter_deg } else { 0.0 };
-        Ok(seen.altitude_deg + refraction + limb)
+        let limb = if horizontal.semidiameter_deg > 0.05 { horizontal.semidiameter_deg } else { 0.0 };
+        Ok(horizontal.altitude_deg + refraction + limb)
     }
 
     /// Rising, transit and setting within `length_s` of `start`.
@@ -144,24 +144,24 @@ impl ObserverSky<'_> {
     /// # Errors
     /// As [`Self::topocentric`].
     pub fn day(&self, target: NaifId, start: Instant, length_s: f64) -> Result<RiseSetTimes, EphemerisError> {
-        let height = |s: f64| self.above(target, start.plus_seconds(s));
-        let (rises, sets) = first_crossings(length_s, height)?;
-        let seen = |s: f64| self.topocentric(target, start.plus_seconds(s));
+        let altitude = |s: f64| self.upper_limb_altitude_deg(target, start.plus_seconds(s));
+        let (rises, sets) = first_crossings(length_s, altitude)?;
+        let horizontal = |s: f64| self.topocentric(target, start.plus_seconds(s));
         // The target passes the meridian twice. Only the upper passage, at an hour angle of 0, is its transit.
-        let westward = |s: f64| Ok(seen(s)?.hour_angle_deg.to_radians().sin());
+        let westward = |s: f64| Ok(horizontal(s)?.hour_angle_deg.to_radians().sin());
         let (to_west, to_east) = first_crossings(length_s, westward)?;
         let mut transit = None;
         for s in [to_west, to_east].into_iter().flatten() {
-            let passes = seen(s)?;
-            if passes.hour_angle_deg.abs() < 90.0 {
-                transit = Some((start.plus_seconds(s), passes.altitude_deg));
+            let at_meridian = horizontal(s)?;
+            if at_meridian.hour_angle_deg.abs() < 90.0 {
+                transit = Some((start.plus_seconds(s), at_meridian.altitude_deg));
             }
         }
         Ok(RiseSetTimes {
             rise: rises.map(|s| start.plus_seconds(s)),
             set: sets.map(|s| start.plus_seconds(s)),
             transit,
-            up_at_start: height(0.0)? > 0.0,
+            up_at_start: altitude(0.0)? > 0.0,
         })
     }
 
@@ -182,25 +182,25 @@ impl ObserverSky<'_> {
         Ok([rises, sets].map(|s| s.map(|s| start.plus_seconds(s))))
     }
 
-    /// The first passage of `before` in front of `target` within `length_s` of `start`, above the horizon or not.
+    /// The first passage of `occulting` in front of `target` within `length_s` of `start`, above the horizon or not.
     ///
     /// # Errors
     /// As [`Self::topocentric`].
-    pub fn passage(&self, target: NaifId, before: NaifId, start: Instant, length_s: f64) -> Result<Option<DiscPassage>, EphemerisError> {
+    pub fn passage(&self, target: NaifId, occulting: NaifId, start: Instant, length_s: f64) -> Result<Option<DiscPassage>, EphemerisError> {
         // Overlap of the discs in degrees; negative if they are apart.
         let overlap = |s: f64| -> Result<f64, EphemerisError> {
             let t = start.plus_seconds(s);
-            let (far, near) = (self.topocentric(target, t)?, self.topocentric(before, t)?);
+            let (far, near) = (self.topocentric(target, t)?, self.topocentric(occulting, t)?);
             if near.distance_km >= far.distance_km {
                 return Ok(-180.0);
             }
             Ok(far.semidiameter_deg + near.semidiameter_deg - angle_rad(far.direction, near.direction).to_degrees())
         };
         // Almanacs compute first and last contact with a larger Moon than totality.
-        let penumbral = if before == NaifId::MOON { self.catalog.eclipse_radii().penumbral_moon_ratio() } else { 1.0 };
+        let penumbral_ratio = if occulting == NaifId::MOON { self.catalog.eclipse_radii().penumbral_moon_ratio() } else { 1.0 };
         let outer_overlap = |s: f64| -> Result<f64, EphemerisError> {
-            let near = self.topocentric(before, start.plus_seconds(s))?;
-            Ok(overlap(s)? + near.semidiameter_deg * (penumbral - 1.0))
+            let near = self.topocentric(occulting, start.plus_seconds(s))?;
+            Ok(overlap(s)? + near.semidiameter_deg * (penumbral_ratio - 1.0))
         };
         let steps = (length_s / CONTACT_STEP_S).ceil().max(1.0) as usize;
         let mut best: Option<(f64, f64)> = None;
@@ -208,15 +208,15 @@ impl ObserverSky<'_> {
             let s = i as f64 * CONTACT_STEP_S;
             let o = overlap(s)?;
             match best {
-                Some((_, most)) if o > most => best = Some((s, o)),
+                Some((_, deepest)) if o > deepest => best = Some((s, o)),
                 // The passage is over; later overlaps belong to another one.
-                Some((_, most)) if most > 0.0 && o <= 0.0 => break,
+                Some((_, deepest)) if deepest > 0.0 && o <= 0.0 => break,
                 None => best = Some((s, o)),
                 _ => {}
             }
         }
         let Some((near_s, _)) = best else { return Ok(None) };
-        let greatest_s = greatest(near_s - CONTACT_STEP_S, near_s + CONTACT_STEP_S, overlap)?;
+        let greatest_s = time_of_maximum(near_s - CONTACT_STEP_S, near_s + CONTACT_STEP_S, overlap)?;
         let deepest = overlap(greatest_s)?;
         if deepest <= 0.0 {
             return Ok(None);
@@ -238,14 +238,14 @@ impl ObserverSky<'_> {
             }
         };
         let t = start.plus_seconds(greatest_s);
-        let (far, near) = (self.topocentric(target, t)?, self.topocentric(before, t)?);
+        let (far, near) = (self.topocentric(target, t)?, self.topocentric(occulting, t)?);
         // Overlap at which the smaller disc is internally tangent to the larger.
-        let inner_at = |s: f64| -> Result<f64, EphemerisError> {
+        let inner_overlap = |s: f64| -> Result<f64, EphemerisError> {
             let t = start.plus_seconds(s);
-            Ok(overlap(s)? - 2.0 * self.topocentric(target, t)?.semidiameter_deg.min(self.topocentric(before, t)?.semidiameter_deg))
+            Ok(overlap(s)? - 2.0 * self.topocentric(target, t)?.semidiameter_deg.min(self.topocentric(occulting, t)?.semidiameter_deg))
         };
-        let inner = if inner_at(greatest_s)? > 0.0 {
-            Some((start.plus_seconds(contact(-1.0, &inner_at)?), start.plus_seconds(contact(1.0, &inner_at)?)))
+        let inner = if inner_overlap(greatest_s)? > 0.0 {
+            Some((start.plus_seconds(contact(-1.0, &inner_overlap)?), start.plus_seconds(contact(1.0, &inner_overlap)?)))
         } else {
             None
         };
@@ -293,7 +293,7 @@ fn root(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) 
 }
 
 /// The maximum of `f` between `a` and `b`, if it has one peak, by golden-section search.
-fn greatest(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<f64, EphemerisError> {
+fn time_of_maximum(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<f64, EphemerisError> {
     const SECTION: f64 = 0.618_033_988_749_895;
     while b - a > ROOT_TOLERANCE_S {
         let (left, right) = (b - SECTION * (b - a), a + SECTION * (b - a));

@@ -3,7 +3,7 @@
 //! In: centres of the Sun and the Moon relative to the Earth's, GCRS, km. Out: the gap between a cone and the spheroid, and where its axis or its
 //! nearest side meets the ground. The gap is exact: the greatest distance between the spheroid and a plane that touches the cone along a side.
 
-use super::numeric::least;
+use super::numeric::minimum;
 use crate::scene::eclipse::shadow_cone::under_unit_sphere;
 use glam::DVec3;
 
@@ -22,14 +22,14 @@ impl Spheroid {
         v * across + self.pole * (v.dot(self.pole) * (along - across))
     }
 
-    /// Distance from the centre to the tangent plane whose normal is this unit vector.
-    fn reach_km(&self, direction: DVec3) -> f64 {
+    /// The support function: distance from the centre to the tangent plane whose normal is this unit vector.
+    fn support_km(&self, direction: DVec3) -> f64 {
         self.scaled(direction, self.equatorial_km, self.polar_km).length()
     }
 
     /// The point of the surface that lies farthest along a direction.
-    pub(crate) fn farthest_km(&self, direction: DVec3) -> DVec3 {
-        self.scaled(direction, self.equatorial_km.powi(2), self.polar_km.powi(2)) / self.reach_km(direction)
+    pub(crate) fn support_point_km(&self, direction: DVec3) -> DVec3 {
+        self.scaled(direction, self.equatorial_km.powi(2), self.polar_km.powi(2)) / self.support_km(direction)
     }
 
     /// How deep the line through `point_km` along the unit vector `direction` passes below its surface, in squared Earth radii; negative outside.
@@ -45,10 +45,10 @@ impl Spheroid {
         (half_squared >= 0.0).then(|| self.scaled(foot + d * half_squared.sqrt(), self.equatorial_km, self.polar_km))
     }
 
-    /// The line in the space where the spheroid is the unit sphere.
+    /// The line in the unit-sphere frame.
     fn unit_sphere(&self, point_km: DVec3, direction: DVec3) -> (DVec3, DVec3) {
-        let squeezed = |v| self.scaled(v, 1.0 / self.equatorial_km, 1.0 / self.polar_km);
-        (squeezed(point_km), squeezed(direction).normalize())
+        let scaled = |v| self.scaled(v, 1.0 / self.equatorial_km, 1.0 / self.polar_km);
+        (scaled(point_km), scaled(direction).normalize())
     }
 }
 
@@ -57,7 +57,7 @@ impl Spheroid {
 pub(super) struct Cone {
     apex_km: DVec3,
     /// Unit vector from the apex into the cone.
-    opens: DVec3,
+    axis_direction: DVec3,
     sin_half: f64,
 }
 
@@ -66,7 +66,7 @@ impl Cone {
     pub(crate) fn penumbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
         let (to_sun, distance_km) = axis(sun_km, moon_km);
         let sin_half = (sun_radius_km + moon_radius_km) / distance_km;
-        Self { apex_km: moon_km + to_sun * (moon_radius_km / sin_half), opens: -to_sun, sin_half }
+        Self { apex_km: moon_km + to_sun * (moon_radius_km / sin_half), axis_direction: -to_sun, sin_half }
     }
 
     /// The umbra or antumbra: of the two nappes the one that passes the Earth's limb.
@@ -74,26 +74,26 @@ impl Cone {
         let (to_sun, distance_km) = axis(sun_km, moon_km);
         let sin_half = (sun_radius_km - moon_radius_km) / distance_km;
         let apex_km = moon_km - to_sun * (moon_radius_km / sin_half);
-        let total = apex_km.dot(to_sun) < 0.0;
-        Self { apex_km, opens: if total { to_sun } else { -to_sun }, sin_half }
+        let is_total = apex_km.dot(to_sun) < 0.0;
+        Self { apex_km, axis_direction: if is_total { to_sun } else { -to_sun }, sin_half }
     }
 
     /// The axis as a cone without width.
     pub(crate) fn axis(sun_km: DVec3, moon_km: DVec3) -> Self {
-        Self { apex_km: moon_km, opens: -axis(sun_km, moon_km).0, sin_half: 0.0 }
+        Self { apex_km: moon_km, axis_direction: -axis(sun_km, moon_km).0, sin_half: 0.0 }
     }
 
     /// Gap between cone and spheroid, km, negative if they overlap; and the unit vector from the cone's nearest side to the spheroid.
     pub(crate) fn gap_km(&self, earth: &Spheroid) -> (f64, DVec3) {
         let to_centre = -self.apex_km;
-        let aside = to_centre - self.opens * to_centre.dot(self.opens);
-        let across = aside.try_normalize().unwrap_or_else(|| self.opens.any_orthonormal_vector());
-        let other = self.opens.cross(across);
+        let offset_from_axis = to_centre - self.axis_direction * to_centre.dot(self.axis_direction);
+        let across = offset_from_axis.try_normalize().unwrap_or_else(|| self.axis_direction.any_orthonormal_vector());
+        let other = self.axis_direction.cross(across);
         let cos_half = (1.0 - self.sin_half * self.sin_half).sqrt();
-        let normal = |angle: f64| (across * angle.cos() + other * angle.sin()) * cos_half - self.opens * self.sin_half;
-        let gap = |n: DVec3| to_centre.dot(n) - earth.reach_km(n);
-        // The flattening turns the nearest side by 0.2 degrees at most where the cone grazes.
-        let best = normal(least(-0.05, 0.05, 1e-7, |angle| -gap(normal(angle))));
+        let normal = |angle: f64| (across * angle.cos() + other * angle.sin()) * cos_half - self.axis_direction * self.sin_half;
+        let gap = |n: DVec3| to_centre.dot(n) - earth.support_km(n);
+        // The flattening rotates the nearest side by 0.2 degrees at most where the cone grazes.
+        let best = normal(minimum(-0.05, 0.05, 1e-7, |angle| -gap(normal(angle))));
         (gap(best), best)
     }
 }
@@ -114,13 +114,13 @@ mod tests {
     #[test]
     fn gaps_over_pole_and_equator_agree_with_plane_geometry() {
         let sun = DVec3::X * 1.5e8;
-        for (aside, reach_km) in [(DVec3::Y, 6378.0), (DVec3::Z, 6357.0), (DVec3::NEG_Z, 6357.0)] {
+        for (aside, support_km) in [(DVec3::Y, 6378.0), (DVec3::Z, 6357.0), (DVec3::NEG_Z, 6357.0)] {
             let moon = DVec3::X * 4e5 + aside * 7000.0;
             let (to_sun, _) = axis(sun, moon);
             // The centre's distance from the nearest side, by the triangle of apex, centre and side.
             let cone = Cone::penumbra(sun, moon, 696_000.0, 1737.0);
-            let at_apex = crate::ephemeris::angle_rad(-cone.apex_km, cone.opens);
-            let expected = cone.apex_km.length() * (at_apex - cone.sin_half.asin()).sin() - reach_km;
+            let at_apex = crate::ephemeris::angle_rad(-cone.apex_km, cone.axis_direction);
+            let expected = cone.apex_km.length() * (at_apex - cone.sin_half.asin()).sin() - support_km;
             let (gap, towards) = cone.gap_km(&EARTH);
             assert!((gap - expected).abs() < 0.05, "{aside}: {gap} for {expected}");
             assert!(towards.dot(-aside) > 0.999);
@@ -134,6 +134,6 @@ mod tests {
         let at = EARTH.meets_line_km(DVec3::new(4e5, 3000.0, 2000.0), DVec3::X).expect("it meets");
         assert!((at.y - 3000.0).abs() < 1e-9 && (at.z - 2000.0).abs() < 1e-9 && at.x > 0.0);
         assert!(((at.x * at.x + at.y * at.y) / 6378.0_f64.powi(2) + at.z * at.z / 6357.0_f64.powi(2) - 1.0).abs() < 1e-12);
-        assert!((EARTH.farthest_km(DVec3::Z) - DVec3::Z * 6357.0).length() < 1e-9);
+        assert!((EARTH.support_point_km(DVec3::Z) - DVec3::Z * 6357.0).length() < 1e-9);
     }
 }

@@ -7,22 +7,22 @@ use std::cell::RefCell;
 /// Number of terms per axis: over a day and a half of the Moon, or half an orbit of Io, the error is under a metre.
 const TERMS: usize = 14;
 
-/// A fitted position, km; times are seconds from the middle.
+/// A fitted position, km. Times are seconds from the middle of the span.
 #[derive(Clone, Debug)]
-pub(super) struct FittedPlace {
+pub(super) struct FittedPosition {
     half_s: f64,
     axes: [Vec<f64>; 3],
 }
 
-impl FittedPlace {
-    /// Fits `place` from -`half_s` to `half_s`.
+impl FittedPosition {
+    /// Fits `position` from -`half_s` to `half_s`.
     ///
     /// # Errors
-    /// The first error of `place`.
-    pub(crate) fn over(half_s: f64, place: impl Fn(f64) -> Result<DVec3, EphemerisError>) -> Result<Self, EphemerisError> {
+    /// The first error of `position`.
+    pub(crate) fn over(half_s: f64, position: impl Fn(f64) -> Result<DVec3, EphemerisError>) -> Result<Self, EphemerisError> {
         let failed = RefCell::new(None);
         let axes = chebyshev::fit_nodes(TERMS, |u| {
-            place(u * half_s).unwrap_or_else(|e| {
+            position(u * half_s).unwrap_or_else(|e| {
                 failed.borrow_mut().get_or_insert(e);
                 DVec3::ZERO
             })
@@ -42,11 +42,11 @@ mod tests {
     #[test]
     fn an_orbit_is_fitted_and_an_error_is_returned() {
         let circle = |s: f64| DVec3::new((s / 2e4).cos(), (s / 2e4).sin(), 0.0) * 4e5;
-        let fitted = FittedPlace::over(3e4, |s| Ok(circle(s))).expect("a fit");
+        let fitted = FittedPosition::over(3e4, |s| Ok(circle(s))).expect("a fit");
         for i in -30..=30 {
             let s = f64::from(i) * 1e3;
             assert!((fitted.at(s) - circle(s)).length() < 1e-3, "{s}");
         }
-        assert!(FittedPlace::over(1.0, |_| Err(EphemerisError("none".into()))).is_err());
+        assert!(FittedPosition::over(1.0, |_| Err(EphemerisError("none".into()))).is_err());
     }
 }

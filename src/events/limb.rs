@@ -6,7 +6,7 @@
 //! shines through a valley even at maximum, there is no C2 and no C3. Not included: refraction and the Sun's irregular limb. Magnitude and obscuration remain those of the mean limb.
 
 use super::local::{Place, Station};
-use super::numeric::end_of_negative;
+use super::numeric::zero_crossing;
 use super::solar::SolarEclipse;
 use crate::catalog::NaifId;
 use crate::catalog::lunar_heights::HeightMap;
@@ -29,7 +29,7 @@ pub struct LimbContact {
     pub name: &'static str,
     pub time: Instant,
     /// Seconds after the contact of the mean limb; negative if earlier.
-    pub later_s: f64,
+    pub delay_s: f64,
     /// Position angle of the contact on the limb, from celestial north (ICRF) through east.
     pub position_angle_deg: f64,
     /// Height of the silhouette at the contact, above the map's sphere.
@@ -75,9 +75,9 @@ impl<'a> Silhouette<'a> {
         let (sun_km, moon_km) = self.station.sun_and_moon_km(s);
         let sun_radius = (self.station.bodies().sun_km / sun_km.length()).min(1.0).asin();
         let from_sun = (0..LIMB_POINTS).map(|k| (angle_rad(self.direction(k, moon_km), sun_km) - sun_radius, k));
-        let order = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0);
-        let found = if touch == Touch::Any { from_sun.min_by(order) } else { from_sun.max_by(order) };
-        found.unwrap_or((f64::INFINITY, 0))
+        let by_distance = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0);
+        let nearest_or_farthest = if touch == Touch::Any { from_sun.min_by(by_distance) } else { from_sun.max_by(by_distance) };
+        nearest_or_farthest.unwrap_or((f64::INFINITY, 0))
     }
 
     fn contact(&self, name: &'static str, s: f64, touch: Touch, mean_s: f64) -> LimbContact {
@@ -89,7 +89,7 @@ impl<'a> Silhouette<'a> {
         LimbContact {
             name,
             time: self.station.instant(s),
-            later_s: s - mean_s,
+            delay_s: s - mean_s,
             position_angle_deg: edge.dot(east).atan2(edge.dot(north)).to_degrees().rem_euclid(360.0),
             height_km: self.profile.heights_km()[k],
         }
@@ -103,35 +103,35 @@ impl SolarEclipse {
     /// The Moon's orientation at that time is unknown.
     pub fn limb_contacts(&self, place: Place, ephemeris: &Ephemeris, map: &HeightMap) -> Result<Vec<LimbContact>, EphemerisError> {
         let station = self.geometry.station(place);
-        let Some(mean) = station.mean_contacts(self.geometry.greatest_s) else { return Ok(Vec::new()) };
+        let Some(mean_limb) = station.mean_contacts(self.geometry.greatest_s) else { return Ok(Vec::new()) };
         let mut found = Vec::new();
-        // The first instant on the way from `from_s` to `to_s` at which the sign of `outside` is `wanted`, with a silhouette computed for that instant.
-        let first = |name, touch, mean_s: f64, [from_s, to_s]: [f64; 2], wanted: f64| -> Result<Option<LimbContact>, EphemerisError> {
+        // The first instant from `from_s` to `to_s` at which `outside` has the sign `sign`, with a silhouette computed for that instant.
+        let first = |name, touch, mean_s: f64, [from_s, to_s]: [f64; 2], sign: f64| -> Result<Option<LimbContact>, EphemerisError> {
             let mut silhouette = Silhouette::at(&station, ephemeris, map, mean_s)?;
             let mut at_s = None;
             for _ in 0..2 {
-                let before = |s: f64| wanted * silhouette.outside(touch, s).0;
-                let way = if to_s > from_s { STEP_S } else { -STEP_S };
-                let steps = ((to_s - from_s) / way).ceil() as i32;
-                if before(from_s) >= 0.0 {
+                let signed_distance = |s: f64| sign * silhouette.outside(touch, s).0;
+                let step_s = if to_s > from_s { STEP_S } else { -STEP_S };
+                let steps = ((to_s - from_s) / step_s).ceil() as i32;
+                if signed_distance(from_s) >= 0.0 {
                     return Ok(None);
                 }
-                let Some(k) = (1..=steps).find(|k| before(from_s + way * f64::from(*k)) >= 0.0) else { return Ok(None) };
-                let s = end_of_negative(from_s + way * f64::from(k - 1), from_s + way * f64::from(k), before);
+                let Some(k) = (1..=steps).find(|k| signed_distance(from_s + step_s * f64::from(*k)) >= 0.0) else { return Ok(None) };
+                let s = zero_crossing(from_s + step_s * f64::from(k - 1), from_s + step_s * f64::from(k), signed_distance);
                 silhouette = Silhouette::at(&station, ephemeris, map, s)?;
                 at_s = Some(s);
             }
             Ok(at_s.map(|s| silhouette.contact(name, s, touch, mean_s)))
         };
-        let (c1, c4) = mean.outer;
+        let (c1, c4) = mean_limb.outer;
         // Outside is positive before C1 and after C4.
         found.extend(first("C1", Touch::Any, c1, [c1 - SEARCH_S, c1 + SEARCH_S], -1.0)?);
-        if let Some((c2, c3)) = mean.inner {
+        if let Some((c2, c3)) = mean_limb.inner {
             // From the middle outwards: totality ends when a point of the silhouette lies on the Sun, annularity when one lies off the Sun.
-            let (touch, wanted) = if mean.is_annular { (Touch::All, 1.0) } else { (Touch::Any, -1.0) };
+            let (touch, sign) = if mean_limb.is_annular { (Touch::All, 1.0) } else { (Touch::Any, -1.0) };
             let middle = 0.5 * (c2 + c3);
-            let (begin, end) = ((c2 + SEARCH_S).min(middle), (c3 - SEARCH_S).max(middle));
-            let inner = [first("C2", touch, c2, [begin, c2 - SEARCH_S], wanted)?, first("C3", touch, c3, [end, c3 + SEARCH_S], wanted)?];
+            let (start, end) = ((c2 + SEARCH_S).min(middle), (c3 - SEARCH_S).max(middle));
+            let inner = [first("C2", touch, c2, [start, c2 - SEARCH_S], sign)?, first("C3", touch, c3, [end, c3 + SEARCH_S], sign)?];
             found.extend(inner.into_iter().flatten());
         }
         found.extend(first("C4", Touch::Any, c4, [c4 + SEARCH_S, c4 - SEARCH_S], -1.0)?);

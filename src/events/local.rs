@@ -3,7 +3,7 @@
 //! In: a place and the sky of the eclipse. Out: circumstances, or none if the discs do not overlap above the horizon. Contacts are those of the mean
 //! limbs; altitudes are without refraction; rising and setting are those of the upper limb with the conventional refraction of 34 arcmin.
 
-use super::numeric::{end_of_negative, least_instant};
+use super::numeric::{time_of_minimum, zero_crossing};
 use super::sky::{EarthSky, EclipseBodies};
 use crate::ephemeris::angle_rad;
 use crate::ephemeris::topocentric::ground_point_km;
@@ -96,13 +96,13 @@ impl Discs {
     fn limb_gap(&self) -> f64 {
         self.separation - self.sun - self.penumbral_moon
     }
-    /// Angle by which the discs miss internal tangency, negative if one disc lies within the other.
-    pub(crate) fn outside(&self) -> f64 {
+    /// Angle from internal tangency of the discs; negative if one disc lies within the other.
+    pub(crate) fn distance_from_internal_tangency(&self) -> f64 {
         self.separation - (self.sun - self.moon).abs()
     }
 
     pub(crate) fn magnitude(&self) -> f64 {
-        if self.outside() < 0.0 {
+        if self.distance_from_internal_tangency() < 0.0 {
             return self.moon / self.sun;
         }
         -self.limb_gap() / (2.0 * self.sun + self.penumbral_moon - self.moon)
@@ -199,21 +199,21 @@ impl<'a> Station<'a> {
         let at = |i: i32| near_s - SEARCH_S + f64::from(i) * SEARCH_STEP_S;
         let separation = |s: f64| self.discs(s).separation;
         let nearest = (0..=steps).min_by(|a, b| separation(at(*a)).total_cmp(&separation(at(*b)))).unwrap_or(0);
-        least_instant(at(nearest) - SEARCH_STEP_S, at(nearest) + SEARCH_STEP_S, separation)
+        time_of_minimum(at(nearest) - SEARCH_STEP_S, at(nearest) + SEARCH_STEP_S, separation)
     }
 
     /// Second and third contact around the least separation; `None` if no disc comes to lie within the other.
     pub(crate) fn central_span(&self, near_s: f64) -> Option<(f64, f64)> {
         let deepest = self.deepest(near_s);
-        let outside = |s: f64| self.discs(s).outside();
+        let outside = |s: f64| self.discs(s).distance_from_internal_tangency();
         (outside(deepest) < 0.0)
-            .then(|| (end_of_negative(deepest, deepest - SEARCH_S, outside), end_of_negative(deepest, deepest + SEARCH_S, outside)))
+            .then(|| (zero_crossing(deepest, deepest - SEARCH_S, outside), zero_crossing(deepest, deepest + SEARCH_S, outside)))
     }
 
     /// Whether one disc lies within the other at the least separation, which must be within half an hour of `near_s`.
     pub(crate) fn is_central_near(&self, near_s: f64) -> bool {
-        let deepest = least_instant(near_s - 1800.0, near_s + 1800.0, |s| self.discs(s).separation);
-        self.discs(deepest).outside() < 0.0
+        let deepest = time_of_minimum(near_s - 1800.0, near_s + 1800.0, |s| self.discs(s).separation);
+        self.discs(deepest).distance_from_internal_tangency() < 0.0
     }
 
     /// Contacts of the mean limbs around the least separation, which is searched around `near_s`; `None` if the discs never meet.
@@ -222,7 +222,7 @@ impl<'a> Station<'a> {
         let limb_gap = |s: f64| self.discs(s).limb_gap();
         (limb_gap(deepest) < 0.0).then(|| {
             let discs = self.discs(deepest);
-            let outer = (end_of_negative(deepest, deepest - SEARCH_S, limb_gap), end_of_negative(deepest, deepest + SEARCH_S, limb_gap));
+            let outer = (zero_crossing(deepest, deepest - SEARCH_S, limb_gap), zero_crossing(deepest, deepest + SEARCH_S, limb_gap));
             MeanContacts { deepest, outer, inner: self.central_span(near_s), is_annular: discs.moon < discs.sun }
         })
     }
@@ -235,19 +235,19 @@ impl<'a> Station<'a> {
         if let Some((second, third)) = central {
             contacts.splice(1..1, [self.contact("C2", second, sun), self.contact("C3", third, sun)]);
         }
-        let up = self.up_between(first, last, sun);
+        let above_horizon = self.spans_above_horizon(first, last, sun);
         let magnitude = |s: f64| self.discs(s).magnitude();
         // The separation increases monotonically on either side of the maximum; if the maximum is below the horizon, the best instant is a rising
         // or a setting.
-        let best = up.best(deepest, magnitude);
+        let best = above_horizon.best(deepest, magnitude);
         Some(LocalCircumstances {
             visible: best.is_some(),
             contacts,
             maximum: self.contact("maximum", best.unwrap_or(deepest), sun),
             magnitude: magnitude(best.unwrap_or(deepest)),
             obscuration: Some(self.discs(best.unwrap_or(deepest)).obscuration()),
-            rise: up.rise.map(|s| self.sky.instant(s)),
-            set: up.set.map(|s| self.sky.instant(s)),
+            rise: above_horizon.rise.map(|s| self.sky.instant(s)),
+            set: above_horizon.set.map(|s| self.sky.instant(s)),
             central_s: central.map(|(a, b)| b - a),
         })
     }
@@ -256,44 +256,44 @@ impl<'a> Station<'a> {
     pub(crate) fn lunar(&self, contacts: &[(&'static str, f64)], greatest_s: f64, magnitude: impl Fn(f64) -> f64) -> LocalCircumstances {
         let moon = |s: f64| self.sky.near_km(s);
         let (first, last) = contacts.iter().fold((greatest_s, greatest_s), |(a, b), c| (a.min(c.1), b.max(c.1)));
-        let up = self.up_between(first, last, moon);
-        let best = up.best(greatest_s, &magnitude);
+        let above_horizon = self.spans_above_horizon(first, last, moon);
+        let best = above_horizon.best(greatest_s, &magnitude);
         LocalCircumstances {
             visible: best.is_some(),
             contacts: contacts.iter().map(|(name, s)| self.contact(name, *s, moon)).collect(),
             maximum: self.contact("maximum", best.unwrap_or(greatest_s), moon),
             magnitude: magnitude(best.unwrap_or(greatest_s)),
             obscuration: None,
-            rise: up.rise.map(|s| self.sky.instant(s)),
-            set: up.set.map(|s| self.sky.instant(s)),
+            rise: above_horizon.rise.map(|s| self.sky.instant(s)),
+            set: above_horizon.set.map(|s| self.sky.instant(s)),
             central_s: None,
         }
     }
 
-    fn up_between(&self, first: f64, last: f64, body: impl Fn(f64) -> DVec3) -> AboveHorizon {
+    fn spans_above_horizon(&self, first: f64, last: f64, body: impl Fn(f64) -> DVec3) -> AboveHorizon {
         let upper_limb_rad = |s: f64| self.horizontal(body(s), s).0 + HORIZON_REFRACTION + DISC_RADIUS;
-        let mut up = AboveHorizon { spans: Vec::new(), rise: None, set: None };
+        let mut above_horizon = AboveHorizon { spans: Vec::new(), rise: None, set: None };
         let mut up_since = (upper_limb_rad(first) > 0.0).then_some(first);
         let mut at = first;
         while at < last {
             let next = (at + SEARCH_STEP_S).min(last);
             match (upper_limb_rad(at) > 0.0, upper_limb_rad(next) > 0.0) {
                 (false, true) => {
-                    let s = end_of_negative(at, next, upper_limb_rad);
-                    up.rise = up.rise.or(Some(s));
+                    let s = zero_crossing(at, next, upper_limb_rad);
+                    above_horizon.rise = above_horizon.rise.or(Some(s));
                     up_since = Some(s);
                 }
                 (true, false) => {
-                    let s = end_of_negative(at, next, |s| -upper_limb_rad(s));
-                    up.set = up.set.or(Some(s));
-                    up.spans.extend(up_since.take().map(|from| (from, s)));
+                    let s = zero_crossing(at, next, |s| -upper_limb_rad(s));
+                    above_horizon.set = above_horizon.set.or(Some(s));
+                    above_horizon.spans.extend(up_since.take().map(|from| (from, s)));
                 }
                 _ => {}
             }
             at = next;
         }
-        up.spans.extend(up_since.map(|from| (from, last)));
-        up
+        above_horizon.spans.extend(up_since.map(|from| (from, last)));
+        above_horizon
     }
 }
 

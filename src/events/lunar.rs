@@ -10,7 +10,7 @@
 use super::contacts::{Contact, seconds_between};
 use super::local::{LocalCircumstances, Place, Station};
 use super::lunation::{Phase, Syzygy};
-use super::numeric::{end_of_negative, least_instant};
+use super::numeric::{time_of_minimum, zero_crossing};
 use super::sky::{EarthSky, EclipseBodies};
 use crate::catalog::{EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
@@ -42,8 +42,8 @@ impl LunarType {
     }
 }
 
-/// Name of the rule by which the Earth's shadow is enlarged for the air, for the radii in force.
-pub fn shadow_of(radii: EclipseRadii) -> &'static str {
+/// Name of the rule by which these radii enlarge the Earth's shadow for its atmosphere.
+pub fn shadow_enlargement(radii: EclipseRadii) -> &'static str {
     match radii {
         EclipseRadii::Iau => "geometric",
         EclipseRadii::Almanac => "danjon",
@@ -82,7 +82,7 @@ struct Geometry {
 /// Position of the Moon relative to the shadow, and the shadow's radii at the Moon, km.
 struct InShadow {
     /// Vector from the axis to the Moon's centre.
-    aside: DVec3,
+    offset_from_axis: DVec3,
     umbra_km: f64,
     penumbra_km: f64,
 }
@@ -107,7 +107,7 @@ impl Geometry {
         };
         let enlarged_km = if self.bodies.radii == EclipseRadii::Almanac { DANJON * earth_km } else { 0.0 };
         InShadow {
-            aside: moon_km - along * behind_km,
+            offset_from_axis: moon_km - along * behind_km,
             umbra_km: radius_km((sun_radius_km - earth_km) / distance_km, -1.0) + enlarged_km,
             penumbra_km: radius_km((sun_radius_km + earth_km) / distance_km, 1.0) + enlarged_km,
         }
@@ -116,8 +116,9 @@ impl Geometry {
     /// Parts of the Moon's diameter inside the umbra and inside the penumbra.
     fn magnitudes(&self, s: f64) -> (f64, f64) {
         let at = self.in_shadow(s);
-        let part = |shadow_km: f64| (shadow_km + self.moon_radius_km() - at.aside.length()) / (2.0 * self.moon_radius_km());
-        (part(at.umbra_km), part(at.penumbra_km))
+        let fraction_inside =
+            |shadow_km: f64| (shadow_km + self.moon_radius_km() - at.offset_from_axis.length()) / (2.0 * self.moon_radius_km());
+        (fraction_inside(at.umbra_km), fraction_inside(at.penumbra_km))
     }
 }
 
@@ -129,26 +130,26 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
     }
     let sky = EarthSky::around(ephemeris, NaifId::MOON, full_moon.mean_instant(), PHASE_S + SHADOW_S)?;
     let mut geometry = Geometry { sky, bodies, greatest_s: 0.0 };
-    let greatest_s = least_instant(-PHASE_S, PHASE_S, |s| geometry.in_shadow(s).aside.length());
+    let greatest_s = time_of_minimum(-PHASE_S, PHASE_S, |s| geometry.in_shadow(s).offset_from_axis.length());
     geometry.greatest_s = greatest_s;
     let (umbral_magnitude, penumbral_magnitude) = geometry.magnitudes(greatest_s);
     if penumbral_magnitude <= 0.0 {
         return Ok(None);
     }
-    // Adds the instants at which the part of the diameter inside a shadow passes `part`.
+    // Adds the instants at which the fraction of the diameter inside a shadow passes `fraction`.
     let mut contacts = Vec::new();
-    let mut add = |first, last, magnitude: &dyn Fn(f64) -> f64, part: f64| {
-        let outside = |s: f64| part - magnitude(s);
+    let mut add = |first, last, magnitude: &dyn Fn(f64) -> f64, fraction: f64| {
+        let outside = |s: f64| fraction - magnitude(s);
         if outside(greatest_s) < 0.0 {
-            contacts.push((first, end_of_negative(greatest_s, greatest_s - SHADOW_S, outside)));
-            contacts.push((last, end_of_negative(greatest_s, greatest_s + SHADOW_S, outside)));
+            contacts.push((first, zero_crossing(greatest_s, greatest_s - SHADOW_S, outside)));
+            contacts.push((last, zero_crossing(greatest_s, greatest_s + SHADOW_S, outside)));
         }
     };
     add("P1", "P4", &|s| geometry.magnitudes(s).1, 0.0);
     add("U1", "U4", &|s| geometry.magnitudes(s).0, 0.0);
     add("U2", "U3", &|s| geometry.magnitudes(s).0, 1.0);
     contacts.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let aside = geometry.in_shadow(greatest_s).aside;
+    let offset = geometry.in_shadow(greatest_s).offset_from_axis;
     let overhead = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.near_km(greatest_s);
     Ok(Some(LunarEclipse {
         class: match umbral_magnitude {
@@ -157,7 +158,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
             _ => LunarType::Penumbral,
         },
         greatest: geometry.sky.instant(greatest_s),
-        gamma: aside.length().copysign(aside.dot(geometry.sky.pole())) / bodies.earth_km.x,
+        gamma: offset.length().copysign(offset.dot(geometry.sky.pole())) / bodies.earth_km.x,
         umbral_magnitude,
         penumbral_magnitude,
         place: Place {
@@ -181,8 +182,8 @@ impl LunarEclipse {
     /// Local circumstances at a place.
     pub fn seen_from(&self, place: Place) -> LocalCircumstances {
         let station = Station::new(&self.geometry.sky, self.geometry.bodies, place);
-        let past = |t: Instant| t.tdb_seconds_past_j2000() - self.geometry.sky.instant(0.0).tdb_seconds_past_j2000();
-        let contacts: Vec<_> = self.contacts.iter().map(|(name, t)| (*name, past(*t))).collect();
+        let seconds_of = |t: Instant| t.tdb_seconds_past_j2000() - self.geometry.sky.instant(0.0).tdb_seconds_past_j2000();
+        let contacts: Vec<_> = self.contacts.iter().map(|(name, t)| (*name, seconds_of(*t))).collect();
         let magnitude = |s: f64| {
             let (umbral, penumbral) = self.geometry.magnitudes(s);
             if self.class == LunarType::Penumbral { penumbral } else { umbral }

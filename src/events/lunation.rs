@@ -28,8 +28,8 @@ pub(super) struct Syzygy {
 impl Syzygy {
     /// The last syzygy whose mean instant is not after `t`.
     pub(crate) fn before(phase: Phase, t: Instant) -> Self {
-        let part = if phase == Phase::New { 0.0 } else { 0.5 };
-        let lunation = ((t.jd_tt() - FIRST_JD_TT) / SYNODIC_MONTH_DAYS - part).floor() as i64;
+        let offset = if phase == Phase::New { 0.0 } else { 0.5 };
+        let lunation = ((t.jd_tt() - FIRST_JD_TT) / SYNODIC_MONTH_DAYS - offset).floor() as i64;
         Self { phase, lunation }
     }
 
@@ -67,9 +67,9 @@ impl Syzygy {
             Phase::Full => (282, 136, 130),
         };
         let lunations = self.lunation - anchor;
-        let modular = number + 38 * lunations;
-        let in_middle = middle as f64 + lunations as f64 / 358.0;
-        modular + 223 * ((in_middle - modular as f64) / 223.0).round() as i64
+        let number_modulo_223 = number + 38 * lunations;
+        let middle_series = middle as f64 + lunations as f64 / 358.0;
+        number_modulo_223 + 223 * ((middle_series - number_modulo_223 as f64) / 223.0).round() as i64
     }
 }
 

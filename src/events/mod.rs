@@ -22,7 +22,7 @@ mod transit;
 
 pub use limb::LimbContact;
 pub use local::{LocalCircumstances, LocalContact, Place};
-pub use lunar::{LunarEclipse, LunarType, shadow_of};
+pub use lunar::{LunarEclipse, LunarType, shadow_enlargement};
 pub use moons::{MoonEvent, MoonEventType, moon_events};
 pub use mutual::mutual_events;
 pub use path::{EclipsePath, cut_at_date_line};

@@ -5,9 +5,9 @@
 //! theory of the moons limits the accuracy of instants to 30 s, so that grazing events are uncertain. Events that Jupiter hides are listed too.
 
 use super::contacts::sort_by_time;
-use super::fitted::FittedPlace;
-use super::moons::{GALILEAN, MoonEvent, MoonEventType, received, way_to};
-use super::numeric::{end_of_negative, least_instant};
+use super::fitted::FittedPosition;
+use super::moons::{GALILEAN, MoonEvent, MoonEventType, reception_time, vector_to_source};
+use super::numeric::{time_of_minimum, zero_crossing};
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
@@ -18,10 +18,10 @@ const JUPITER: NaifId = NaifId(599);
 /// Time between samples: two moons pass each other at 30 km/s at most.
 const STEP_S: f64 = 600.0;
 /// Two moons do not meet if their centres are farther apart than this at the sample nearest to their passage.
-const NEAR_KM: f64 = 40_000.0;
+const MAX_DISTANCE_KM: f64 = 40_000.0;
 /// Two moons in a line with the Sun or the Earth are 249 000 km apart in depth or more (Io and Europa), so they miss each other if the Sun or the
 /// Earth is higher above their orbits than this: the sine of 4 degrees, of which the orbits' own inclinations take up to one.
-const SEASON_SINE: f64 = 0.07;
+const MAX_SEASON_SINE: f64 = 0.07;
 /// Half of the fitted span: the slowest passages, near the greatest elongation, take some hours.
 const HALF_S: f64 = 4.0 * 3600.0;
 
@@ -39,28 +39,29 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
     for source in [NaifId::EARTH, NaifId::SUN] {
         let mut at = start;
         // Distances of the pairs perpendicular to the line of sight at the last two samples.
-        let mut earlier: Option<Vec<f64>> = None;
-        let mut before: Option<Vec<f64>> = None;
+        let mut second_last: Option<Vec<f64>> = None;
+        let mut last: Option<Vec<f64>> = None;
         while at < to.plus_seconds(2.0 * STEP_S) {
             let towards = ephemeris.state(source, NaifId(5), at, None)?.state.pos_km.normalize_or_zero();
             let pole = ephemeris.body_from_icrf(JUPITER, at)?.row(2);
-            if pole.dot(towards).abs() > SEASON_SINE {
-                (earlier, before) = (None, None);
+            if pole.dot(towards).abs() > MAX_SEASON_SINE {
+                (second_last, last) = (None, None);
                 at = at.plus_seconds(SECONDS_PER_DAY);
                 continue;
             }
-            let places = moons.iter().map(|m| Ok(ephemeris.state(m.id, JUPITER, at, None)?.state.pos_km));
-            let places: Vec<DVec3> = places.collect::<Result<_, EphemerisError>>()?;
-            let now: Vec<f64> = pairs.iter().map(|&(a, b)| (places[a] - places[b]).cross(towards).length()).collect();
-            if let (Some(earlier), Some(before)) = (&earlier, &before) {
+            let positions = moons.iter().map(|m| Ok(ephemeris.state(m.id, JUPITER, at, None)?.state.pos_km));
+            let positions: Vec<DVec3> = positions.collect::<Result<_, EphemerisError>>()?;
+            let now: Vec<f64> = pairs.iter().map(|&(a, b)| (positions[a] - positions[b]).cross(towards).length()).collect();
+            if let (Some(second_last), Some(last)) = (&second_last, &last) {
                 for (k, &(a, b)) in pairs.iter().enumerate() {
-                    if before[k] <= earlier[k] && before[k] < now[k] && before[k] < NEAR_KM {
-                        let passage = Passage::around(ephemeris, [moons[a], moons[b]], source, sun.radii_km.x, at.plus_seconds(-STEP_S))?;
-                        found.extend(passage.event(ephemeris)?.filter(|e| (from..to).contains(&e.greatest)));
+                    if last[k] <= second_last[k] && last[k] < now[k] && last[k] < MAX_DISTANCE_KM {
+                        let conjunction =
+                            MutualConjunction::around(ephemeris, [moons[a], moons[b]], source, sun.radii_km.x, at.plus_seconds(-STEP_S))?;
+                        found.extend(conjunction.event(ephemeris)?.filter(|e| (from..to).contains(&e.greatest)));
                     }
                 }
             }
-            (earlier, before) = (before, Some(now));
+            (second_last, last) = (last, Some(now));
             at = at.plus_seconds(STEP_S);
         }
     }
@@ -68,12 +69,12 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
 }
 
 /// Two moons around their conjunction. Times are seconds from the middle, at the farther moon; vectors are from Jupiter's centre, km.
-struct Passage<'a> {
+struct MutualConjunction<'a> {
     near: &'a Body,
     far: &'a Body,
-    near_km: FittedPlace,
-    far_km: FittedPlace,
-    to_source: FittedPlace,
+    near_km: FittedPosition,
+    far_km: FittedPosition,
+    to_source: FittedPosition,
     source: NaifId,
     sun_radius_km: f64,
     planet_velocity_km_s: DVec3,
@@ -82,7 +83,7 @@ struct Passage<'a> {
 
 /// Position of the nearer moon relative to the line from the farther moon's centre to the source, km.
 struct Offset {
-    aside_km: f64,
+    offset_km: f64,
     depth_km: f64,
     source_km: f64,
 }
@@ -97,7 +98,7 @@ enum Region {
     Umbra,
 }
 
-impl<'a> Passage<'a> {
+impl<'a> MutualConjunction<'a> {
     fn around(
         ephemeris: &Ephemeris,
         moons: [&'a Body; 2],
@@ -106,8 +107,8 @@ impl<'a> Passage<'a> {
         middle: Instant,
     ) -> Result<Self, EphemerisError> {
         let at = |s: f64| middle.plus_seconds(s);
-        let fit = |moon: &Body| FittedPlace::over(HALF_S, |s| Ok(ephemeris.state(moon.id, JUPITER, at(s), None)?.state.pos_km));
-        let to_source = FittedPlace::over(HALF_S, |s| way_to(ephemeris, JUPITER, source, at(s)))?;
+        let fit = |moon: &Body| FittedPosition::over(HALF_S, |s| Ok(ephemeris.state(moon.id, JUPITER, at(s), None)?.state.pos_km));
+        let to_source = FittedPosition::over(HALF_S, |s| vector_to_source(ephemeris, JUPITER, source, at(s)))?;
         let [a, b] = moons;
         let (a_km, b_km) = (fit(a)?, fit(b)?);
         let a_is_near = (a_km.at(0.0) - b_km.at(0.0)).dot(to_source.at(0.0)) > 0.0;
@@ -123,47 +124,47 @@ impl<'a> Passage<'a> {
         let towards = to_source / source_km;
         // Light goes from the farther moon past the nearer one to the Earth, and from the Sun past the nearer one to the farther.
         let depth_km = (self.near_km.at(s) - far_km).dot(towards);
-        let later_s = if self.source == NaifId::SUN { -depth_km } else { depth_km } / SPEED_OF_LIGHT_KM_S;
-        let near_km = self.near_km.at(s + later_s) + self.planet_velocity_km_s * later_s - far_km;
-        Offset { aside_km: near_km.cross(towards).length(), depth_km: near_km.dot(towards), source_km }
+        let delay_s = if self.source == NaifId::SUN { -depth_km } else { depth_km } / SPEED_OF_LIGHT_KM_S;
+        let near_km = self.near_km.at(s + delay_s) + self.planet_velocity_km_s * delay_s - far_km;
+        Offset { offset_km: near_km.cross(towards).length(), depth_km: near_km.dot(towards), source_km }
     }
 
     /// Distance of the farther moon from a region behind the nearer one, negative if it touches the region.
-    fn outside_km(&self, s: f64, region: Region) -> f64 {
+    fn distance_outside_km(&self, s: f64, region: Region) -> f64 {
         let at = self.offset(s);
         let (near_km, far_km) = (self.near.radii_km.x, self.far.radii_km.x);
         // Distance of the source from the nearer moon, whose shadow widens or narrows with depth.
-        let beyond_km = at.source_km - at.depth_km;
+        let source_from_near_km = at.source_km - at.depth_km;
         let radius_km = match region {
-            Region::Hidden => near_km * at.source_km / beyond_km,
-            Region::Penumbra => near_km + at.depth_km * (self.sun_radius_km + near_km) / beyond_km,
-            Region::Umbra => (near_km - at.depth_km * (self.sun_radius_km - near_km) / beyond_km).abs(),
+            Region::Hidden => near_km * at.source_km / source_from_near_km,
+            Region::Penumbra => near_km + at.depth_km * (self.sun_radius_km + near_km) / source_from_near_km,
+            Region::Umbra => (near_km - at.depth_km * (self.sun_radius_km - near_km) / source_from_near_km).abs(),
         };
-        at.aside_km * at.source_km / beyond_km - radius_km - far_km
+        at.offset_km * at.source_km / source_from_near_km - radius_km - far_km
     }
 
     fn event(&self, ephemeris: &Ephemeris) -> Result<Option<MoonEvent>, EphemerisError> {
-        let greatest_s = least_instant(-2.0 * STEP_S, 2.0 * STEP_S, |s| self.offset(s).aside_km);
+        let greatest_s = time_of_minimum(-2.0 * STEP_S, 2.0 * STEP_S, |s| self.offset(s).offset_km);
         let (class, limits): (_, &[(&str, &str, Region)]) = if self.source == NaifId::SUN {
             (MoonEventType::MutualEclipse, &[("P1", "P4", Region::Penumbra), ("U1", "U4", Region::Umbra)])
         } else {
             (MoonEventType::MutualOccultation, &[("I", "IV", Region::Hidden)])
         };
-        let seen = |s: f64| -> Result<Instant, EphemerisError> {
+        let reception_of = |s: f64| -> Result<Instant, EphemerisError> {
             let at = self.middle.plus_seconds(s);
             let planet_km = ephemeris.state(JUPITER, NaifId::SOLAR_SYSTEM_BARYCENTER, at, None)?.state.pos_km;
-            received(ephemeris, planet_km + self.far_km.at(s), at)
+            reception_time(ephemeris, planet_km + self.far_km.at(s), at)
         };
         let mut contacts = Vec::new();
         for &(first, last, region) in limits {
-            let outside = |s: f64| self.outside_km(s, region);
+            let outside = |s: f64| self.distance_outside_km(s, region);
             if outside(greatest_s) < 0.0 {
-                contacts.push((first, seen(end_of_negative(greatest_s, greatest_s - 0.8 * HALF_S, outside))?));
-                contacts.push((last, seen(end_of_negative(greatest_s, greatest_s + 0.8 * HALF_S, outside))?));
+                contacts.push((first, reception_of(zero_crossing(greatest_s, greatest_s - 0.8 * HALF_S, outside))?));
+                contacts.push((last, reception_of(zero_crossing(greatest_s, greatest_s + 0.8 * HALF_S, outside))?));
             }
         }
         sort_by_time(&mut contacts);
-        let greatest = seen(greatest_s)?;
+        let greatest = reception_of(greatest_s)?;
         let event = MoonEvent { class, moon: self.far.id, planet: JUPITER, by: Some(self.near.id), greatest, contacts };
         Ok((!event.contacts.is_empty()).then_some(event))
     }

@@ -3,8 +3,8 @@
 /// Tolerance of instants, seconds.
 const TOLERANCE_S: f64 = 1e-4;
 
-/// The root of `f` between `inside`, where it is negative, and `outside`; `outside` if it stays negative.
-pub(super) fn end_of_negative(inside: f64, outside: f64, f: impl Fn(f64) -> f64) -> f64 {
+/// The zero of `f` between `inside`, where it is negative, and `outside`; `outside` if it stays negative.
+pub(super) fn zero_crossing(inside: f64, outside: f64, f: impl Fn(f64) -> f64) -> f64 {
     if f(outside) < 0.0 {
         return outside;
     }
@@ -21,7 +21,7 @@ pub(super) fn end_of_negative(inside: f64, outside: f64, f: impl Fn(f64) -> f64)
 }
 
 /// The minimum of `f` between `a` and `b`, if it has only one, by golden-section search to `tolerance`.
-pub(super) fn least(mut a: f64, mut b: f64, tolerance: f64, f: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn minimum(mut a: f64, mut b: f64, tolerance: f64, f: impl Fn(f64) -> f64) -> f64 {
     const SECTION: f64 = 0.618_033_988_749_895;
     let (mut left, mut right) = (b - SECTION * (b - a), a + SECTION * (b - a));
     let (mut f_left, mut f_right) = (f(left), f(right));
@@ -40,8 +40,8 @@ pub(super) fn least(mut a: f64, mut b: f64, tolerance: f64, f: impl Fn(f64) -> f
 }
 
 /// The instant of the minimum of `f` between `a` and `b`, if it has only one.
-pub(super) fn least_instant(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
-    least(a, b, TOLERANCE_S, f)
+pub(super) fn time_of_minimum(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
+    minimum(a, b, TOLERANCE_S, f)
 }
 
 #[cfg(test)]
@@ -50,9 +50,9 @@ mod tests {
 
     #[test]
     fn roots_and_minima_are_found() {
-        assert!((end_of_negative(0.0, 9000.0, |s| s * s - 1e6) - 1000.0).abs() < 1e-3);
-        assert!((end_of_negative(0.0, -9000.0, |s| s * s - 1e6) + 1000.0).abs() < 1e-3);
-        assert_eq!(end_of_negative(0.0, 500.0, |s| s * s - 1e6), 500.0);
-        assert!((least_instant(-9000.0, 9000.0, |s| (1e6 + (s - 321.0).powi(2)).sqrt()) - 321.0).abs() < 2e-3);
+        assert!((zero_crossing(0.0, 9000.0, |s| s * s - 1e6) - 1000.0).abs() < 1e-3);
+        assert!((zero_crossing(0.0, -9000.0, |s| s * s - 1e6) + 1000.0).abs() < 1e-3);
+        assert_eq!(zero_crossing(0.0, 500.0, |s| s * s - 1e6), 500.0);
+        assert!((time_of_minimum(-9000.0, 9000.0, |s| (1e6 + (s - 321.0).powi(2)).sqrt()) - 321.0).abs() < 2e-3);
     }
 }

@@ -12,7 +12,7 @@ use std::f64::consts::FRAC_PI_2;
 /// Steps along the centre line.
 const POINTS: i32 = 120;
 /// Largest distance from the centre line at which a limit is searched, degrees of arc: antumbrae that graze the ground are over 1000 km wide.
-const WIDEST_DEG: f64 = 20.0;
+const MAX_WIDTH_DEG: f64 = 20.0;
 
 /// A path on the ground, in the direction in which the shadow moves.
 #[derive(Clone, Debug, Default)]
@@ -30,12 +30,12 @@ impl SolarEclipse {
         let (from, to) = geometry.central_span()?;
         let mut path = EclipsePath::default();
         for i in 0..=POINTS {
-            let part = (f64::from(i) / f64::from(POINTS)).clamp(1e-5, 1.0 - 1e-5);
-            let s = from + (to - from) * part;
+            let fraction = (f64::from(i) / f64::from(POINTS)).clamp(1e-5, 1.0 - 1e-5);
+            let s = from + (to - from) * fraction;
             let Some(centre) = geometry.centre(s) else { continue };
             path.centre_line.push((geometry.sky.instant(s), centre));
             let step_s = 1e-3 * (to - from);
-            let heading_rad = match (part < 0.5, geometry.centre(s + step_s), geometry.centre(s - step_s)) {
+            let heading_rad = match (fraction < 0.5, geometry.centre(s + step_s), geometry.centre(s - step_s)) {
                 (true, Some(ahead), _) => bearing_rad(centre, ahead),
                 (false, _, Some(behind)) => bearing_rad(behind, centre),
                 _ => continue,
@@ -54,12 +54,12 @@ impl SolarEclipse {
     /// The farthest place from the centre line on a great circle that still has a central phase with the Sun up.
     fn limit(&self, s: f64, centre: Place, bearing_rad: f64) -> Option<Place> {
         let geometry = &self.geometry;
-        let is_central = |distance_deg: f64| geometry.station(moved(centre, bearing_rad, distance_deg)).is_central_near(s);
+        let is_central = |distance_deg: f64| geometry.station(destination(centre, bearing_rad, distance_deg)).is_central_near(s);
         let (mut inside, mut outside) = (0.0, 0.02);
         while is_central(outside) {
             inside = outside;
             outside *= 2.0;
-            if outside > WIDEST_DEG {
+            if outside > MAX_WIDTH_DEG {
                 return None;
             }
         }
@@ -67,7 +67,7 @@ impl SolarEclipse {
             let middle = 0.5 * (inside + outside);
             if is_central(middle) { inside = middle } else { outside = middle }
         }
-        let place = moved(centre, bearing_rad, inside);
+        let place = destination(centre, bearing_rad, inside);
         (geometry.station(place).sun_altitude_deg(s) > -1.0).then_some(place)
     }
 }
@@ -80,7 +80,7 @@ fn bearing_rad(from: Place, to: Place) -> f64 {
 }
 
 /// The place at a distance on the sphere.
-fn moved(from: Place, bearing_rad: f64, distance_deg: f64) -> Place {
+fn destination(from: Place, bearing_rad: f64, distance_deg: f64) -> Place {
     let (lat, d) = (from.latitude_deg.to_radians(), distance_deg.to_radians());
     let sine = (lat.sin() * d.cos() + lat.cos() * d.sin() * bearing_rad.cos()).clamp(-1.0, 1.0);
     let east = (bearing_rad.sin() * d.sin() * lat.cos()).atan2(d.cos() - lat.sin() * sine);
@@ -100,8 +100,8 @@ pub fn cut_at_date_line(places: &[Place]) -> Vec<Vec<[f64; 2]>> {
         if let Some(before) = before.filter(|b| (b[0] - at[0]).abs() > 180.0) {
             let edge = 180.0_f64.copysign(before[0]);
             // Degrees of longitude from the earlier place to the date line, and to the later place.
-            let (first, all) = ((edge - before[0]).abs(), 360.0 - (before[0] - at[0]).abs());
-            let latitude = before[1] + (at[1] - before[1]) * if all > 0.0 { first / all } else { 0.0 };
+            let (to_date_line, whole) = ((edge - before[0]).abs(), 360.0 - (before[0] - at[0]).abs());
+            let latitude = before[1] + (at[1] - before[1]) * if whole > 0.0 { to_date_line / whole } else { 0.0 };
             parts.last_mut().into_iter().for_each(|part| part.push([edge, latitude]));
             parts.push(vec![[-edge, latitude]]);
         }
@@ -123,7 +123,7 @@ mod tests {
     fn steps_on_the_sphere_are_inverse_to_bearings() {
         for (lat, lon) in [(0.0, 0.0), (60.0, 179.0), (-45.0, -100.0)] {
             for bearing_deg in [10.0_f64, 100.0, 200.0, 300.0] {
-                let to = moved(place(lat, lon), bearing_deg.to_radians(), 3.0);
+                let to = destination(place(lat, lon), bearing_deg.to_radians(), 3.0);
                 let back = bearing_rad(place(lat, lon), to).to_degrees().rem_euclid(360.0);
                 assert!((back - bearing_deg).abs() < 1e-9, "{lat} {lon} {bearing_deg}: {back}");
             }

@@ -1,4 +1,4 @@
-//! The place of an eclipse in its Saros series.
+//! The number of an eclipse in its Saros series.
 //!
 //! In: an eclipse, and a function that reports whether there is an eclipse at another phase of the same series. Out: its number, starting at 1. A series
 //! begins with the first eclipse by the radii in force: with a smaller shadow it may begin later.
@@ -27,16 +27,16 @@ impl SeriesStarts {
         let first = match self.first.get(&series) {
             Some(first) => *first,
             None => {
-                let (mut before, mut too_many) = (0, MAX_MEMBERS);
-                while too_many - before > 1 {
-                    let middle = (before + too_many) / 2;
+                let (mut earlier_members, mut too_many) = (0, MAX_MEMBERS);
+                while too_many - earlier_members > 1 {
+                    let middle = (earlier_members + too_many) / 2;
                     if exists(Syzygy { lunation: syzygy.lunation - SAROS_LUNATIONS * middle, ..syzygy })? {
-                        before = middle;
+                        earlier_members = middle;
                     } else {
                         too_many = middle;
                     }
                 }
-                let first = syzygy.lunation - SAROS_LUNATIONS * before;
+                let first = syzygy.lunation - SAROS_LUNATIONS * earlier_members;
                 self.first.insert(series, first);
                 first
             }

@@ -5,7 +5,7 @@
 //! a straight line, except for the 20 metres that the Moon moves while light crosses the Earth. The eclipse shaders use the same frame. Not included:
 //! bending of light, refraction.
 
-use super::fitted::FittedPlace;
+use super::fitted::FittedPosition;
 use crate::catalog::{Catalog, EclipseRadii, NaifId};
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::{Ephemeris, EphemerisError};
@@ -26,7 +26,7 @@ pub(super) fn seen_from_earth_km(ephemeris: &Ephemeris, body: NaifId, t: Instant
     Ok(aberrated(offset_km / distance_km, earth.vel_km_s) * distance_km)
 }
 
-/// Radii of the three bodies of an eclipse, km, from the catalog. In a transit the planet takes the Moon's place.
+/// Radii of the three bodies of an eclipse, km, from the catalog. In a transit, the planet stands for the Moon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EclipseBodies {
     pub sun_km: f64,
@@ -59,12 +59,12 @@ impl EclipseBodies {
     }
 }
 
-/// Fitted places of the Sun and the nearer body. Times are seconds from the middle.
+/// Fitted positions of the Sun and the nearer body. Times are seconds from the middle.
 #[derive(Clone, Debug)]
 pub(super) struct EarthSky {
     middle: Instant,
-    sun: FittedPlace,
-    near: FittedPlace,
+    sun: FittedPosition,
+    near: FittedPosition,
     itrs_from_gcrs_at_middle: DMat3,
 }
 
@@ -74,7 +74,7 @@ impl EarthSky {
     /// # Errors
     /// The theories do not cover the span.
     pub(crate) fn around(ephemeris: &Ephemeris, near: NaifId, middle: Instant, half_s: f64) -> Result<Self, EphemerisError> {
-        let fit = |body| FittedPlace::over(half_s, |s| seen_from_earth_km(ephemeris, body, middle.plus_seconds(s)));
+        let fit = |body| FittedPosition::over(half_s, |s| seen_from_earth_km(ephemeris, body, middle.plus_seconds(s)));
         Ok(Self {
             middle,
             sun: fit(NaifId::SUN)?,

@@ -8,7 +8,7 @@ use super::cone::{Cone, Spheroid, axis};
 use super::contacts::Contact;
 use super::local::{LocalCircumstances, Place, Station};
 use super::lunation::{Phase, Syzygy};
-use super::numeric::{end_of_negative, least_instant};
+use super::numeric::{time_of_minimum, zero_crossing};
 use super::sky::{EarthSky, EclipseBodies};
 use crate::catalog::NaifId;
 use crate::ephemeris::{Ephemeris, EphemerisError};
@@ -99,7 +99,7 @@ impl Geometry {
     /// The place nearest to the axis if the axis misses the ground.
     fn nearest_place(&self, s: f64) -> Place {
         let (_, towards_earth) = Cone::axis(self.sky.sun_km(s), self.sky.near_km(s)).gap_km(&self.earth());
-        Place::of_surface_point(self.sky.itrs_from_gcrs(s) * self.earth().farthest_km(-towards_earth), self.bodies.earth_km)
+        Place::of_surface_point(self.sky.itrs_from_gcrs(s) * self.earth().support_point_km(-towards_earth), self.bodies.earth_km)
     }
 
     pub(crate) fn station(&self, place: Place) -> Station<'_> {
@@ -109,10 +109,11 @@ impl Geometry {
     /// When the axis meets and leaves the ground; `None` if it misses the ground.
     pub(crate) fn central_span(&self) -> Option<(f64, f64)> {
         let earth = self.earth();
-        let misses = |s: f64| -earth.depth_of_line(self.sky.near_km(s), axis(self.sky.sun_km(s), self.sky.near_km(s)).0);
-        let middle = least_instant(self.greatest_s - 600.0, self.greatest_s + 600.0, misses);
-        (misses(middle) < 0.0)
-            .then(|| (end_of_negative(middle, middle - SHADOW_S, misses), end_of_negative(middle, middle + SHADOW_S, misses)))
+        let distance_outside = |s: f64| -earth.depth_of_line(self.sky.near_km(s), axis(self.sky.sun_km(s), self.sky.near_km(s)).0);
+        let middle = time_of_minimum(self.greatest_s - 600.0, self.greatest_s + 600.0, distance_outside);
+        (distance_outside(middle) < 0.0).then(|| {
+            (zero_crossing(middle, middle - SHADOW_S, distance_outside), zero_crossing(middle, middle + SHADOW_S, distance_outside))
+        })
     }
 
     /// Whether the Moon covers the Sun at a place and instant at which both are concentric.
@@ -122,7 +123,7 @@ impl Geometry {
     }
 
     /// The type of a central eclipse, from samples of the centre line.
-    fn class_of_line(&self, (from, to): (f64, f64)) -> SolarType {
+    fn type_along_line(&self, (from, to): (f64, f64)) -> SolarType {
         // Slightly inside the span, where the axis certainly meets the ground.
         let margin = 1e-4 * (to - from);
         let at = |i: i32| from + margin + (to - from - 2.0 * margin) * f64::from(i) / f64::from(LINE_SAMPLES);
@@ -143,19 +144,19 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy)
     }
     let sky = EarthSky::around(ephemeris, NaifId::MOON, new_moon.mean_instant(), PHASE_S + SHADOW_S)?;
     // Vector from the Earth's centre to the nearest point of the axis.
-    let foot_km = |s: f64| {
+    let nearest_on_axis_km = |s: f64| {
         let (moon_km, (to_sun, _)) = (sky.near_km(s), axis(sky.sun_km(s), sky.near_km(s)));
         moon_km - to_sun * moon_km.dot(to_sun)
     };
-    let greatest_s = least_instant(-PHASE_S, PHASE_S, |s| foot_km(s).length());
-    let foot = foot_km(greatest_s);
-    let gamma = foot.length().copysign(foot.dot(sky.pole())) / bodies.earth_km.x;
+    let greatest_s = time_of_minimum(-PHASE_S, PHASE_S, |s| nearest_on_axis_km(s).length());
+    let nearest = nearest_on_axis_km(greatest_s);
+    let gamma = nearest.length().copysign(nearest.dot(sky.pole())) / bodies.earth_km.x;
     let geometry = Geometry { sky, bodies, greatest_s };
     if geometry.penumbra_gap_km(greatest_s) >= 0.0 {
         return Ok(None);
     }
     let span = |gap: &dyn Fn(f64) -> f64| {
-        let end = |sign: f64| end_of_negative(greatest_s, greatest_s + sign * SHADOW_S, gap);
+        let end = |sign: f64| zero_crossing(greatest_s, greatest_s + sign * SHADOW_S, gap);
         (end(-1.0), end(1.0))
     };
     let penumbra = span(&|s| geometry.penumbra_gap_km(s));
@@ -163,7 +164,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy)
     let line = geometry.central_span();
     let place = geometry.centre(greatest_s).unwrap_or_else(|| geometry.nearest_place(greatest_s));
     let class = match (line, umbra) {
-        (Some(line), _) => geometry.class_of_line(line),
+        (Some(line), _) => geometry.type_along_line(line),
         (None, Some(_)) if geometry.is_total(greatest_s, place) => SolarType::Total,
         (None, Some(_)) => SolarType::Annular,
         (None, None) => SolarType::Partial,

@@ -5,7 +5,7 @@
 
 use super::contacts::{Contact, seconds_between};
 use super::local::{LocalCircumstances, Place, Station};
-use super::numeric::{end_of_negative, least_instant};
+use super::numeric::{time_of_minimum, zero_crossing};
 use super::sky::{EarthSky, EclipseBodies, seen_from_earth_km};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError, angle_rad};
@@ -17,7 +17,7 @@ const INNER: [NaifId; 2] = [NaifId(199), NaifId(299)];
 /// Time between samples of the elongation, less than an inferior conjunction of either planet takes (more than a week).
 const STEP_S: f64 = 2.0 * 86_400.0;
 /// Within a step of a transit the planet is nearer to the Sun than this, radians: it moves by at most 1.9 degrees a day.
-const NEAR_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
+const MAX_ELONGATION_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// Half of the fitted span. The longest transits take 8 hours.
 const HALF_S: f64 = 6.0 * 3600.0;
 
@@ -34,7 +34,7 @@ pub struct Transit {
     pub magnitude: f64,
     /// I to IV; II and III are missing if the planet is never entirely in front of the Sun.
     pub contacts: Vec<Contact>,
-    passage: Passage,
+    conjunction: PlanetConjunction,
     greatest_s: f64,
 }
 
@@ -46,7 +46,7 @@ impl Transit {
 
     /// Local circumstances at a place; `None` if the planet misses the Sun.
     pub fn seen_from(&self, place: Place) -> Option<LocalCircumstances> {
-        Station::new(&self.passage.sky, self.passage.bodies, place).solar(self.greatest_s)
+        Station::new(&self.conjunction.sky, self.conjunction.bodies, place).solar(self.greatest_s)
     }
 }
 
@@ -55,12 +55,12 @@ impl Transit {
 /// # Errors
 /// The catalog lacks a body, or the theories do not cover the span.
 pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<Transit>, EphemerisError> {
-    let of_eclipses = EclipseBodies::of(catalog)?;
+    let eclipse_bodies = EclipseBodies::of(catalog)?;
     let mut found = Vec::new();
     for planet in INNER {
         let body = catalog.body(planet).ok_or_else(|| EphemerisError(format!("the catalog has no body {}: transits need it", planet.0)))?;
         let planet_km = body.radii_km.x;
-        let bodies = EclipseBodies { moon_km: planet_km, penumbral_moon_km: planet_km, ..of_eclipses };
+        let bodies = EclipseBodies { moon_km: planet_km, penumbral_moon_km: planet_km, ..eclipse_bodies };
         // Angle between the centres, radians; pi if the planet is behind the Sun.
         let elongation = |t: Instant| -> Result<f64, EphemerisError> {
             let (sun, near) = (seen_from_earth_km(ephemeris, NaifId::SUN, t)?, seen_from_earth_km(ephemeris, planet, t)?);
@@ -68,14 +68,14 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
         };
         let steps = ((to.tdb_seconds_past_j2000() - from.tdb_seconds_past_j2000()) / STEP_S).ceil() as i64 + 1;
         let at = |i: i64| from.plus_seconds(i as f64 * STEP_S);
-        let (mut before, mut here) = (elongation(at(-1))?, elongation(at(0))?);
+        let (mut previous, mut current) = (elongation(at(-1))?, elongation(at(0))?);
         for i in 0..=steps {
-            let after = elongation(at(i + 1))?;
-            if here <= before && here < after && here < NEAR_RAD {
-                let passage = Passage::around(ephemeris, planet, at(i), bodies)?;
-                found.extend(passage.transit(planet).filter(|t| (from..to).contains(&t.greatest)));
+            let next = elongation(at(i + 1))?;
+            if current <= previous && current < next && current < MAX_ELONGATION_RAD {
+                let conjunction = PlanetConjunction::around(ephemeris, planet, at(i), bodies)?;
+                found.extend(conjunction.transit(planet).filter(|t| (from..to).contains(&t.greatest)));
             }
-            (before, here) = (here, after);
+            (previous, current) = (current, next);
         }
     }
     Ok(found)
@@ -83,16 +83,16 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
 
 /// The discs of the Sun and a planet for some hours.
 #[derive(Clone, Debug)]
-struct Passage {
+struct PlanetConjunction {
     sky: EarthSky,
     bodies: EclipseBodies,
 }
 
-impl Passage {
+impl PlanetConjunction {
     fn around(ephemeris: &Ephemeris, planet: NaifId, near: Instant, bodies: EclipseBodies) -> Result<Self, EphemerisError> {
         // Fitted over some days to find the middle, then over the hours of a transit.
         let days = Self { sky: EarthSky::around(ephemeris, planet, near, 2.0 * STEP_S)?, bodies };
-        let middle = days.sky.instant(least_instant(-STEP_S, STEP_S, |s| days.separation(s)));
+        let middle = days.sky.instant(time_of_minimum(-STEP_S, STEP_S, |s| days.separation(s)));
         Ok(Self { sky: EarthSky::around(ephemeris, planet, middle, HALF_S)?, bodies })
     }
 
@@ -109,11 +109,11 @@ impl Passage {
     fn transit(self, planet: NaifId) -> Option<Transit> {
         let outer = |s: f64| self.separation(s) - self.discs(s).0 - self.discs(s).1;
         let inner = |s: f64| self.separation(s) - self.discs(s).0 + self.discs(s).1;
-        let greatest_s = least_instant(-HALF_S, HALF_S, |s| self.separation(s));
+        let greatest_s = time_of_minimum(-HALF_S, HALF_S, |s| self.separation(s));
         if outer(greatest_s) >= 0.0 {
             return None;
         }
-        let end = |sign: f64, f: &dyn Fn(f64) -> f64| self.sky.instant(end_of_negative(greatest_s, sign * HALF_S, f));
+        let end = |sign: f64, f: &dyn Fn(f64) -> f64| self.sky.instant(zero_crossing(greatest_s, sign * HALF_S, f));
         let mut contacts = vec![("I", end(-1.0, &outer)), ("IV", end(1.0, &outer))];
         if inner(greatest_s) < 0.0 {
             contacts.splice(1..1, [("II", end(-1.0, &inner)), ("III", end(1.0, &inner))]);
@@ -127,7 +127,7 @@ impl Passage {
             gamma: (self.separation(greatest_s) / sun_radius).copysign(north),
             magnitude: (-outer(greatest_s) / 2.0).min(planet_radius) / sun_radius,
             contacts,
-            passage: self,
+            conjunction: self,
             greatest_s,
         })
     }

@@ -5,7 +5,7 @@
 //! f64, rounded to f32; the same modules give the same bytes. docs/corpus.md describes the format. Not included: modules that draw no body.
 
 use super::revision::{Revision, RevisionError};
-use super::sample::{Sample, SampleRenderer, levels_apart};
+use super::sample::{Sample, SampleRenderer, levels_apart, make_all};
 use crate::files::{FileAccess, WriteError, write_atomic, write_error};
 use crate::image::{TexelFormat, Texture};
 use crate::render::plan::{AddressMode, Attribute, PlanDraw, TextureSource, Vertices};
@@ -14,7 +14,6 @@ use crate::shader::generator::hex;
 use crate::shader::key::ShaderKey;
 use crate::shader::library::file_name;
 use crate::shader::{Lowering, ModuleId, ShaderModule};
-use rayon::prelude::*;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
@@ -118,14 +117,14 @@ fn vertices(of: &Vertices, blobs: &mut Vec<Blob>) -> Value {
 
 fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &Sample) -> Result<Case, String> {
     let mut blobs = Vec::new();
-    let mut put = |bytes: Vec<u8>| {
+    let mut add_blob = |bytes: Vec<u8>| {
         let blob = Blob::of(bytes);
         let name = blob.name.clone();
         blobs.push(blob);
         name
     };
-    let uniforms = put(draw.uniform_bytes.clone());
-    let expected = put(little_endian(sample.double.iter().flatten().copied()));
+    let uniforms = add_blob(draw.uniform_bytes.clone());
+    let expected = add_blob(little_endian(sample.double.iter().flatten().copied()));
     let fields: Vec<Value> = module
         .layout
         .fields
@@ -174,11 +173,11 @@ fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &Sample) -> Result<Ca
 }
 
 fn case(sampler: &SampleRenderer, revision: &Revision, key: &ShaderKey, lowering: &Lowering) -> Result<Case, CorpusError> {
-    let wrong = |why: String| CorpusError::Case { key: key.to_string(), why };
-    let module = Arc::new(revision.module(&ModuleId::Planet(*key), lowering)?.ok_or_else(|| wrong("not in the library".into()))?);
+    let failed = |why: String| CorpusError::Case { key: key.to_string(), why };
+    let module = Arc::new(revision.module(&ModuleId::Planet(*key), lowering)?.ok_or_else(|| failed("not in the library".into()))?);
     let plan = sampler.plan(&module, key)?;
-    let draw = plan.passes.first().and_then(|p| p.draws.first()).ok_or_else(|| wrong("draws nothing".into()))?;
-    case_of(&module, draw, &sampler.draw(&module, key)?).map_err(wrong)
+    let draw = plan.passes.first().and_then(|p| p.draws.first()).ok_or_else(|| failed("draws nothing".into()))?;
+    case_of(&module, draw, &sampler.draw(&module, key)?).map_err(failed)
 }
 
 /// Writes the corpus of these keys into a folder; `done` is called after each case. Returns the number of cases.
@@ -193,37 +192,29 @@ pub fn write(
     done: impl Fn() + Sync,
 ) -> Result<usize, CorpusError> {
     let create_dir = |path: &Path| std::fs::create_dir_all(path).map_err(|e| write_error(path, &e));
-    let put = |path: &Path, bytes: &[u8]| write_atomic(path, FileAccess::All, |out| out.write_all(bytes));
+    let write_file = |path: &Path, bytes: &[u8]| write_atomic(path, FileAccess::All, |out| out.write_all(bytes));
     create_dir(&folder.join("data"))?;
     let mut written: BTreeSet<String> = BTreeSet::new();
     let mut cases: Vec<String> = Vec::new();
     for batch in keys.chunks(BATCH) {
-        let samplers = || SampleRenderer::new(SIDE);
-        let build_case = |sampler: &mut Result<SampleRenderer, SessionError>, key: &ShaderKey| {
-            let result = match sampler {
-                Ok(sampler) => case(sampler, revision, key, lowering),
-                Err(e) => Err(CorpusError::Case { key: key.to_string(), why: e.to_string() }),
-            };
-            done();
-            result
-        };
-        let results: Vec<Result<Case, CorpusError>> = batch.par_iter().map_init(samplers, build_case).collect();
-        for case in results {
-            let Case { folder: of_case, wgsl, json, blobs } = case?;
-            let path = folder.join(&of_case);
+        let make = |sampler: &SampleRenderer, key: &ShaderKey| case(sampler, revision, key, lowering);
+        let no_renderer = |key: &ShaderKey, e: &SessionError| CorpusError::Case { key: key.to_string(), why: e.to_string() };
+        for case in make_all(SIDE, batch, make, no_renderer, &done) {
+            let Case { folder: case_folder, wgsl, json, blobs } = case?;
+            let path = folder.join(&case_folder);
             create_dir(&path)?;
             for blob in blobs {
                 if written.insert(blob.name.clone()) {
-                    put(&folder.join(&blob.name), &blob.bytes)?;
+                    write_file(&folder.join(&blob.name), &blob.bytes)?;
                 }
             }
-            put(&path.join("module.wgsl"), wgsl.as_bytes())?;
-            put(&path.join("case.json"), format!("{json:#}\n").as_bytes())?;
-            cases.push(of_case);
+            write_file(&path.join("module.wgsl"), wgsl.as_bytes())?;
+            write_file(&path.join("case.json"), format!("{json:#}\n").as_bytes())?;
+            cases.push(case_folder);
         }
     }
     // The manifest is written last, so that a folder with a manifest is complete.
     let manifest = json!({ "format": FORMAT, "revision": revision.name, "tolerance": TOLERANCE, "cases": cases });
-    put(&folder.join(MANIFEST), format!("{manifest:#}\n").as_bytes())?;
+    write_file(&folder.join(MANIFEST), format!("{manifest:#}\n").as_bytes())?;
     Ok(cases.len())
 }

@@ -140,11 +140,11 @@ fn compare(sampler: &SampleRenderer, modules: [ShaderModule; 2], id: &ModuleId) 
     let samples = [sample(&first)?, sample(&second)?];
     let picture = match &samples {
         [Some(a), Some(b)] => {
-            let apart = levels_apart(&a.single, &b.single);
+            let differences = levels_apart(&a.single, &b.single);
             Some(PictureChange {
-                max_levels: apart.iter().copied().fold(0.0, f64::max),
-                mean_levels: apart.iter().sum::<f64>() / apart.len().max(1) as f64,
-                pixels: apart.iter().filter(|d| **d >= 0.5).count(),
+                max_levels: differences.iter().copied().fold(0.0, f64::max),
+                mean_levels: differences.iter().sum::<f64>() / differences.len().max(1) as f64,
+                pixels: differences.iter().filter(|d| **d >= 0.5).count(),
             })
         }
         _ => None,

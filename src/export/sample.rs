@@ -11,6 +11,7 @@ use crate::session::{HALF_SIDE_WITH_LIMB, SessionError, sample_plan_of};
 use crate::shader::key::ShaderKey;
 use crate::shader::{ModuleId, ShaderError, ShaderModule};
 use crate::units::luminance;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// The sample body drawn by a module, rows from the top.
@@ -56,6 +57,26 @@ pub(crate) struct SampleRenderer {
     side: u32,
     single: SoftwareRenderer,
     double: SoftwareRenderer,
+}
+
+/// Runs `make` on all cores, once for each item, with a renderer for samples of `side` pixels. Where no renderer can be created, the item's error is that of
+/// `no_renderer`. `done` is called after each item. The results are in the order of the items.
+pub(super) fn make_all<I: Sync, T: Send, E: Send>(
+    side: u32,
+    items: &[I],
+    make: impl Fn(&SampleRenderer, &I) -> Result<T, E> + Sync,
+    no_renderer: impl Fn(&I, &SessionError) -> E + Sync,
+    done: impl Fn() + Sync,
+) -> Vec<Result<T, E>> {
+    let make_one = |sampler: &mut Result<SampleRenderer, SessionError>, item: &I| {
+        let result = match sampler {
+            Ok(sampler) => make(sampler, item),
+            Err(e) => Err(no_renderer(item, e)),
+        };
+        done();
+        result
+    };
+    items.par_iter().map_init(|| SampleRenderer::new(side), make_one).collect()
 }
 
 /// A provider of one module.

@@ -32,8 +32,8 @@ pub const MAX_ANIMATION_PIXELS: f64 = 2e9;
 
 /// The format for a file's extension.
 pub fn animation_format(path: &Path) -> Option<AnimationFormat> {
-    let ending = path.extension()?.to_ascii_lowercase();
-    match ending.to_str()? {
+    let extension = path.extension()?.to_ascii_lowercase();
+    match extension.to_str()? {
         "gif" => Some(AnimationFormat::Gif),
         "apng" => Some(AnimationFormat::Apng),
         _ => None,
@@ -109,8 +109,8 @@ impl<W: Write> AnimationWriter<W> {
             return Err(ImageError::Size { width, height, given: display.len().saturating_mul(4) });
         }
         let rgb: Vec<u8> = display.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
-        let starts = |frame: u32| (f64::from(frame) * 100.0 / f64::from(self.rate)).round();
-        let hundredths = starts(self.written + 1) - starts(self.written);
+        let start = |frame: u32| (f64::from(frame) * 100.0 / f64::from(self.rate)).round();
+        let hundredths = start(self.written + 1) - start(self.written);
         match &mut self.encoder {
             Encoder::Apng(writer) => writer.write_image_data(&rgb).map_err(failed)?,
             Encoder::Gif(writer) => {

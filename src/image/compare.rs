@@ -82,7 +82,7 @@ impl DisplayImage {
     ///
     /// # Errors
     /// Different sizes.
-    pub(crate) fn part_within(&self, other: &Self, bound: &Self) -> Result<f64, ImageError> {
+    pub(crate) fn fraction_within(&self, other: &Self, bound: &Self) -> Result<f64, ImageError> {
         self.matches(other)?;
         self.matches(bound)?;
         let is_within = |((p, q), b): &((&[u8; 4], &[u8; 4]), &[u8; 4])| (0..3).all(|c| p[c].abs_diff(q[c]) <= b[c]);
@@ -147,10 +147,10 @@ mod tests {
     #[test]
     fn a_bound_holds_where_no_channel_exceeds_it() {
         let (a, b) = (picture(10, 10, |_| 10), picture(10, 10, |i| if i < 3 { 14 } else { 11 }));
-        assert_eq!(a.part_within(&b, &picture(10, 10, |_| 1)).expect("one size"), 0.97);
-        assert_eq!(a.part_within(&b, &picture(10, 10, |_| 4)).expect("one size"), 1.0);
-        assert_eq!(a.part_within(&b, &picture(10, 10, |_| 0)).expect("one size"), 0.0);
-        assert!(a.part_within(&b, &picture(5, 20, |_| 4)).is_err());
+        assert_eq!(a.fraction_within(&b, &picture(10, 10, |_| 1)).expect("one size"), 0.97);
+        assert_eq!(a.fraction_within(&b, &picture(10, 10, |_| 4)).expect("one size"), 1.0);
+        assert_eq!(a.fraction_within(&b, &picture(10, 10, |_| 0)).expect("one size"), 0.0);
+        assert!(a.fraction_within(&b, &picture(5, 20, |_| 4)).is_err());
     }
 
     #[test]

@@ -48,9 +48,10 @@ struct GlyphBitmap {
     coverage: Vec<f32>,
 }
 
-fn letter(font: &FontRef<'_>, letter: char, size_px: f32) -> GlyphBitmap {
+/// The coverage of a character's glyph.
+fn rasterised(font: &FontRef<'_>, character: char, size_px: f32) -> GlyphBitmap {
     let scaled = font.as_scaled(font.pt_to_px_scale(size_px * POINTS_PER_PX).unwrap_or(size_px.into()));
-    let id = font.glyph_id(letter);
+    let id = font.glyph_id(character);
     let advance = scaled.h_advance(id);
     let Some(outline) = scaled.outline_glyph(id.with_scale(scaled.scale())) else {
         return GlyphBitmap { size: [0, 0], bearing: [0, 0], advance, coverage: Vec::new() };
@@ -89,13 +90,13 @@ fn block(side: u32) -> GlyphBitmap {
 
 impl GlyphAtlas {
     /// Draws the given characters for text of `size_px`. `marker_radius`: radius of the ring, in units of the font size.
-    pub(crate) fn draw(wanted: impl IntoIterator<Item = char>, size_px: f32, marker_radius: f32) -> Self {
+    pub(crate) fn draw(characters: impl IntoIterator<Item = char>, size_px: f32, marker_radius: f32) -> Self {
         let size_px = size_px.clamp(4.0, 512.0);
         let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).ok();
-        let wanted: BTreeSet<char> = wanted.into_iter().collect();
-        let drawn: Vec<(Option<char>, GlyphBitmap)> = wanted
+        let characters: BTreeSet<char> = characters.into_iter().collect();
+        let drawn: Vec<(Option<char>, GlyphBitmap)> = characters
             .into_iter()
-            .filter_map(|c| Some((Some(c), letter(font.as_ref()?, c, size_px))))
+            .filter_map(|c| Some((Some(c), rasterised(font.as_ref()?, c, size_px))))
             .chain([
                 (None, ring(marker_radius * size_px, (MARKER_STROKE_EMS * size_px).max(1.0))),
                 (None, block((BLOCK_SIDE_EMS * size_px).ceil() as u32)),
@@ -105,19 +106,19 @@ impl GlyphAtlas {
         let width = ((TEXTURE_WIDTH_EMS * size_px) as u32).max(widest + 2);
         // Rows of cells, each as high as its highest glyph, with a border of one empty texel.
         let (mut pen, mut row_height) = ([1_u32, 1_u32], 0_u32);
-        let mut places = Vec::new();
+        let mut positions = Vec::new();
         for (_, d) in &drawn {
             if pen[0] + d.size[0] + 1 > width {
                 pen = [1, pen[1] + row_height + 1];
                 row_height = 0;
             }
-            places.push(pen);
+            positions.push(pen);
             pen[0] += d.size[0] + 1;
             row_height = row_height.max(d.size[1]);
         }
         let height = pen[1] + row_height + 1;
         let mut bytes = vec![0_u8; width as usize * height as usize * 4];
-        for ((_, d), at) in drawn.iter().zip(&places) {
+        for ((_, d), at) in drawn.iter().zip(&positions) {
             for (y, row) in d.coverage.chunks(d.size[0].max(1) as usize).enumerate() {
                 for (x, coverage) in row.iter().enumerate() {
                     let texel = 4 * ((at[1] as usize + y) * width as usize + at[0] as usize + x);
@@ -126,13 +127,13 @@ impl GlyphAtlas {
             }
         }
         let cell = |(d, at): (&GlyphBitmap, &[u32; 2])| Glyph { at: *at, size: d.size, bearing: d.bearing, advance: d.advance };
-        let all: Vec<(Option<char>, Glyph)> = drawn.iter().zip(&places).map(|((c, d), at)| (*c, cell((d, at)))).collect();
-        let nothing = Glyph { at: [0, 0], size: [0, 0], bearing: [0, 0], advance: 0.0 };
-        let x_height = font.as_ref().map_or(0.0, |f| -(letter(f, 'x', size_px).bearing[1] as f32));
+        let all: Vec<(Option<char>, Glyph)> = drawn.iter().zip(&positions).map(|((c, d), at)| (*c, cell((d, at)))).collect();
+        let empty = Glyph { at: [0, 0], size: [0, 0], bearing: [0, 0], advance: 0.0 };
+        let x_height = font.as_ref().map_or(0.0, |f| -(rasterised(f, 'x', size_px).bearing[1] as f32));
         Self {
             texture: Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level { width, height, bytes }] }),
-            marker: all.iter().find(|(c, _)| c.is_none()).map_or(nothing, |(_, cell)| *cell),
-            block: all.iter().rfind(|(c, _)| c.is_none()).map_or(nothing, |(_, cell)| *cell),
+            marker: all.iter().find(|(c, _)| c.is_none()).map_or(empty, |(_, cell)| *cell),
+            block: all.iter().rfind(|(c, _)| c.is_none()).map_or(empty, |(_, cell)| *cell),
             cells: all.into_iter().filter_map(|(c, cell)| Some((c?, cell))).collect(),
             baseline_offset: (0.5 * x_height).round(),
         }
@@ -167,9 +168,9 @@ mod tests {
         for (k, a) in all.iter().enumerate().filter(|(_, c)| c.size[0] > 0) {
             assert!(all[k + 1..].iter().filter(|c| c.size[0] > 0).all(|b| apart(a, b, 0) || apart(a, b, 1)), "{a:?}");
         }
-        let whole: f64 = glyphs.texture.levels[0].bytes.chunks(4).map(|t| f64::from(t[0]) / 255.0).sum();
+        let total: f64 = glyphs.texture.levels[0].bytes.chunks(4).map(|t| f64::from(t[0]) / 255.0).sum();
         let cells: f64 = all.iter().map(|c| covered(&glyphs, c)).sum();
-        assert!((whole - cells).abs() < 1e-6 && whole > 100.0, "{whole} of texels, {cells} in cells");
+        assert!((total - cells).abs() < 1e-6 && total > 100.0, "{total} of texels, {cells} in cells");
         assert!(glyphs.cells[&' '].advance > 2.0 && glyphs.cells[&' '].size[0] == 0);
         assert!(covered(&glyphs, &glyphs.cells[&'\u{10FFFF}']) > 1.0, "a sign for what the font does not have");
     }

@@ -1,7 +1,8 @@
 //! The store of maps. A map in the user's folder takes precedence over an embedded one; each is decoded when first needed.
 //!
 //! In: names of maps and how they are decoded. Out: their texels and mip levels. Always: when the decoded maps exceed [`BUDGET_BYTES`], those that no view has
-//! used for [`UNUSED`] are dropped, the least recently used first, so that a tour of all bodies does not fill the memory. Textures that were not read from a file of a map are kept.
+//! used for [`MIN_IDLE`] are dropped at the next use of any map, the least recently used first, so that a tour of all bodies does not fill the memory. Textures
+//! that were not read from a file of a map are kept.
 
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, PoleFilter, SharedTexture, TexelFormat, Texture};
 use crate::files::{check_inside, read_bytes};
@@ -16,7 +17,7 @@ use std::time::{Duration, Instant};
 /// Bytes of decoded maps above which unused ones are dropped: six maps of 2048x1024 with their mip levels.
 const BUDGET_BYTES: usize = 64 << 20;
 /// A map that was used more recently is not dropped: the next frame will probably use it again.
-const UNUSED: Duration = Duration::from_secs(10);
+const MIN_IDLE: Duration = Duration::from_secs(5);
 
 /// Where a map of this name would be read from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,8 +34,9 @@ pub struct MapDecoding {
     pub poles: PoleFilter,
 }
 
+/// A decoded map in memory.
 #[derive(Debug)]
-struct Kept {
+struct CachedMap {
     texture: SharedTexture,
     /// `None`: its texels cannot be read again.
     last_used: Option<Instant>,
@@ -45,19 +47,19 @@ fn bytes_of(texture: &Texture) -> usize {
 }
 
 /// Drops the least recently used maps until the rest fits into the budget.
-fn evict(decoded: &mut HashMap<(String, MapDecoding), Kept>, now: Instant) {
-    let mut total: usize = decoded.values().map(|kept| bytes_of(&kept.texture)).sum();
+fn evict(decoded: &mut HashMap<(String, MapDecoding), CachedMap>, now: Instant) {
+    let mut total: usize = decoded.values().map(|map| bytes_of(&map.texture)).sum();
     if total <= BUDGET_BYTES {
         return;
     }
-    let unused = |kept: &Kept| kept.last_used.filter(|used| now.saturating_duration_since(*used) >= UNUSED);
-    let mut oldest: Vec<_> = decoded.iter().filter_map(|(key, kept)| Some((unused(kept)?, key.clone()))).collect();
+    let idle_since = |map: &CachedMap| map.last_used.filter(|used| now.saturating_duration_since(*used) >= MIN_IDLE);
+    let mut oldest: Vec<_> = decoded.iter().filter_map(|(key, map)| Some((idle_since(map)?, key.clone()))).collect();
     oldest.sort_by_key(|(used, _)| *used);
     for (_, key) in oldest {
         if total <= BUDGET_BYTES {
             break;
         }
-        total -= decoded.remove(&key).map_or(0, |kept| bytes_of(&kept.texture));
+        total -= decoded.remove(&key).map_or(0, |map| bytes_of(&map.texture));
     }
 }
 
@@ -66,7 +68,7 @@ fn evict(decoded: &mut HashMap<(String, MapDecoding), Kept>, now: Instant) {
 pub struct MapStore {
     folder: Option<PathBuf>,
     max_megapixels: u32,
-    decoded: Mutex<HashMap<(String, MapDecoding), Kept>>,
+    decoded: Mutex<HashMap<(String, MapDecoding), CachedMap>>,
     premultiplied: Mutex<HashMap<String, SharedTexture>>,
 }
 
@@ -76,7 +78,7 @@ impl MapStore {
         Self::with_limit(folder, DEFAULT_MAX_MEGAPIXELS)
     }
 
-    /// The same store, with a limit on the megapixels of maps in the folder.
+    /// As [`Self::new`], with a limit on the megapixels of maps in the folder.
     pub(crate) fn with_limit(folder: Option<PathBuf>, max_megapixels: u32) -> Self {
         Self { folder, max_megapixels, decoded: Mutex::default(), premultiplied: Mutex::default() }
     }
@@ -102,15 +104,20 @@ impl MapStore {
     /// The map with its mip chain, filtered for drawing.
     pub(crate) fn get_decoded(&self, name: &str, decoding: MapDecoding) -> Result<SharedTexture, ImageError> {
         let key = (name.to_owned(), decoding);
-        if let Some(found) = self.decoded.lock().get_mut(&key) {
-            found.last_used = found.last_used.map(|_| Instant::now());
-            return Ok(found.texture.clone());
+        {
+            let (mut decoded, now) = (self.decoded.lock(), Instant::now());
+            if let Some(found) = decoded.get_mut(&key) {
+                found.last_used = found.last_used.map(|_| now);
+                let texture = found.texture.clone();
+                evict(&mut decoded, now);
+                return Ok(texture);
+            }
         }
         let texture = Arc::new(self.read(name, decoding)?);
         let mut decoded = self.decoded.lock();
         let now = Instant::now();
         evict(&mut decoded, now);
-        Ok(decoded.entry(key).or_insert(Kept { texture, last_used: Some(now) }).texture.clone())
+        Ok(decoded.entry(key).or_insert(CachedMap { texture, last_used: Some(now) }).texture.clone())
     }
 
     /// A colour image whose texels are multiplied by their alpha, in linear light.
@@ -123,20 +130,20 @@ impl MapStore {
     }
 
     /// Adds a texture that was created elsewhere, under a name that no file has.
-    pub(crate) fn keep(&self, name: &str, decoding: MapDecoding, texture: Texture) {
-        self.decoded.lock().insert((name.to_owned(), decoding), Kept { texture: Arc::new(texture), last_used: None });
+    pub(crate) fn insert(&self, name: &str, decoding: MapDecoding, texture: Texture) {
+        self.decoded.lock().insert((name.to_owned(), decoding), CachedMap { texture: Arc::new(texture), last_used: None });
     }
 
     /// Adds an image with premultiplied alpha under a name that no file has.
-    pub(crate) fn keep_premultiplied(&self, name: &str, texture: Texture) {
+    pub(crate) fn insert_premultiplied(&self, name: &str, texture: Texture) {
         self.premultiplied.lock().insert(name.to_owned(), Arc::new(texture));
     }
 
     /// Decodes in parallel the maps that are not in memory yet. Errors are reported to later callers that request the map.
-    pub fn prefetch(&self, wanted: &[(&str, MapDecoding)]) {
+    pub fn prefetch(&self, requested: &[(&str, MapDecoding)]) {
         let missing: Vec<&(&str, MapDecoding)> = {
             let decoded = self.decoded.lock();
-            wanted.iter().filter(|(name, decoding)| !decoded.contains_key(&((*name).to_owned(), *decoding))).collect()
+            requested.iter().filter(|(name, decoding)| !decoded.contains_key(&((*name).to_owned(), *decoding))).collect()
         };
         missing.into_par_iter().for_each(|(name, decoding)| drop(self.get_decoded(name, *decoding)));
     }
@@ -144,11 +151,11 @@ impl MapStore {
     fn read(&self, name: &str, decoding: MapDecoding) -> Result<Texture, ImageError> {
         match self.origin(name) {
             MapOrigin::Folder(path) => {
-                let shown = path.display().to_string();
+                let name = path.display().to_string();
                 let folder = self.folder.as_deref().unwrap_or(Path::new(""));
                 let bytes = check_inside(folder, &path).and_then(|()| read_bytes(&path, MAX_FILE_BYTES));
-                let bytes = bytes.map_err(|e| ImageError::Unreadable { name: shown.clone(), reason: e.to_string() })?;
-                Texture::decode_filtered(&shown, &bytes, decoding, self.max_megapixels)
+                let bytes = bytes.map_err(|e| ImageError::Unreadable { name: name.clone(), reason: e.to_string() })?;
+                Texture::decode_filtered(&name, &bytes, decoding, self.max_megapixels)
             }
             MapOrigin::Embedded => {
                 let bytes = MAPS.iter().find(|(n, _)| *n == name).map_or(&[][..], |(_, b)| b);
@@ -176,19 +183,19 @@ mod tests {
         };
         let decoding = MapDecoding { format: TexelFormat::Rgba8Unorm, poles: PoleFilter::None };
         let mut decoded = HashMap::new();
-        for (name, used) in [("first", Some(after(0))), ("second", Some(after(1))), ("made", None), ("recent", Some(after(30)))] {
-            decoded.insert((name.to_owned(), decoding), Kept { texture: megabytes(20), last_used: used });
+        for (name, used) in [("first", Some(after(0))), ("second", Some(after(1))), ("made", None), ("recent", Some(after(33)))] {
+            decoded.insert((name.to_owned(), decoding), CachedMap { texture: megabytes(20), last_used: used });
         }
-        let names = |decoded: &HashMap<(String, MapDecoding), Kept>| {
+        let names = |decoded: &HashMap<(String, MapDecoding), CachedMap>| {
             let mut names: Vec<String> = decoded.keys().map(|(name, _)| name.clone()).collect();
             names.sort();
             names
         };
-        evict(&mut decoded, after(5));
-        assert_eq!(names(&decoded).len(), 4, "all were used in the last ten seconds");
+        evict(&mut decoded, after(4));
+        assert_eq!(names(&decoded).len(), 4, "all were used in the last five seconds");
         evict(&mut decoded, after(35));
         assert_eq!(names(&decoded), ["made", "recent", "second"], "60 MB fit");
-        decoded.insert(("large".to_owned(), decoding), Kept { texture: megabytes(200), last_used: Some(after(34)) });
+        decoded.insert(("large".to_owned(), decoding), CachedMap { texture: megabytes(200), last_used: Some(after(34)) });
         evict(&mut decoded, after(36));
         assert_eq!(names(&decoded), ["large", "made", "recent"], "what is in use, or cannot be read again, stays");
     }

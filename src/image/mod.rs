@@ -20,13 +20,15 @@ mod sealed;
 pub use panorama::{Panorama, read_panorama};
 pub use poles::PoleFilter;
 mod write;
+mod y4m;
 
 pub use animation::{AnimationFormat, AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation_format};
 pub use compare::{Difference, DisplayImage};
 pub use glyph_atlas::{Glyph, GlyphAtlas};
 pub use maps::{MapDecoding, MapOrigin, MapStore};
-pub use sealed::{HEAD_LEN, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
-pub use write::{write_exr, write_png, write_y4m_frame, write_y4m_header};
+pub use sealed::{HEAD_LEN, exr_head_text, png_head_text, verify_exr, verify_png};
+pub use write::{write_exr, write_png};
+pub use y4m::{write_y4m_header, y4m_frame};
 
 /// Largest encoded image, bytes.
 pub(crate) const MAX_FILE_BYTES: u64 = 1 << 30;
@@ -162,14 +164,14 @@ impl Texture {
         let (mut sum, mut weight) = ([0.0; 3], 0.0);
         for (y, row) in level.bytes.chunks_exact(level.width as usize * 4).enumerate() {
             let w = ((y as f64 + 0.5) / f64::from(level.height) * std::f64::consts::PI).sin();
-            let mut of_row = [0.0_f64; 3];
+            let mut row_sum = [0.0_f64; 3];
             for texel in row.chunks_exact(4) {
                 for c in 0..3 {
-                    of_row[c] += f64::from(decode[usize::from(texel[c])]);
+                    row_sum[c] += f64::from(decode[usize::from(texel[c])]);
                 }
             }
             for c in 0..3 {
-                sum[c] += w * of_row[c];
+                sum[c] += w * row_sum[c];
             }
             weight += w * f64::from(level.width);
         }

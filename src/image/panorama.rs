@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// Formats of a panorama or a face.
 const FORMATS: [ImageFormat; 3] = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::OpenExr];
 /// Usual file extensions of these formats.
-const ENDINGS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
+const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
 const FACES: [&str; 6] = ["px", "nx", "py", "ny", "pz", "nz"];
 /// Largest width, texels around the equator.
 const MAX_WIDTH: usize = 8192;
@@ -44,8 +44,8 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
         let bytes = read_bytes(path, MAX_FILE_BYTES).map_err(|e| unreadable(path, e.to_string()))?;
         decode_any(&path.display().to_string(), &bytes, &FORMATS, max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS))
     };
-    let pattern = path.file_name().is_some_and(|name| name.to_string_lossy().contains('*'));
-    if !pattern && !path.is_dir() {
+    let is_pattern = path.file_name().is_some_and(|name| name.to_string_lossy().contains('*'));
+    if !is_pattern && !path.is_dir() {
         let picture = read(path)?;
         let (width, height) = (picture.width(), picture.height());
         if width.abs_diff(2 * height) > 1 {
@@ -77,8 +77,8 @@ fn face_path(path: &Path, face: &str) -> Result<PathBuf, ImageError> {
     if let Some(name) = path.file_name().map(|n| n.to_string_lossy()).filter(|n| n.contains('*')) {
         return Ok(path.with_file_name(name.replacen('*', face, 1)));
     }
-    let known = ENDINGS.iter().map(|ending| path.join(format!("{face}.{ending}"))).find(|p| p.is_file());
-    known.ok_or_else(|| unreadable(path, format!("no {face}.png, .jpg or .exr in it; a cube map has the faces {}", FACES.join(", "))))
+    let existing = EXTENSIONS.iter().map(|extension| path.join(format!("{face}.{extension}"))).find(|p| p.is_file());
+    existing.ok_or_else(|| unreadable(path, format!("no {face}.png, .jpg or .exr in it; a cube map has the faces {}", FACES.join(", "))))
 }
 
 /// An image in linear light.
@@ -95,8 +95,8 @@ impl Linear {
         let (width, height) = (picture.width() as usize, picture.height() as usize);
         let was_linear = matches!(picture, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
         let texels = if was_linear {
-            let clean = |v: f32| if v.is_finite() { v.max(0.0) } else { 0.0 };
-            picture.to_rgb32f().pixels().map(|p| Vec3::from_array(p.0.map(clean))).collect()
+            let valid = |v: f32| if v.is_finite() { v.max(0.0) } else { 0.0 };
+            picture.to_rgb32f().pixels().map(|p| Vec3::from_array(p.0.map(valid))).collect()
         } else {
             let table: Vec<f32> = (0..=255).map(|i| crate::units::srgb_to_linear(f64::from(i) / 255.0) as f32).collect();
             picture.to_rgb8().pixels().map(|p| Vec3::from_array(p.0.map(|b| table[usize::from(b)]))).collect()
@@ -104,9 +104,9 @@ impl Linear {
         Self { width, height, texels, was_linear }
     }
 
-    /// Bilinear interpolation between texel centres, clamped at the edges.
-    fn at(&self, place: DVec2) -> Vec3 {
-        let p = (place - 0.5).clamp(DVec2::ZERO, DVec2::new((self.width - 1) as f64, (self.height - 1) as f64));
+    /// Bilinear interpolation between texel centres, clamped at the edges. `position`: in texels.
+    fn sample(&self, position: DVec2) -> Vec3 {
+        let p = (position - 0.5).clamp(DVec2::ZERO, DVec2::new((self.width - 1) as f64, (self.height - 1) as f64));
         let (x, y) = (p.x as usize, p.y as usize);
         let (x1, y1) = ((x + 1).min(self.width - 1), (y + 1).min(self.height - 1));
         let row = |y: usize| self.texels[y * self.width + x].lerp(self.texels[y * self.width + x1], p.x.fract() as f32);
@@ -122,8 +122,8 @@ impl Linear {
             let longitude = TAU * (0.5 - ((k % width) as f64 + 0.5) / width as f64);
             let latitude = PI * (0.5 - ((k / width) as f64 + 0.5) / height as f64);
             let (forward, left, up) = (latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
-            let (face, place) = cube_face(DVec3::new(-left, up, forward));
-            faces[face].at((place * 0.5 + 0.5) * side as f64)
+            let (face, position) = cube_face(DVec3::new(-left, up, forward));
+            faces[face].sample((position * 0.5 + 0.5) * side as f64)
         };
         let texels = (0..width * height).into_par_iter().map(texel).collect();
         Self { width, height, texels, was_linear: faces.iter().all(|f| f.was_linear) }
@@ -132,24 +132,24 @@ impl Linear {
 
 /// The face that a direction (right, up, forward) hits, as an index into [`FACES`], and the position on it: -1 to 1, to the right and down as seen from inside.
 fn cube_face(d: DVec3) -> (usize, DVec2) {
-    let size = d.abs();
-    if size.x >= size.y && size.x >= size.z {
+    let magnitude = d.abs();
+    if magnitude.x >= magnitude.y && magnitude.x >= magnitude.z {
         let s = d.x.signum();
-        (usize::from(s < 0.0), DVec2::new(-d.z * s, -d.y) / size.x)
-    } else if size.y >= size.z {
+        (usize::from(s < 0.0), DVec2::new(-d.z * s, -d.y) / magnitude.x)
+    } else if magnitude.y >= magnitude.z {
         let s = d.y.signum();
-        (2 + usize::from(s < 0.0), DVec2::new(d.x, d.z * s) / size.y)
+        (2 + usize::from(s < 0.0), DVec2::new(d.x, d.z * s) / magnitude.y)
     } else {
         let s = d.z.signum();
-        (4 + usize::from(s < 0.0), DVec2::new(d.x * s, -d.y) / size.z)
+        (4 + usize::from(s < 0.0), DVec2::new(d.x * s, -d.y) / magnitude.z)
     }
 }
 
 fn texture(path: &Path, picture: Linear) -> Result<Panorama, ImageError> {
     let unit = if picture.was_linear {
         let mut brightest: Vec<f32> = picture.texels.iter().map(|t| t.max_element()).collect();
-        let place = ((brightest.len() as f64 * (1.0 - CLIPPED_FRACTION)) as usize).min(brightest.len() - 1);
-        let (_, unit, _) = brightest.select_nth_unstable_by(place, f32::total_cmp);
+        let index = ((brightest.len() as f64 * (1.0 - CLIPPED_FRACTION)) as usize).min(brightest.len() - 1);
+        let (_, unit, _) = brightest.select_nth_unstable_by(index, f32::total_cmp);
         if *unit > 0.0 { *unit } else { 1.0 }
     } else {
         1.0
@@ -170,7 +170,7 @@ mod tests {
     /// Neighbouring faces agree: a direction on an edge of the cube has the corresponding positions on both faces of a cube map.
     #[test]
     fn faces_are_arranged_as_in_a_cube_map() {
-        for (d, face, place) in [
+        for (d, face, position) in [
             ((0.0, 0.0, 1.0), 4, (0.0, 0.0)),
             ((1.0, 0.0, 0.0), 0, (0.0, 0.0)),
             // Right of the centre of pz is px, whose left edge adjoins pz.
@@ -182,7 +182,7 @@ mod tests {
             ((0.5, 0.0, -1.0), 5, (-0.5, 0.0)),
             ((0.0, 0.5, 1.0), 4, (0.0, -0.5)),
         ] {
-            assert_eq!(cube_face(d.into()), (face, place.into()), "{d:?}");
+            assert_eq!(cube_face(d.into()), (face, position.into()), "{d:?}");
         }
     }
 

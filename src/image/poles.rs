@@ -99,8 +99,9 @@ fn average(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
     // A box with `whole` texels on both sides has the variance whole (whole + 1) / 3; fractional weights on the next texels add the rest.
     let variance = sigma * sigma / 3.0;
     let full = (((1.0 + 12.0 * variance).sqrt() - 1.0) / 2.0).floor();
-    let part = (variance * (2.0 * full + 1.0) - full * (full + 1.0) * (2.0 * full + 1.0) / 3.0) / (2.0 * ((full + 1.0).powi(2) - variance));
-    let length = 2.0 * (full + part) + 1.0;
+    let end_weight =
+        (variance * (2.0 * full + 1.0) - full * (full + 1.0) * (2.0 * full + 1.0) / 3.0) / (2.0 * ((full + 1.0).powi(2) - variance));
+    let length = 2.0 * (full + end_weight) + 1.0;
     if length >= count as f64 {
         let mut sum = [0.0_f64; 4];
         for t in texels.iter() {
@@ -111,25 +112,25 @@ fn average(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
         texels.fill(sum.map(|s| (s / count as f64) as f32));
         return;
     }
-    let boxes = Boxes { whole: full as usize, part, weight: 1.0 / length };
-    sums.resize(sums.len().max(count + 2 * boxes.whole + 3), [0.0; 4]);
+    let filter = BoxFilter { whole: full as usize, end_weight, weight: 1.0 / length };
+    sums.resize(sums.len().max(count + 2 * filter.whole + 3), [0.0; 4]);
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
         // SAFETY: AVX2 was detected.
-        return unsafe { boxes.average_avx2(texels, sums) };
+        return unsafe { filter.average_avx2(texels, sums) };
     }
-    boxes.average(texels, sums);
+    filter.average(texels, sums);
 }
 
-/// A box filter: `whole` texels on both sides, and the fraction `part` of the next ones.
-struct Boxes {
+/// A box filter: `whole` texels on both sides, and the next ones with the weight `end_weight`.
+struct BoxFilter {
     whole: usize,
-    part: f64,
+    end_weight: f64,
     /// 1 / the length of the box.
     weight: f64,
 }
 
-impl Boxes {
+impl BoxFilter {
     /// Applies it three times around the circle. `sums` holds at least count + 2 whole + 3 values.
     #[inline(always)]
     fn average(&self, texels: &mut [[f32; 4]], sums: &mut [[f64; 4]]) {
@@ -139,20 +140,20 @@ impl Boxes {
             let mut sum = [0.0_f64; 4];
             sums[0] = sum;
             let mut next = 1;
-            for part in [&texels[count - whole - 1..], &*texels, &texels[..=whole]] {
-                for (to, t) in sums[next..].iter_mut().zip(part) {
+            for section in [&texels[count - whole - 1..], &*texels, &texels[..=whole]] {
+                for (to, t) in sums[next..].iter_mut().zip(section) {
                     for c in 0..4 {
                         sum[c] += f64::from(t[c]);
                     }
                     *to = sum;
                 }
-                next += part.len();
+                next += section.len();
             }
             let ends = sums.iter().zip(&sums[1..]).zip(sums[2 * whole + 2..].iter().zip(&sums[2 * whole + 3..]));
             for (t, ((before, first), (last, after))) in texels.iter_mut().zip(ends) {
                 for c in 0..4 {
                     let inner = last[c] - first[c];
-                    t[c] = ((inner + self.part * (after[c] - before[c] - inner)) * self.weight) as f32;
+                    t[c] = ((inner + self.end_weight * (after[c] - before[c] - inner)) * self.weight) as f32;
                 }
             }
         }
@@ -241,7 +242,7 @@ mod tests {
     #[test]
     fn slopes_are_averaged_as_vectors() {
         // The same direction of slope everywhere in space, along x: in the texture it rotates with the meridian.
-        let lean = |north: f32| {
+        let uniform_slope = |north: f32| {
             move |x: usize, _: usize| {
                 let lon = (x as f64 + 0.5) / WIDTH as f64 * TAU;
                 [NO_SLOPE - 0.2 * lon.sin() as f32, NO_SLOPE + north * 0.2 * lon.cos() as f32, 1.0, 1.0]
@@ -251,11 +252,11 @@ mod tests {
         let cone = level(|_, _| [NO_SLOPE, NO_SLOPE + 0.3, 0.8, 1.0]);
         let cone = smoothed(cone, PoleFilter::Slopes);
         for (y, north) in [(0, -1.0), (HEIGHT - 1, 1.0)] {
-            let slope = smoothed(level(lean(north)), PoleFilter::Slopes);
-            let off = slope[y].iter().enumerate().map(|(x, t)| (t[1] - lean(north)(x, y)[1]).abs()).fold(0.0, f32::max);
+            let slope = smoothed(level(uniform_slope(north)), PoleFilter::Slopes);
+            let off = slope[y].iter().enumerate().map(|(x, t)| (t[1] - uniform_slope(north)(x, y)[1]).abs()).fold(0.0, f32::max);
             assert!(off < 1e-5, "row {y}: {off}");
             let left = cone[y].iter().map(|t| (t[1] - NO_SLOPE).abs()).fold(0.0, f32::max);
-            assert!(left < 0.17, "row {y}: the cone's tip leans by {left} of 0.3");
+            assert!(left < 0.17, "row {y}: the cone's tip slopes by {left} of 0.3");
             let values = smoothed(level(|_, _| [NO_SLOPE, NO_SLOPE + 0.3, 0.8, 1.0]), PoleFilter::Values);
             assert!(values[y].iter().all(|t| (t[1] - NO_SLOPE) > 0.29), "as numbers the cone would stay");
         }
@@ -291,9 +292,9 @@ mod tests {
             let variance: f64 = sigma * sigma / 3.0;
             let full = (((1.0 + 12.0 * variance).sqrt() - 1.0) / 2.0).floor();
             let rest = variance * (2.0 * full + 1.0) - full * (full + 1.0) * (2.0 * full + 1.0) / 3.0;
-            let part = rest / (2.0 * ((full + 1.0).powi(2) - variance));
-            let boxes = Boxes { whole: full as usize, part, weight: 1.0 / (2.0 * (full + part) + 1.0) };
-            boxes.average(&mut other, &mut vec![[0.0; 4]; 3 * WIDTH]);
+            let end_weight = rest / (2.0 * ((full + 1.0).powi(2) - variance));
+            let filter = BoxFilter { whole: full as usize, end_weight, weight: 1.0 / (2.0 * (full + end_weight) + 1.0) };
+            filter.average(&mut other, &mut vec![[0.0; 4]; 3 * WIDTH]);
             assert!(one == other && one != row, "sigma {sigma}");
         }
     }

@@ -31,8 +31,8 @@ fn png_decoder(bytes: &[u8]) -> png::Decoder<Cursor<&[u8]>> {
     png::Decoder::new_with_options(Cursor::new(bytes), options)
 }
 
-/// Whether these are the bytes of an intact PNG of that size.
-pub fn is_whole_png(bytes: &[u8], (width, height): (u32, u32)) -> Result<(), ImageError> {
+/// Checks that these are the bytes of an intact PNG of that size.
+pub fn verify_png(bytes: &[u8], (width, height): (u32, u32)) -> Result<(), ImageError> {
     let mut reader = png_decoder(bytes).read_info().map_err(damaged)?;
     let (w, h) = reader.info().size();
     if (w, h) != (width, height) {
@@ -79,8 +79,8 @@ pub fn exr_head_text(head: &[u8]) -> Option<String> {
     seal_position(head).map(|(_, text)| text.to_owned())
 }
 
-/// Whether these are the bytes of an intact sealed EXR.
-pub fn is_whole_exr(bytes: &[u8]) -> Result<(), ImageError> {
+/// Checks that these are the bytes of an intact sealed EXR.
+pub fn verify_exr(bytes: &[u8]) -> Result<(), ImageError> {
     match seal_position(bytes) {
         Some((at, _)) if digest_without(bytes, at).as_bytes() == &bytes[at..at + DIGEST_LEN] => Ok(()),
         _ => Err(damaged("its bytes are not those that were written")),
@@ -112,20 +112,20 @@ mod tests {
     #[test]
     fn no_byte_may_change_or_be_missing() {
         type Read = fn(&[u8]) -> Option<String>;
-        let png_read: Read = |b| png_head_text(b, "Request").filter(|_| is_whole_png(b, SIZE).is_ok());
-        let exr_read: Read = |b| exr_head_text(b).filter(|_| is_whole_exr(b).is_ok());
+        let png_read: Read = |b| png_head_text(b, "Request").filter(|_| verify_png(b, SIZE).is_ok());
+        let exr_read: Read = |b| exr_head_text(b).filter(|_| verify_exr(b).is_ok());
         for (kind, bytes, read) in [("png", png(), png_read), ("exr", exr(), exr_read)] {
             assert_eq!(read(&bytes).as_deref(), Some("mine"), "{kind}");
-            let counts = |b: &[u8]| read(b).as_deref() == Some("mine");
+            let is_accepted = |b: &[u8]| read(b).as_deref() == Some("mine");
             for at in 0..bytes.len() {
-                assert!(!counts(&bytes[..at]), "{kind} cut to {at} of {} bytes", bytes.len());
+                assert!(!is_accepted(&bytes[..at]), "{kind} cut to {at} of {} bytes", bytes.len());
                 for bit in [1_u8, 0x80] {
-                    let mut turned = bytes.clone();
-                    turned[at] ^= bit;
-                    assert!(!counts(&turned), "{kind}: byte {at} of {} turned", bytes.len());
+                    let mut flipped = bytes.clone();
+                    flipped[at] ^= bit;
+                    assert!(!is_accepted(&flipped), "{kind}: byte {at} of {} flipped", bytes.len());
                 }
             }
         }
-        assert!(is_whole_png(&png(), (5, 4)).is_err() && png_head_text(&png(), "Other").is_none());
+        assert!(verify_png(&png(), (5, 4)).is_err() && png_head_text(&png(), "Other").is_none());
     }
 }

@@ -3,7 +3,7 @@
 //! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw one view at one exposure. Which option each
 //! quality uses is read from the scene that the program builds at that quality.
 
-use super::pictures::{DualRenderer, LightPicture, PlannedView, levels_apart, p999};
+use super::pictures::{DualRenderer, LinearPicture, PlannedView, levels_apart, p999};
 use super::rule::Unit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::catalog::NaifId;
@@ -64,31 +64,33 @@ fn qualities(dual: &DualRenderer<'_>, request: &ViewRequest, what: impl Fn(&Draw
 }
 
 /// Greatest difference from the reference, in percent of the reference's greatest radiance.
-fn max_percent_of_light(picture: &LightPicture, truth: &LightPicture) -> f64 {
-    let most = truth.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
-    let apart = picture.light.iter().zip(&truth.light).flat_map(|(p, q)| (0..3).map(move |c| (p[c] - q[c]).abs())).fold(0.0, f32::max);
-    100.0 * f64::from(apart) / f64::from(most.max(f32::MIN_POSITIVE))
+fn max_percent_of_light(picture: &LinearPicture, reference: &LinearPicture) -> f64 {
+    let greatest = reference.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
+    let difference =
+        picture.light.iter().zip(&reference.light).flat_map(|(p, q)| (0..3).map(move |c| (p[c] - q[c]).abs())).fold(0.0, f32::max);
+    100.0 * f64::from(difference) / f64::from(greatest.max(f32::MIN_POSITIVE))
 }
 
 /// Sum of absolute differences from the reference, in percent of all light.
-fn mean_percent_of_light(picture: &LightPicture, truth: &LightPicture) -> f64 {
-    let sum =
-        |of: &dyn Fn(usize, usize) -> f32| (0..truth.light.len()).map(|k| (0..3).map(|c| f64::from(of(k, c))).sum::<f64>()).sum::<f64>();
-    let apart = sum(&|k, c| (picture.light[k][c] - truth.light[k][c]).abs());
-    100.0 * apart / sum(&|k, c| truth.light[k][c]).max(f64::MIN_POSITIVE)
+fn mean_percent_of_light(picture: &LinearPicture, reference: &LinearPicture) -> f64 {
+    let sum = |of: &dyn Fn(usize, usize) -> f32| {
+        (0..reference.light.len()).map(|k| (0..3).map(|c| f64::from(of(k, c))).sum::<f64>()).sum::<f64>()
+    };
+    let difference = sum(&|k, c| (picture.light[k][c] - reference.light[k][c]).abs());
+    100.0 * difference / sum(&|k, c| reference.light[k][c]).max(f64::MIN_POSITIVE)
 }
 
-/// An option that draws one planned view.
-fn drawing<'a>(
+/// The candidate that draws one planned view.
+fn candidate<'a>(
     dual: &'a DualRenderer<'_>,
     name: &str,
     view: PlannedView,
     precision: Precision,
     default_of: Vec<Quality>,
-    error: impl Fn(&LightPicture) -> f64,
+    error: impl Fn(&LinearPicture) -> f64,
 ) -> Result<Candidate<'a>, SessionError> {
     let error = error(&dual.light(&view, precision)?);
-    Ok(Candidate { name: name.to_owned(), error, default_of, work: Box::new(move || dual.draw(&view, precision)) })
+    Ok(Candidate { name: name.to_owned(), error, default_of, workload: Box::new(move || dual.draw(&view, precision)) })
 }
 
 /// The eclipse models.
@@ -96,19 +98,19 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
     let dual = DualRenderer::new(session)?;
     let request = view_from_direction(NaifId::MOON, MOON_IN_PENUMBRA_JD_TDB, NaifId::EARTH, 20.0, effort);
     let request = ViewRequest { pixel_view: PixelView::Eclipse, ..request };
-    let asked = |model: EclipseModel| with_effects(&request, &format!("+eclipse={}", model.name()));
-    let truth = dual.light(&dual.plan_view(&asked(EclipseModel::Refracted)?, SINGLE_SAMPLE)?, Precision::F64)?;
+    let with_model = |model: EclipseModel| with_effects(&request, &format!("+eclipse={}", model.name()));
+    let reference = dual.light(&dual.plan_view(&with_model(EclipseModel::Refracted)?, SINGLE_SAMPLE)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for model in EclipseModel::CHOICES {
-        let asked = asked(model)?;
+        let request_of_model = with_model(model)?;
         let default_of = qualities(&dual, &request, |d| d.body == NaifId::MOON && d.features.eclipse.model == model)?;
-        let measured = drawing(&dual, model.name(), dual.plan_view(&asked, SINGLE_SAMPLE)?, Precision::F32, vec![], |p| {
-            max_percent_of_light(p, &truth)
+        let measured = candidate(&dual, model.name(), dual.plan_view(&request_of_model, SINGLE_SAMPLE)?, Precision::F32, vec![], |p| {
+            max_percent_of_light(p, &reference)
         })?;
         // The error is that of the sunlight on the ground; the time is that of the final image.
-        let shown = dual.plan_view(&ViewRequest { pixel_view: PixelView::Final, ..asked }, SINGLE_SAMPLE)?;
+        let final_image = dual.plan_view(&ViewRequest { pixel_view: PixelView::Final, ..request_of_model }, SINGLE_SAMPLE)?;
         let dual = &dual;
-        candidates.push(Candidate { default_of, work: Box::new(move || dual.draw(&shown, Precision::F32)), ..measured });
+        candidates.push(Candidate { default_of, workload: Box::new(move || dual.draw(&final_image, Precision::F32)), ..measured });
     }
     measure_choice(
         "eclipse",
@@ -131,18 +133,18 @@ fn with_draws(dual: &DualRenderer<'_>, request: &ViewRequest, change: impl Fn(&m
 pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
     let request = dual.with_metered_exposure(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId::EARTH, 2.0, effort))?;
-    let model_of = |model: RingShadow| {
+    let plan_of = |model: RingShadow| {
         with_draws(&dual, &request, |d| {
             if d.features.ring_shadow != RingShadow::None {
                 d.features.ring_shadow = model;
             }
         })
     };
-    let truth = dual.light(&model_of(RingShadow::Penumbra)?, Precision::F64)?;
+    let reference = dual.light(&plan_of(RingShadow::Penumbra)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (model, name) in [(RingShadow::PointSun, "point-sun"), (RingShadow::Penumbra, "penumbra")] {
         let default_of = qualities(&dual, &request, |d| d.features.ring_shadow == model)?;
-        candidates.push(drawing(&dual, name, model_of(model)?, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
+        candidates.push(candidate(&dual, name, plan_of(model)?, Precision::F32, default_of, |p| p999(levels_apart(p, &reference)))?);
     }
     measure_choice(
         "ring-shadow",
@@ -158,18 +160,18 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     let dual = DualRenderer::new(session)?;
     // From the direction of Uranus the shadow is visible beside the globe.
     let request = dual.with_metered_exposure(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId(799), 4.0, effort))?;
-    let model_of = |model: BodyShadow| {
+    let plan_of = |model: BodyShadow| {
         with_draws(&dual, &request, |d| {
             if d.features.body_shadow != BodyShadow::None {
                 d.features.body_shadow = model;
             }
         })
     };
-    let truth = dual.light(&model_of(BodyShadow::EllipsoidPenumbra)?, Precision::F64)?;
+    let reference = dual.light(&plan_of(BodyShadow::EllipsoidPenumbra)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (model, name) in [(BodyShadow::Sphere, "sphere"), (BodyShadow::EllipsoidPenumbra, "ellipsoid-penumbra")] {
         let default_of = qualities(&dual, &request, |d| d.features.body_shadow == model)?;
-        candidates.push(drawing(&dual, name, model_of(model)?, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
+        candidates.push(candidate(&dual, name, plan_of(model)?, Precision::F32, default_of, |p| p999(levels_apart(p, &reference)))?);
     }
     measure_choice("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from aside", Unit::Levels, effort.rounds(), candidates)
 }
@@ -193,26 +195,26 @@ fn atmosphere_views(dual: &DualRenderer<'_>, effort: Effort) -> Result<[ViewRequ
 pub(super) fn air_tier(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
     let views = atmosphere_views(&dual, effort)?;
-    let asked = |request: &ViewRequest, tier: AtmosphereModel| {
+    let plan_of = |request: &ViewRequest, tier: AtmosphereModel| {
         dual.plan_view(&with_effects(request, &format!("-clouds,+atmosphere={}", tier.name()))?, SINGLE_SAMPLE)
     };
-    let mut truths = Vec::new();
+    let mut references = Vec::new();
     for request in &views {
-        truths.push(dual.light(&asked(request, AtmosphereModel::Table)?, Precision::F64)?);
+        references.push(dual.light(&plan_of(request, AtmosphereModel::Table)?, Precision::F64)?);
     }
     let mut candidates = Vec::new();
     for tier in AtmosphereModel::CHOICES {
         let default_of = qualities(&dual, &views[0], |d| d.features.air.tier == tier)?;
         let mut worst = 0.0_f64;
-        let mut plan_view = Vec::new();
-        for (request, truth) in views.iter().zip(&truths) {
-            let view = asked(request, tier)?;
-            worst = worst.max(mean_percent_of_light(&dual.light(&view, Precision::F32)?, truth));
-            plan_view.push(view);
+        let mut planned_views = Vec::new();
+        for (request, reference) in views.iter().zip(&references) {
+            let view = plan_of(request, tier)?;
+            worst = worst.max(mean_percent_of_light(&dual.light(&view, Precision::F32)?, reference));
+            planned_views.push(view);
         }
         let dual = &dual;
-        let work = Box::new(move || plan_view.iter().try_for_each(|view| dual.draw(view, Precision::F32)));
-        candidates.push(Candidate { name: tier.name().to_owned(), error: worst, default_of, work });
+        let workload = Box::new(move || planned_views.iter().try_for_each(|view| dual.draw(view, Precision::F32)));
+        candidates.push(Candidate { name: tier.name().to_owned(), error: worst, default_of, workload });
     }
     let about = "the Earth from 3 radii, its limb from 400 km, its sky, the worst of them; against the table: the others leave out light scattered twice";
     measure_choice("air", about, Unit::PercentOfLight, effort.rounds(), candidates)
@@ -224,30 +226,31 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let request = view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId(799), 4.0, effort);
     let request =
         dual.with_metered_exposure(with_effects(&request, "-rings,-ring-shadow,-ring-shine,-atmosphere,-eclipse,-points,-planet-shine")?)?;
-    let asked = |on: bool| dual.plan_target(&with_effects(&request, if on { "+ellipsoid" } else { "-ellipsoid" })?, SINGLE_SAMPLE);
-    let truth = dual.light(&asked(true)?, Precision::F64)?;
+    let plan_of =
+        |ellipsoid: bool| dual.plan_target(&with_effects(&request, if ellipsoid { "+ellipsoid" } else { "-ellipsoid" })?, SINGLE_SAMPLE);
+    let reference = dual.light(&plan_of(true)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (shape, name) in [(Shape::Sphere, "sphere"), (Shape::Ellipsoid, "ellipsoid")] {
         let default_of = qualities(&dual, &request, |d| d.body == SATURN && d.features.shape == shape)?;
-        let view = asked(shape == Shape::Ellipsoid)?;
-        candidates.push(drawing(&dual, name, view, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
+        let view = plan_of(shape == Shape::Ellipsoid)?;
+        candidates.push(candidate(&dual, name, view, Precision::F32, default_of, |p| p999(levels_apart(p, &reference)))?);
     }
     measure_choice("shape", "shading of Saturn's globe; the outline is the ellipsoid's in both", Unit::Levels, effort.rounds(), candidates)
 }
 
 /// Options that differ in sampling: timed in f32, their errors computed in f64 to exclude rounding.
-fn sampled<'a>(
+fn sampling_candidates<'a>(
     dual: &'a DualRenderer<'_>,
     request: &ViewRequest,
     options: impl Iterator<Item = (String, SamplingQuality, Vec<Quality>)>,
     finest: SamplingQuality,
 ) -> Result<Vec<Candidate<'a>>, SessionError> {
-    let truth = dual.light(&dual.plan_target(request, finest)?, Precision::F64)?;
+    let reference = dual.light(&dual.plan_target(request, finest)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (name, sampling, default_of) in options {
         let view = dual.plan_target(request, sampling)?;
-        let error = p999(levels_apart(&dual.light(&view, Precision::F64)?, &truth));
-        candidates.push(Candidate { name, error, default_of, work: Box::new(move || dual.draw(&view, Precision::F32)) });
+        let error = p999(levels_apart(&dual.light(&view, Precision::F64)?, &reference));
+        candidates.push(Candidate { name, error, default_of, workload: Box::new(move || dual.draw(&view, Precision::F32)) });
     }
     Ok(candidates)
 }
@@ -265,7 +268,7 @@ pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasur
         let sampling = SamplingQuality { samples: 4, anisotropy };
         (anisotropy.to_string(), sampling, qualities_sampling(|s| s.anisotropy == anisotropy))
     });
-    let candidates = sampled(&dual, &request, options.into_iter(), SamplingQuality::of(Quality::Reference))?;
+    let candidates = sampling_candidates(&dual, &request, options.into_iter(), SamplingQuality::of(Quality::Reference))?;
     measure_choice("map-taps", "the Moon's ground and horizon from 400 km; against 16 taps", Unit::Levels, effort.rounds(), candidates)
 }
 
@@ -275,7 +278,7 @@ pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure
     let request = dual.with_metered_exposure(standard_request("saturn", effort)?)?;
     let options = [1_u8, 4]
         .map(|samples| (samples.to_string(), SamplingQuality { samples, ..SINGLE_SAMPLE }, qualities_sampling(|s| s.samples == samples)));
-    let candidates = sampled(&dual, &request, options.into_iter(), SamplingQuality { samples: 4, ..SINGLE_SAMPLE })?;
+    let candidates = sampling_candidates(&dual, &request, options.into_iter(), SamplingQuality { samples: 4, ..SINGLE_SAMPLE })?;
     let about = "Saturn with its rings; against 4 samples: limbs and rings have soft edges of their own";
     measure_choice("samples", about, Unit::Levels, effort.rounds(), candidates)
 }
@@ -284,17 +287,20 @@ pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure
 pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
     let request = dual.with_metered_exposure(standard_request("saturn", effort)?)?;
-    let side = |by: u32| request.width.div_ceil(by);
-    let coarse = |by: u32| {
-        dual.plan_target(&ViewRequest { width: side(by), height: side(by), ..request.clone() }, SamplingQuality::of(Quality::Standard))
+    let side = |divisor: u32| request.width.div_ceil(divisor);
+    let plan_reduced = |divisor: u32| {
+        dual.plan_target(
+            &ViewRequest { width: side(divisor), height: side(divisor), ..request.clone() },
+            SamplingQuality::of(Quality::Standard),
+        )
     };
-    let whole = dual.light(&coarse(1)?, Precision::F32)?;
+    let full_resolution = dual.light(&plan_reduced(1)?, Precision::F32)?;
     let mut candidates = Vec::new();
-    for by in [5, 4, 3, 2, 1] {
-        let view = coarse(by)?;
-        let error = |p: &LightPicture| p999(levels_apart(&p.stretched(whole.width, whole.height), &whole));
-        let default_of = if by == 1 { Quality::ALL.to_vec() } else { vec![] };
-        candidates.push(drawing(&dual, &format!("1/{by}"), view, Precision::F32, default_of, error)?);
+    for divisor in [5, 4, 3, 2, 1] {
+        let view = plan_reduced(divisor)?;
+        let error = |p: &LinearPicture| p999(levels_apart(&p.upsampled(full_resolution.width, full_resolution.height), &full_resolution));
+        let default_of = if divisor == 1 { Quality::ALL.to_vec() } else { vec![] };
+        candidates.push(candidate(&dual, &format!("1/{divisor}"), view, Precision::F32, default_of, error)?);
     }
     let about =
         "Saturn in motion, drawn with fewer pixels on each side and stretched; the window takes the finest that keeps 30 frames a second";
@@ -306,12 +312,12 @@ pub(super) fn precision(session: &Session, effort: Effort) -> Result<ChoiceMeasu
     let dual = DualRenderer::new(session)?;
     let request = dual.with_metered_exposure(standard_request("earth-3-radii", effort)?)?;
     let view = || dual.plan_view(&request, SINGLE_SAMPLE);
-    let truth = dual.light(&view()?, Precision::F64)?;
+    let reference = dual.light(&view()?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (precision, name, default_of) in
         [(Precision::F32, "f32", vec![Quality::Draft, Quality::Standard]), (Precision::F64, "f64", vec![Quality::Reference])]
     {
-        candidates.push(drawing(&dual, name, view()?, precision, default_of, |p| p999(levels_apart(p, &truth)))?);
+        candidates.push(candidate(&dual, name, view()?, precision, default_of, |p| p999(levels_apart(p, &reference)))?);
     }
     measure_choice("precision", "the Earth from 3 radii in an eclipse", Unit::Levels, effort.rounds(), candidates)
 }

@@ -33,10 +33,10 @@ fn sampling_error_fraction(quality: Quality) -> f64 {
 const MODEL_DIFFERENCE_FACTOR: f64 = 1.25;
 
 /// The picture without atmospheres, the optical depth along each ray, and the largest error of the atmosphere tiers.
-type WithoutAir = (Vec<[f32; 4]>, Vec<[f32; 4]>, f64);
+type AirlessPictures = (Vec<[f32; 4]>, Vec<[f32; 4]>, f64);
 
 /// The pictures from which the bounds of a view are computed.
-struct Layers {
+struct BoundInputs {
     /// The picture in the quality's precision.
     shown: Vec<[f32; 4]>,
     /// The picture in the other precision, f32 or f64.
@@ -47,7 +47,7 @@ struct Layers {
     without_eclipses: Option<(Vec<[f32; 4]>, f64)>,
     /// The picture without atmospheres, and the optical depth along each pixel's ray; and the largest error of the tiers, as a fraction of
     /// the scattered light.
-    without_air: Option<WithoutAir>,
+    without_air: Option<AirlessPictures>,
 }
 
 /// The bounds of a view's picture at the request's quality: linear light in the frame's `hdr`, 255ths in its `display`.
@@ -58,25 +58,25 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
     let dual = DualRenderer::new(session)?;
     let sampling = SamplingQuality::of(request.quality);
     let view = dual.plan_view(request, sampling)?;
-    let layers = layers_of(&dual, request, &view)?;
+    let inputs = bound_inputs(&dual, request, &view)?;
     let factor = view.scene.exposure.factor();
     let is_display = view.scene.purpose == Purpose::Display;
     let (width, height) = (request.width, request.height);
     let (mut hdr, mut display) = (Vec::new(), Vec::new());
-    for (k, pixel) in layers.shown.iter().enumerate() {
-        let range = neighbour_range(&layers.shown, width, k);
+    for (k, pixel) in inputs.shown.iter().enumerate() {
+        let range = neighbour_range(&inputs.shown, width, k);
         let bound: [f64; 3] = std::array::from_fn(|c| {
             let light = f64::from(pixel[c]);
-            let other_precision = 2.0 * f64::from((pixel[c] - layers.other_precision[k][c]).abs()) + 1e-6 * light.abs();
-            let eclipse = layers.without_eclipses.as_ref().map_or(0.0, |(bright, part)| {
-                let bright = f64::from(bright[k][c]);
-                if (bright - light).abs() > 1e-6 * bright { part * bright } else { 0.0 }
+            let other_precision = 2.0 * f64::from((pixel[c] - inputs.other_precision[k][c]).abs()) + 1e-6 * light.abs();
+            let eclipse = inputs.without_eclipses.as_ref().map_or(0.0, |(unshadowed, fraction)| {
+                let unshadowed = f64::from(unshadowed[k][c]);
+                if (unshadowed - light).abs() > 1e-6 * unshadowed { fraction * unshadowed } else { 0.0 }
             });
-            let air = layers.without_air.as_ref().map_or(0.0, |(bare, depth, part)| {
-                let behind = f64::from(bare[k][c]) * (-f64::from(depth[k][c])).exp();
-                part * (light - behind).max(0.0) + AIR_TRANSMITTANCE * f64::from(bare[k][c])
+            let air = inputs.without_air.as_ref().map_or(0.0, |(airless, depth, fraction)| {
+                let behind = f64::from(airless[k][c]) * (-f64::from(depth[k][c])).exp();
+                fraction * (light - behind).max(0.0) + AIR_TRANSMITTANCE * f64::from(airless[k][c])
             });
-            let models = MODEL_DIFFERENCE_FACTOR * f64::from((pixel[c] - layers.reference_models[k][c]).abs());
+            let models = MODEL_DIFFERENCE_FACTOR * f64::from((pixel[c] - inputs.reference_models[k][c]).abs());
             let left_out = if is_display { VISIBLE_LIGHT / factor + VISIBLE_CHANGE * light.abs() } else { 0.0 };
             other_precision + models + eclipse + air + sampling_error_fraction(request.quality) * range[c] + left_out
         });
@@ -92,8 +92,8 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
 /// Error of the display level, 255ths, for a bound of the exposed radiance, plus a level for rounding to bytes.
 fn level_bound(light: f64, bound: f64) -> u8 {
     let level = |light: f64| 255.0 * linear_to_srgb(light.max(0.0));
-    let apart = (level(light + bound) - level(light)).max(level(light) - level(light - bound));
-    (apart.ceil() + 1.0).min(255.0) as u8
+    let difference = (level(light + bound) - level(light)).max(level(light) - level(light - bound));
+    (difference.ceil() + 1.0).min(255.0) as u8
 }
 
 /// Greatest difference between a pixel and its neighbours, per channel.
@@ -111,7 +111,7 @@ fn neighbour_range(light: &[[f32; 4]], width: u32, k: usize) -> [f64; 3] {
     range
 }
 
-fn layers_of(dual: &DualRenderer<'_>, request: &ViewRequest, view: &PlannedView) -> Result<Layers, SessionError> {
+fn bound_inputs(dual: &DualRenderer<'_>, request: &ViewRequest, view: &PlannedView) -> Result<BoundInputs, SessionError> {
     let sampling = SamplingQuality::of(request.quality);
     let precision = precision_of(request.quality);
     let other = if precision == Precision::F64 { Precision::F32 } else { Precision::F64 };
@@ -123,26 +123,26 @@ fn layers_of(dual: &DualRenderer<'_>, request: &ViewRequest, view: &PlannedView)
         request
     };
     // The remaining error is that of the reference's models.
-    let best = ViewRequest { quality: Quality::Reference, ..exposed.clone() };
+    let reference_request = ViewRequest { quality: Quality::Reference, ..exposed.clone() };
     let reference_models =
-        dual.plan_view(&best, SamplingQuality { anisotropy: SamplingQuality::of(Quality::Reference).anisotropy, ..sampling })?;
+        dual.plan_view(&reference_request, SamplingQuality { anisotropy: SamplingQuality::of(Quality::Reference).anisotropy, ..sampling })?;
     let features = || reference_models.scene.draws.iter().map(|d| d.features);
-    let eclipse_part = features().filter_map(|f| of_eclipse(f.eclipse.model)).map(|t| t.at_most).fold(0.0, f64::max);
+    let eclipse_fraction = features().filter_map(|f| of_eclipse(f.eclipse.model)).map(|t| t.max_error).fold(0.0, f64::max);
     let without_eclipses = if features().any(|f| f.eclipse.model != EclipseModel::None) {
-        Some((drawn(&without(Effect::Eclipse))?, eclipse_part))
+        Some((drawn(&without(Effect::Eclipse))?, eclipse_fraction))
     } else {
         None
     };
-    let without_air = if let Some(part) = features().filter_map(|f| of_atmosphere(f.air.tier)).map(|t| t.at_most).reduce(f64::max) {
+    let without_air = if let Some(fraction) = features().filter_map(|f| of_atmosphere(f.air.tier)).map(|t| t.max_error).reduce(f64::max) {
         let depth = ViewRequest { pixel_view: PixelView::OpticalDepth, ..exposed.clone() };
-        Some((drawn(&without(Effect::Atmosphere))?, drawn(&depth)?, part))
+        Some((drawn(&without(Effect::Atmosphere))?, drawn(&depth)?, fraction))
     } else {
         None
     };
     let shown = dual.light(view, precision)?.light;
     let other_precision = dual.light(view, other)?.light;
     let reference_models = dual.light(&reference_models, Precision::F32)?.light;
-    Ok(Layers { shown, other_precision, reference_models, without_eclipses, without_air })
+    Ok(BoundInputs { shown, other_precision, reference_models, without_eclipses, without_air })
 }
 
 #[cfg(test)]
@@ -155,10 +155,10 @@ mod tests {
         let level = |light: f64| 255.0 * linear_to_srgb(light);
         for light in [0.0, 1e-4, 0.02, 0.3, 0.9] {
             for bound in [1e-5, 1e-3, 0.05] {
-                let most = f64::from(level_bound(light, bound));
+                let greatest = f64::from(level_bound(light, bound));
                 for off in [-bound, -0.5 * bound, bound] {
                     let change = (level((light + off).max(0.0)).round() - level(light).round()).abs();
-                    assert!(change <= most, "{light} off by {off}: {change} levels, {most} stated");
+                    assert!(change <= greatest, "{light} off by {off}: {change} levels, {greatest} stated");
                 }
             }
         }

@@ -17,7 +17,7 @@ mod whole;
 
 pub(crate) use error_bound::error_bounds;
 pub(crate) use pictures::{DualRenderer, PlannedView};
-pub(crate) use pictures::{LightPicture, levels_apart};
+pub(crate) use pictures::{LinearPicture, levels_apart};
 pub(crate) use timing::quantile;
 pub(crate) use view::{SUFFICIENT_LEVELS, measure_view};
 pub(crate) use whole::renderer;
@@ -25,7 +25,7 @@ pub(crate) use whole::renderer;
 use crate::scene::request::Quality;
 use crate::session::{Session, SessionError};
 use rule::{Measurement, Unit};
-use timing::{Spread, interleaved, seconds_of};
+use timing::{Quartiles, interleaved, seconds_of};
 
 /// How long a measurement may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,7 +79,7 @@ pub(crate) struct ChoiceMeasure {
     /// Unit of the errors.
     pub unit: Unit,
     /// True if the scene decides from the view, in the same way at every quality, so that the rule does not apply.
-    pub is_by_view: bool,
+    pub is_chosen_per_view: bool,
     /// Measurements of the options.
     pub options: Vec<OptionMeasure>,
 }
@@ -89,7 +89,7 @@ impl ChoiceMeasure {
     pub(crate) fn broken_defaults(&self) -> Vec<(Quality, &str)> {
         let broken = |q: &Quality| self.options.iter().any(|o| o.default_of.contains(q) && !o.admissible_for.contains(q));
         let allowed = |q: Quality| self.options.iter().find(|o| o.admissible_for.contains(&q)).map(|o| (q, o.name.as_str()));
-        Quality::ALL.into_iter().filter(|q| !self.is_by_view && broken(q)).filter_map(allowed).collect()
+        Quality::ALL.into_iter().filter(|q| !self.is_chosen_per_view && broken(q)).filter_map(allowed).collect()
     }
 }
 
@@ -98,7 +98,7 @@ pub(crate) struct Candidate<'a> {
     name: String,
     error: f64,
     default_of: Vec<Quality>,
-    work: Box<dyn Fn() -> Result<(), SessionError> + 'a>,
+    workload: Box<dyn Fn() -> Result<(), SessionError> + 'a>,
 }
 
 /// Times the candidates in turns and applies the rule; ratios are relative to the last of the most accurate candidates.
@@ -110,20 +110,20 @@ pub(crate) fn measure_choice(
     candidates: Vec<Candidate<'_>>,
 ) -> Result<ChoiceMeasure, SessionError> {
     let times = {
-        let timed = candidates.iter().map(|c| move || seconds_of(|| (c.work)()));
-        let works: Vec<Box<timing::Work<'_, f64, SessionError>>> = timed.map(|w| Box::new(w) as Box<_>).collect();
-        let works: Vec<&timing::Work<'_, f64, SessionError>> = works.iter().map(|w| &**w).collect();
+        let timed = candidates.iter().map(|c| move || seconds_of(|| (c.workload)()));
+        let workloads: Vec<Box<timing::Workload<'_, f64, SessionError>>> = timed.map(|w| Box::new(w) as Box<_>).collect();
+        let workloads: Vec<&timing::Workload<'_, f64, SessionError>> = workloads.iter().map(|w| &**w).collect();
         // Load modules, maps and tables before timing.
-        interleaved(1, &works)?;
-        interleaved(rounds, &works)?
+        interleaved(1, &workloads)?;
+        interleaved(rounds, &workloads)?
     };
-    let least = candidates.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);
-    let reference = candidates.iter().rposition(|c| c.error <= least).unwrap_or(0);
-    let one = Spread { low: 1.0, median: 1.0, high: 1.0 };
+    let least_error = candidates.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);
+    let reference = candidates.iter().rposition(|c| c.error <= least_error).unwrap_or(0);
+    let one = Quartiles { low: 1.0, median: 1.0, high: 1.0 };
     let measurements: Vec<Measurement> = candidates
         .iter()
         .enumerate()
-        .map(|(k, c)| Measurement { error: c.error, relative_time: Spread::of_ratios(&times[k], &times[reference]).unwrap_or(one) })
+        .map(|(k, c)| Measurement { error: c.error, relative_time: Quartiles::of_ratios(&times[k], &times[reference]).unwrap_or(one) })
         .collect();
     let dominated = rule::dominated(&measurements);
     let allowed = Quality::ALL.map(|q| (q, rule::admissible(q, unit, &measurements)));
@@ -138,11 +138,11 @@ pub(crate) fn measure_choice(
             admissible_for: allowed.iter().filter(|(_, may)| may[k]).map(|(q, _)| *q).collect(),
         })
         .collect();
-    Ok(ChoiceMeasure { name, about, unit, is_by_view: BY_VIEW.contains(&name), options })
+    Ok(ChoiceMeasure { name, about, unit, is_chosen_per_view: CHOSEN_PER_VIEW.contains(&name), options })
 }
 
 /// Choices that the scene makes for each view.
-const BY_VIEW: [&str; 4] = ["ring-shadow", "body-shadow", "shape", "quality"];
+const CHOSEN_PER_VIEW: [&str; 4] = ["ring-shadow", "body-shadow", "shape", "quality"];
 
 /// Measures one choice.
 pub(crate) type MeasureChoice = fn(&Session, Effort) -> Result<ChoiceMeasure, SessionError>;

@@ -1,6 +1,6 @@
 //! Linear pictures and their differences.
 //!
-//! In: views. Out: [`LightPicture`]s and differences. Always: differences in levels are of the encoded value at the view's exposure, not rounded to bytes, so that
+//! In: views. Out: [`LinearPicture`]s and differences. Always: differences in levels are of the encoded value at the view's exposure, not rounded to bytes, so that
 //! errors below a level can be distinguished; radiance above white counts as white.
 
 use super::timing::quantile;
@@ -16,7 +16,7 @@ const FINEST: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };
 
 /// A picture of linear light.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct LightPicture {
+pub(crate) struct LinearPicture {
     /// Size in pixels.
     pub width: u32,
     /// Size in pixels.
@@ -27,18 +27,18 @@ pub(crate) struct LightPicture {
     pub exposure_factor: f64,
 }
 
-impl LightPicture {
-    /// Downsampled by averages of `by` x `by` pixels.
+impl LinearPicture {
+    /// Downsampled: each pixel is the average of `factor` x `factor` pixels.
     #[must_use]
-    pub(crate) fn reduced(&self, by: u32) -> Self {
-        let (width, height) = (self.width / by, self.height / by);
+    pub(crate) fn downsampled(&self, factor: u32) -> Self {
+        let (width, height) = (self.width / factor, self.height / factor);
         let mean = |x: u32, y: u32| {
             let mut sum = [0.0_f64; 4];
-            for (dx, dy) in (0..by).flat_map(|dy| (0..by).map(move |dx| (dx, dy))) {
-                let pixel = self.light[((y * by + dy) * self.width + x * by + dx) as usize];
+            for (dx, dy) in (0..factor).flat_map(|dy| (0..factor).map(move |dx| (dx, dy))) {
+                let pixel = self.light[((y * factor + dy) * self.width + x * factor + dx) as usize];
                 sum.iter_mut().zip(pixel).for_each(|(sum, value)| *sum += f64::from(value));
             }
-            sum.map(|sum| (sum / f64::from(by * by)) as f32)
+            sum.map(|sum| (sum / f64::from(factor * factor)) as f32)
         };
         let light = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect();
         Self { width, height, light, exposure_factor: self.exposure_factor }
@@ -46,20 +46,20 @@ impl LightPicture {
 
     /// Scaled to another size by bilinear interpolation of radiance between pixel centres, as a window shows a coarser picture.
     #[must_use]
-    pub(crate) fn stretched(&self, width: u32, height: u32) -> Self {
-        // The two pixels around a position of the finer picture, and the weight of the second.
-        let around = |k: u32, from: u32, to: u32| {
-            let place = ((f64::from(k) + 0.5) * f64::from(from) / f64::from(to) - 0.5).clamp(0.0, f64::from(from - 1));
-            let first = place.floor() as u32;
-            (first, (first + 1).min(from - 1), place.fract() as f32)
+    pub(crate) fn upsampled(&self, width: u32, height: u32) -> Self {
+        // The two pixels around pixel `k` of the upsampled picture, and the weight of the second.
+        let neighbours = |k: u32, from: u32, to: u32| {
+            let position = ((f64::from(k) + 0.5) * f64::from(from) / f64::from(to) - 0.5).clamp(0.0, f64::from(from - 1));
+            let first = position.floor() as u32;
+            (first, (first + 1).min(from - 1), position.fract() as f32)
         };
         let at = |x: u32, y: u32| self.light[(y * self.width + x) as usize];
         let mix = |a: [f32; 4], b: [f32; 4], t: f32| std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t);
         let mut light = Vec::with_capacity((width * height) as usize);
         for y in 0..height {
-            let (y0, y1, ty) = around(y, self.height, height);
+            let (y0, y1, ty) = neighbours(y, self.height, height);
             for x in 0..width {
-                let (x0, x1, tx) = around(x, self.width, width);
+                let (x0, x1, tx) = neighbours(x, self.width, width);
                 light.push(mix(mix(at(x0, y0), at(x1, y0), tx), mix(at(x0, y1), at(x1, y1), tx), ty));
             }
         }
@@ -72,7 +72,7 @@ impl LightPicture {
 }
 
 /// For each pixel, the greatest difference of any channel, in display levels.
-pub(crate) fn levels_apart(a: &LightPicture, b: &LightPicture) -> Vec<f64> {
+pub(crate) fn levels_apart(a: &LinearPicture, b: &LinearPicture) -> Vec<f64> {
     levels::levels_apart(a.exposed_pixels(), b.exposed_pixels())
 }
 
@@ -107,10 +107,10 @@ impl<'a> DualRenderer<'a> {
         Ok(PlannedView { scene, plan })
     }
 
-    pub(crate) fn light(&self, view: &PlannedView, precision: Precision) -> Result<LightPicture, SessionError> {
+    pub(crate) fn light(&self, view: &PlannedView, precision: Precision) -> Result<LinearPicture, SessionError> {
         let (frame, _) = self.renderer(precision).render(&view.plan, self.session.library(), true)?;
         let exposure_factor = view.scene.exposure.factor();
-        Ok(LightPicture { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor })
+        Ok(LinearPicture { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor })
     }
 
     /// Draws the view and discards the result, for timing.
@@ -145,29 +145,29 @@ pub(crate) struct PlannedView {
 mod tests {
     use super::*;
 
-    fn grey(width: u32, height: u32, of: impl Fn(u32, u32) -> f32) -> LightPicture {
+    fn grey(width: u32, height: u32, of: impl Fn(u32, u32) -> f32) -> LinearPicture {
         let light = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| [of(x, y), 0.0, 0.0, 1.0]).collect();
-        LightPicture { width, height, light, exposure_factor: 1.0 }
+        LinearPicture { width, height, light, exposure_factor: 1.0 }
     }
 
     #[test]
-    fn reducing_and_stretching_do_not_shift_light() {
+    fn downsampling_and_upsampling_do_not_shift_light() {
         let ramp = grey(8, 4, |x, _| x as f32);
-        let half = ramp.reduced(2);
+        let half = ramp.downsampled(2);
         assert_eq!((half.width, half.height), (4, 2));
         assert_eq!(half.light.iter().map(|p| p[0]).collect::<Vec<_>>(), [0.5, 2.5, 4.5, 6.5, 0.5, 2.5, 4.5, 6.5]);
         // Between the centres of the outermost pixels a ramp is reproduced.
-        let back = half.stretched(8, 4);
+        let back = half.upsampled(8, 4);
         assert!((1..7).all(|x| (back.light[x][0] - ramp.light[x][0]).abs() < 1e-6), "{:?}", &back.light[..8]);
-        assert_eq!(ramp.stretched(8, 4), ramp);
+        assert_eq!(ramp.upsampled(8, 4), ramp);
     }
 
     #[test]
     fn levels_follow_the_exposure() {
         let (black, white) = (grey(2, 1, |_, _| 0.0), grey(2, 1, |x, _| if x == 0 { 0.0 } else { 3.0 }));
-        let apart = levels_apart(&black, &white);
-        assert!(apart[0] == 0.0 && (apart[1] - 255.0).abs() < 1e-9, "{apart:?}");
-        let dark = LightPicture { exposure_factor: 0.0, ..white };
+        let difference = levels_apart(&black, &white);
+        assert!(difference[0] == 0.0 && (difference[1] - 255.0).abs() < 1e-9, "{difference:?}");
+        let dark = LinearPicture { exposure_factor: 0.0, ..white };
         assert_eq!(p999(levels_apart(&black, &dark)), 0.0);
         assert_eq!(p999((0..=1000).map(f64::from).collect()), 999.0);
         assert_eq!(p999(Vec::new()), 0.0);

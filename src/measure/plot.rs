@@ -52,8 +52,8 @@ pub(crate) fn pixels(choices: &[ChoiceMeasure]) -> Result<Vec<[u8; 4]>, PlotErro
 /// Registers an embedded font for bitmaps, because the system may have none.
 fn provide_font() -> Result<(), PlotError> {
     static REGISTERED: OnceLock<bool> = OnceLock::new();
-    let given = REGISTERED.get_or_init(|| register_font(FONT, FontStyle::Normal, epaint_default_fonts::HACK_REGULAR).is_ok());
-    if *given { Ok(()) } else { Err(PlotError("the built-in font cannot be read".into())) }
+    let is_registered = REGISTERED.get_or_init(|| register_font(FONT, FontStyle::Normal, epaint_default_fonts::HACK_REGULAR).is_ok());
+    if *is_registered { Ok(()) } else { Err(PlotError("the built-in font cannot be read".into())) }
 }
 
 fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, choices: &[ChoiceMeasure]) -> Result<(), PlotError>
@@ -72,9 +72,9 @@ where
 }
 
 /// A range of a logarithmic axis around positive values.
-fn span(values: impl Iterator<Item = f64> + Clone, below: f64, above: f64) -> std::ops::Range<f64> {
-    let (least, most) = (values.clone().fold(f64::INFINITY, f64::min), values.fold(0.0, f64::max));
-    if most > 0.0 { least * below..most * above } else { 0.1..10.0 }
+fn axis_range(values: impl Iterator<Item = f64> + Clone, below: f64, above: f64) -> std::ops::Range<f64> {
+    let (least_error, greatest) = (values.clone().fold(f64::INFINITY, f64::min), values.fold(0.0, f64::max));
+    if greatest > 0.0 { least_error * below..greatest * above } else { 0.1..10.0 }
 }
 
 fn draw_panel<B: DrawingBackend>(panel: &DrawingArea<B, Shift>, choice: &ChoiceMeasure) -> Result<(), PlotError>
@@ -84,10 +84,10 @@ where
     let options = &choice.options;
     let positive = options.iter().map(|o| o.measurement.error).filter(|e| *e > 0.0);
     // Errors of 0 are drawn at the lower edge.
-    let errors = span(positive, 0.1, 8.0);
+    let errors = axis_range(positive, 0.1, 8.0);
     let floor = errors.start;
     let height = |o: &OptionMeasure| if o.measurement.error > 0.0 { o.measurement.error } else { floor };
-    let times = span(options.iter().map(|o| o.measurement.relative_time.median), 0.5, 3.0);
+    let times = axis_range(options.iter().map(|o| o.measurement.relative_time.median), 0.5, 3.0);
     let mut chart = ChartBuilder::on(panel)
         .margin(10)
         .caption(format!("{} [{}]", choice.name, choice.unit.name()), (FONT, 22).into_font().color(&INK))
@@ -104,8 +104,8 @@ where
         .label_style(label())
         .x_labels(5)
         .y_labels(6)
-        .x_label_formatter(&|v| short(*v))
-        .y_label_formatter(&|v| short(*v))
+        .x_label_formatter(&|v| axis_label(*v))
+        .y_label_formatter(&|v| axis_label(*v))
         .light_line_style(WHITE)
         .draw()
         .map_err(failed)?;
@@ -133,8 +133,8 @@ where
     for (k, offset) in label_offsets(&points, &texts, ends).into_iter().enumerate() {
         let colour = if options[k].is_dominated { DOMINATED } else { FRONTIER };
         let font = (FONT, LABEL_PX).into_font().color(&colour);
-        let place = (options[k].measurement.relative_time.median, height(&options[k]));
-        chart.draw_series([EmptyElement::at(place) + Text::new(texts[k].clone(), offset, font)]).map_err(failed)?;
+        let position = (options[k].measurement.relative_time.median, height(&options[k]));
+        chart.draw_series([EmptyElement::at(position) + Text::new(texts[k].clone(), offset, font)]).map_err(failed)?;
     }
     Ok(())
 }
@@ -145,8 +145,8 @@ const LABEL_PX: i32 = 15;
 /// Offset of each label from its point: the first position within the panel that overlaps no other label and no point. `ends`: two opposite corners of the panel.
 fn label_offsets(points: &[(i32, i32)], texts: &[String], ends: ((i32, i32), (i32, i32))) -> Vec<(i32, i32)> {
     type Rect = (i32, i32, i32, i32);
-    let meet = |a: &Rect, b: &Rect| a.0 < b.2 && b.0 < a.2 && a.1 < b.3 && b.1 < a.3;
-    let mut taken: Vec<Rect> = points.iter().map(|(x, y)| (x - 5, y - 5, x + 5, y + 5)).collect();
+    let overlap = |a: &Rect, b: &Rect| a.0 < b.2 && b.0 < a.2 && a.1 < b.3 && b.1 < a.3;
+    let mut occupied: Vec<Rect> = points.iter().map(|(x, y)| (x - 5, y - 5, x + 5, y + 5)).collect();
     let mut offsets = Vec::new();
     for (&(x, y), text) in points.iter().zip(texts) {
         // The average width of the built-in font is 0.61 of its height.
@@ -155,15 +155,15 @@ fn label_offsets(points: &[(i32, i32)], texts: &[String], ends: ((i32, i32), (i3
         let places = rows.into_iter().flat_map(|dy| [7, -width - 7, -width / 2].map(|dx| (dx, dy)));
         let rect = |(dx, dy): (i32, i32)| (x + dx, y + dy, x + dx + width, y + dy + LABEL_PX);
         let inside = |r: &Rect| r.0 >= ends.0.0 && r.2 <= ends.1.0.max(ends.0.0) + 8 && r.1 >= ends.1.1 && r.3 <= ends.0.1;
-        let free = places.clone().find(|place| inside(&rect(*place)) && !taken.iter().any(|t| meet(t, &rect(*place))));
+        let free = places.clone().find(|position| inside(&rect(*position)) && !occupied.iter().any(|t| overlap(t, &rect(*position))));
         let offset = free.unwrap_or((7, -LABEL_PX - 5));
-        taken.push(rect(offset));
+        occupied.push(rect(offset));
         offsets.push(offset);
     }
     offsets
 }
 
-/// An axis label: a power of ten far from 1, plain digits near 1.
-fn short(value: f64) -> String {
+/// The text of an axis label: a power of ten far from 1, plain digits near 1.
+fn axis_label(value: f64) -> String {
     if (0.01..10_000.0).contains(&value) { format!("{}", (value * 1e4).round() / 1e4) } else { format!("{value:.0e}") }
 }

@@ -42,23 +42,23 @@ fn worst_arcsec(a: &Direction<'_>, b: &Direction<'_>) -> Result<f64, EphemerisEr
 }
 
 fn candidates<'a>(
-    ways: Vec<(&'static str, Direction<'a>, Vec<Quality>)>,
-    truth: &Direction<'_>,
+    methods: Vec<(&'static str, Direction<'a>, Vec<Quality>)>,
+    reference: &Direction<'_>,
 ) -> Result<Vec<Candidate<'a>>, EphemerisError> {
     let mut all = Vec::new();
-    for (name, way, default_of) in ways {
-        let error = worst_arcsec(&way, truth)?;
-        let work = Box::new(move || {
+    for (name, method, default_of) in methods {
+        let error = worst_arcsec(&method, reference)?;
+        let workload = Box::new(move || {
             for _ in 0..PASSES {
                 for t in instants() {
                     for body in BODIES {
-                        std::hint::black_box(way(body, t)?);
+                        std::hint::black_box(method(body, t)?);
                     }
                 }
             }
             Ok(())
         });
-        all.push(Candidate { name: name.to_owned(), error, default_of, work });
+        all.push(Candidate { name: name.to_owned(), error, default_of, workload });
     }
     Ok(all)
 }
@@ -69,14 +69,14 @@ pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<Choi
     let from = |source: Source| -> Direction<'_> {
         Box::new(move |body, t| Ok(ephemeris.state(body, NaifId::EARTH, t, Some(source))?.state.pos_km))
     };
-    let ways = vec![
+    let methods = vec![
         ("mean", from(Source::Mean), vec![]),
         ("series", from(Source::Series), vec![]),
         ("kernel", from(Source::Kernel), Quality::ALL.to_vec()),
     ];
     let about =
         "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the kernel (itself within 0.02 arcsec of DE440)";
-    measure_choice("ephemeris", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &from(Source::Kernel))?)
+    measure_choice("ephemeris", about, Unit::Arcseconds, effort.rounds(), candidates(methods, &from(Source::Kernel))?)
 }
 
 /// Geometric position, position with light time, and apparent position with aberration: the results of `ephemeris` and `ephemeris --apparent`.
@@ -93,13 +93,13 @@ pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeas
         let seen_km = ephemeris.light_time_position(body, observer.pos_km, t)?.0 - observer.pos_km;
         Ok(aberrated(seen_km.normalize(), observer.vel_km_s))
     };
-    let ways = vec![
+    let methods = vec![
         ("geometric", geometric, vec![]),
         ("light-time", retarded, vec![]),
         ("apparent", Box::new(apparent) as Direction<'_>, Quality::ALL.to_vec()),
     ];
-    let truth: Direction<'_> = Box::new(apparent);
+    let reference: Direction<'_> = Box::new(apparent);
     let about =
         "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the apparent direction (light time and aberration)";
-    measure_choice("light-time", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &truth)?)
+    measure_choice("light-time", about, Unit::Arcseconds, effort.rounds(), candidates(methods, &reference)?)
 }

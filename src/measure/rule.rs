@@ -6,7 +6,7 @@
 //! the spread of the measurement are ignored. A quality uses the cheapest option within its bound; `reference` has no bound and uses the
 //! most accurate option.
 
-use super::timing::Spread;
+use super::timing::Quartiles;
 use crate::scene::request::Quality;
 
 /// The unit of an error.
@@ -56,7 +56,7 @@ pub(crate) struct Measurement {
     /// Error in the choice's unit, at least 0.
     pub error: f64,
     /// Ratio to the time of the choice's most accurate option.
-    pub relative_time: Spread,
+    pub relative_time: Quartiles,
 }
 
 impl Measurement {
@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     fn option(error: f64, time: f64) -> Measurement {
-        Measurement { error, relative_time: Spread { low: 0.95 * time, median: time, high: 1.05 * time } }
+        Measurement { error, relative_time: Quartiles { low: 0.95 * time, median: time, high: 1.05 * time } }
     }
 
     #[test]

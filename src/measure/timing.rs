@@ -8,20 +8,20 @@ use crate::session::process_cpu;
 use std::time::{Duration, Instant};
 
 /// A workload to be timed; its error ends the measurement.
-pub(crate) type Work<'a, T, E> = dyn Fn() -> Result<T, E> + 'a;
+pub(crate) type Workload<'a, T, E> = dyn Fn() -> Result<T, E> + 'a;
 
 /// Runs every workload once per round, in turns. Returns the results by workload, then by round.
 ///
 /// # Errors
 /// The first error of a workload.
-pub(crate) fn interleaved<T, E>(rounds: usize, works: &[&Work<'_, T, E>]) -> Result<Vec<Vec<T>>, E> {
-    let mut results: Vec<Vec<T>> = works.iter().map(|_| Vec::with_capacity(rounds)).collect();
-    let count = works.len();
+pub(crate) fn interleaved<T, E>(rounds: usize, workloads: &[&Workload<'_, T, E>]) -> Result<Vec<Vec<T>>, E> {
+    let mut results: Vec<Vec<T>> = workloads.iter().map(|_| Vec::with_capacity(rounds)).collect();
+    let count = workloads.len();
     for round in 0..rounds {
         for step in 0..count {
-            let turn = (step + round / 2) % count;
-            let k = if round % 2 == 0 { turn } else { count - 1 - turn };
-            results[k].push(works[k]()?);
+            let position = (step + round / 2) % count;
+            let k = if round % 2 == 0 { position } else { count - 1 - position };
+            results[k].push(workloads[k]()?);
         }
     }
     Ok(results)
@@ -31,18 +31,18 @@ pub(crate) fn interleaved<T, E>(rounds: usize, works: &[&Work<'_, T, E>]) -> Res
 ///
 /// # Errors
 /// The workload's error.
-pub(crate) fn seconds_of<E>(work: impl FnOnce() -> Result<(), E>) -> Result<f64, E> {
+pub(crate) fn seconds_of<E>(workload: impl FnOnce() -> Result<(), E>) -> Result<f64, E> {
     let before = process_cpu();
     let start = Instant::now();
-    work()?;
+    workload()?;
     let elapsed = start.elapsed();
-    let ran = before.and_then(|before| process_cpu()?.checked_sub(before)).filter(|ran| *ran > Duration::ZERO);
-    Ok(ran.unwrap_or(elapsed).as_secs_f64())
+    let cpu_time = before.and_then(|before| process_cpu()?.checked_sub(before)).filter(|time| *time > Duration::ZERO);
+    Ok(cpu_time.unwrap_or(elapsed).as_secs_f64())
 }
 
 /// A median with its quartiles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Spread {
+pub(crate) struct Quartiles {
     /// The lower quartile.
     pub low: f64,
     /// The median.
@@ -51,7 +51,7 @@ pub(crate) struct Spread {
     pub high: f64,
 }
 
-impl Spread {
+impl Quartiles {
     /// The quartiles of any values; `None` for no values.
     pub(crate) fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut values: Vec<f64> = values.into_iter().collect();
@@ -60,18 +60,18 @@ impl Spread {
     }
 
     /// The quartiles of the ratios of times from the same rounds.
-    pub(crate) fn of_ratios(times: &[f64], to: &[f64]) -> Option<Self> {
-        Self::of(times.iter().zip(to).filter(|(_, to)| **to > 0.0).map(|(time, to)| time / to))
+    pub(crate) fn of_ratios(times: &[f64], reference_times: &[f64]) -> Option<Self> {
+        Self::of(times.iter().zip(reference_times).filter(|(_, reference)| **reference > 0.0).map(|(time, reference)| time / reference))
     }
 }
 
-/// The quantile `part` (0 to 1) of sorted values, by linear interpolation.
-pub(crate) fn quantile(sorted: &[f64], part: f64) -> Option<f64> {
+/// The quantile `fraction` (0 to 1) of sorted values, by linear interpolation.
+pub(crate) fn quantile(sorted: &[f64], fraction: f64) -> Option<f64> {
     let last = sorted.len().checked_sub(1)?;
-    let place = part.clamp(0.0, 1.0) * last as f64;
-    let below = place.floor() as usize;
+    let position = fraction.clamp(0.0, 1.0) * last as f64;
+    let below = position.floor() as usize;
     let above = (below + 1).min(last);
-    Some(sorted[below] + (place - below as f64) * (sorted[above] - sorted[below]))
+    Some(sorted[below] + (position - below as f64) * (sorted[above] - sorted[below]))
 }
 
 #[cfg(test)]
@@ -99,22 +99,22 @@ mod tests {
         }
         // No workload is always first or always last.
         assert_ne!(&order[0..3], &order[3..6]);
-        assert_eq!(interleaved(1, &[&(|| Err::<(), _>("broken")) as &Work<'_, (), &str>]), Err("broken"));
+        assert_eq!(interleaved(1, &[&(|| Err::<(), _>("broken")) as &Workload<'_, (), &str>]), Err("broken"));
     }
 
     /// The machine slows down tenfold while two workloads run, one of which does twice as much: the ratios stay 2.
     #[test]
     fn ratios_are_independent_of_drift_of_the_machine() {
         let slowness = Cell::new(1.0);
-        let work = |amount: f64| {
+        let workload = |amount: f64| {
             let slowness = &slowness;
             move || -> Result<f64, ()> {
                 slowness.set(slowness.get() * 1.06);
                 Ok(amount * slowness.get())
             }
         };
-        let times = interleaved(20, &[&work(1.0), &work(2.0)]).expect("no error");
-        let ratio = Spread::of_ratios(&times[1], &times[0]).expect("ratios");
+        let times = interleaved(20, &[&workload(1.0), &workload(2.0)]).expect("no error");
+        let ratio = Quartiles::of_ratios(&times[1], &times[0]).expect("ratios");
         assert!((ratio.median - 2.0).abs() < 0.15 && ratio.low > 1.8 && ratio.high < 2.2, "{ratio:?}");
         // Run one after the other, the drift would appear as a cost.
         let (first, second) = (times[0][..10].iter().sum::<f64>(), times[1][10..].iter().sum::<f64>());
@@ -123,10 +123,10 @@ mod tests {
 
     #[test]
     fn quartiles_lie_between_values() {
-        let spread = Spread::of([4.0, 1.0, 3.0, 2.0, 5.0]).expect("values");
+        let spread = Quartiles::of([4.0, 1.0, 3.0, 2.0, 5.0]).expect("values");
         assert_eq!((spread.low, spread.median, spread.high), (2.0, 3.0, 4.0));
-        assert_eq!(Spread::of([7.0]).expect("a value"), Spread { low: 7.0, median: 7.0, high: 7.0 });
-        assert_eq!(Spread::of([]), None);
-        assert_eq!(Spread::of_ratios(&[1.0], &[0.0]), None);
+        assert_eq!(Quartiles::of([7.0]).expect("a value"), Quartiles { low: 7.0, median: 7.0, high: 7.0 });
+        assert_eq!(Quartiles::of([]), None);
+        assert_eq!(Quartiles::of_ratios(&[1.0], &[0.0]), None);
     }
 }

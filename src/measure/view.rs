@@ -19,7 +19,7 @@ pub(crate) struct ViewMeasure {
     /// Error and time of each quality.
     pub qualities: ChoiceMeasure,
     /// The first sufficient quality.
-    pub enough: Quality,
+    pub sufficient: Quality,
 }
 
 /// Measures the qualities in a view; `effort` sets the number of rounds.
@@ -30,19 +30,19 @@ pub(crate) fn measure_view(session: &Session, request: &ViewRequest, effort: Eff
     let dual = DualRenderer::new(session)?;
     let request = dual.with_metered_exposure(request.clone())?;
     let plan_view = |quality: Quality| dual.plan_view(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality));
-    let truth = dual.light(&plan_view(Quality::Reference)?, precision_of(Quality::Reference))?;
+    let reference = dual.light(&plan_view(Quality::Reference)?, precision_of(Quality::Reference))?;
     let mut candidates = Vec::new();
-    let mut enough = None;
+    let mut sufficient = None;
     for quality in Quality::ALL {
         let view = plan_view(quality)?;
-        let error = p999(levels_apart(&dual.light(&view, precision_of(quality))?, &truth));
+        let error = p999(levels_apart(&dual.light(&view, precision_of(quality))?, &reference));
         if error <= SUFFICIENT_LEVELS {
-            enough.get_or_insert(quality);
+            sufficient.get_or_insert(quality);
         }
         let dual = &dual;
-        let work = Box::new(move || dual.draw(&view, precision_of(quality)));
-        candidates.push(Candidate { name: quality.name().to_owned(), error, default_of: vec![quality], work });
+        let workload = Box::new(move || dual.draw(&view, precision_of(quality)));
+        candidates.push(Candidate { name: quality.name().to_owned(), error, default_of: vec![quality], workload });
     }
     let qualities = measure_choice("quality", "this view, against the reference quality", Unit::Levels, effort.rounds(), candidates)?;
-    Ok(ViewMeasure { qualities, enough: enough.unwrap_or(Quality::Reference) })
+    Ok(ViewMeasure { qualities, sufficient: sufficient.unwrap_or(Quality::Reference) })
 }

@@ -1,7 +1,7 @@
 //! Cost and error of complete pictures: qualities, stars, renderers.
 
 use super::drawings::standard_request;
-use super::pictures::{DualRenderer, LightPicture, levels_apart, p999};
+use super::pictures::{DualRenderer, LinearPicture, levels_apart, p999};
 use super::rule::Unit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::render::plan::SamplingQuality;
@@ -23,22 +23,22 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
     let mut views = Vec::new();
     for name in SCENES {
         let request = dual.with_metered_exposure(standard_request(name, effort)?)?;
-        let reference = ViewRequest { quality: Quality::Reference, ..request.clone() };
-        let truth = dual.light(&dual.plan_target(&reference, SamplingQuality::of(Quality::Reference))?, Precision::F64)?;
-        views.push((request, truth));
+        let reference_request = ViewRequest { quality: Quality::Reference, ..request.clone() };
+        let reference = dual.light(&dual.plan_target(&reference_request, SamplingQuality::of(Quality::Reference))?, Precision::F64)?;
+        views.push((request, reference));
     }
     let mut candidates = Vec::new();
     for quality in Quality::ALL {
         let mut worst = 0.0_f64;
-        let mut plan_view = Vec::new();
-        for (request, truth) in &views {
+        let mut planned_views = Vec::new();
+        for (request, reference) in &views {
             let view = dual.plan_target(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality))?;
-            worst = worst.max(p999(levels_apart(&dual.light(&view, precision_of(quality))?, truth)));
-            plan_view.push(view);
+            worst = worst.max(p999(levels_apart(&dual.light(&view, precision_of(quality))?, reference)));
+            planned_views.push(view);
         }
         let dual = &dual;
-        let work = Box::new(move || plan_view.iter().try_for_each(|view| dual.draw(view, precision_of(quality))));
-        candidates.push(Candidate { name: quality.name().to_owned(), error: worst, default_of: vec![quality], work });
+        let workload = Box::new(move || planned_views.iter().try_for_each(|view| dual.draw(view, precision_of(quality))));
+        candidates.push(Candidate { name: quality.name().to_owned(), error: worst, default_of: vec![quality], workload });
     }
     let about = "the Earth in an eclipse, Saturn, the Moon's limb, the worst of them; against the reference quality";
     measure_choice("quality", about, Unit::Levels, effort.rounds(), candidates)
@@ -53,18 +53,18 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let request = dual.with_metered_exposure(sky)?;
     let sampling = SamplingQuality::of(Quality::Standard);
     let view = |stars: bool| dual.plan_view(&ViewRequest { layers: Layers { stars, ..Layers::default() }, ..request.clone() }, sampling);
-    let sum = |p: &LightPicture| p.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
-    let truth = sum(&dual.light(&view(true)?, Precision::F64)?);
+    let sum = |p: &LinearPicture| p.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
+    let reference = sum(&dual.light(&view(true)?, Precision::F64)?);
     let mut candidates = Vec::new();
     for (on, name, default_of) in [(false, "none", vec![]), (true, "catalogue", Quality::ALL.to_vec())] {
-        let plan_view = view(on)?;
-        let error = 100.0 * (sum(&dual.light(&plan_view, Precision::F32)?) - truth).abs() / truth.max(f64::MIN_POSITIVE);
+        let planned_view = view(on)?;
+        let error = 100.0 * (sum(&dual.light(&planned_view, Precision::F32)?) - reference).abs() / reference.max(f64::MIN_POSITIVE);
         let dual = &dual;
         candidates.push(Candidate {
             name: name.to_owned(),
             error,
             default_of,
-            work: Box::new(move || dual.draw(&plan_view, Precision::F32)),
+            workload: Box::new(move || dual.draw(&planned_view, Precision::F32)),
         });
     }
     measure_choice("stars", "light of the night sky around Orion, 45 degrees", Unit::PercentOfLight, effort.rounds(), candidates)
@@ -88,21 +88,21 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
         return Ok(None);
     }
     let view = dual.plan_view(&request, sampling)?;
-    let truth = dual.light(&view, Precision::F64)?;
-    let on_gpu = LightPicture { light: drawn.frame.hdr, ..truth.clone() };
+    let reference = dual.light(&view, Precision::F64)?;
+    let on_gpu = LinearPicture { light: drawn.frame.hdr, ..reference.clone() };
     let in_software = dual.light(&view, Precision::F32)?;
     let candidates = vec![
         Candidate {
             name: format!("gpu ({})", drawn.by.adapter.as_deref().unwrap_or("unknown")),
-            error: p999(levels_apart(&on_gpu, &truth)),
+            error: p999(levels_apart(&on_gpu, &reference)),
             default_of: vec![],
-            work: Box::new(|| session.draw(&request, sampling, false).map(drop)),
+            workload: Box::new(|| session.draw(&request, sampling, false).map(drop)),
         },
         Candidate {
             name: "software".to_owned(),
-            error: p999(levels_apart(&in_software, &truth)),
+            error: p999(levels_apart(&in_software, &reference)),
             default_of: vec![],
-            work: Box::new(|| dual.draw(&view, Precision::F32)),
+            workload: Box::new(|| dual.draw(&view, Precision::F32)),
         },
     ];
     measure_choice("renderer", "Saturn with its rings; against f64", Unit::Levels, effort.rounds(), candidates).map(Some)

@@ -65,7 +65,7 @@ pub struct Model {
     /// Indices, three per triangle, counter-clockwise seen from outside.
     pub indices: Arc<Vec<u32>>,
     /// Distance of the farthest vertex from the centre, in the unit-sphere frame.
-    pub reach: f64,
+    pub max_radius: f64,
     pub(super) solid: Solid,
 }
 
@@ -86,7 +86,7 @@ impl PartialEq for Model {
 #[derive(Clone, Copy)]
 struct Point {
     /// Body axes, kilometres.
-    place_km: DVec3,
+    position_km: DVec3,
     normal: DVec3,
     map: DVec2,
     /// Linear RGB.
@@ -96,33 +96,33 @@ struct Point {
 /// The key by which corners share a vertex.
 #[derive(PartialEq, Eq, Hash)]
 struct VertexKey {
-    place: u32,
+    position_id: u32,
     normal: [u64; 3],
     map: [u64; 2],
 }
 
 /// For each position of the file, the index of the first position with the same coordinates. Some files repeat positions for each face.
-fn welded(places: &[DVec3]) -> Vec<u32> {
+fn welded(positions: &[DVec3]) -> Vec<u32> {
     let mut first: FxHashMap<[u64; 3], u32> = FxHashMap::default();
     // The sum turns minus zero into zero.
     let bits = |p: &DVec3| (*p + DVec3::ZERO).to_array().map(f64::to_bits);
-    (0..).zip(places).map(|(k, p)| *first.entry(bits(p)).or_insert(k)).collect()
+    (0..).zip(positions).map(|(k, p)| *first.entry(bits(p)).or_insert(k)).collect()
 }
 
 impl ShapeFrame {
-    fn map_place(&self, place_km: DVec3) -> DVec2 {
-        let m = place_km / self.radii_km * DVec3::new(1.0, 1.0, self.latitude_stretch);
+    fn map_coordinates(&self, position_km: DVec3) -> DVec2 {
+        let m = position_km / self.radii_km * DVec3::new(1.0, 1.0, self.latitude_stretch);
         DVec2::new(0.5 + m.y.atan2(m.x) / TAU, 0.5 - m.z.atan2(m.truncate().length()) / PI)
     }
 
-    fn on_axis(&self, place_km: DVec3) -> bool {
-        (place_km / self.radii_km).truncate().length() < ON_AXIS
+    fn on_axis(&self, position_km: DVec3) -> bool {
+        (position_km / self.radii_km).truncate().length() < ON_AXIS
     }
 }
 
 /// Barycentric coordinates of the point where the axis of rotation intersects a triangle; `None` if it misses the triangle or meets an edge.
-fn pole_inside(places: [DVec3; 3]) -> Option<DVec3> {
-    let p = places.map(DVec3::truncate);
+fn pole_inside(positions: [DVec3; 3]) -> Option<DVec3> {
+    let p = positions.map(DVec3::truncate);
     let weights = DVec3::new(p[1].perp_dot(p[2]), p[2].perp_dot(p[0]), p[0].perp_dot(p[1]));
     let sum = weights.x + weights.y + weights.z;
     let weights = weights / sum;
@@ -131,15 +131,15 @@ fn pole_inside(places: [DVec3; 3]) -> Option<DVec3> {
 
 /// Makes the texture coordinates of a triangle's corners continuous across the seam and at a pole.
 fn join_map_coordinates(frame: &ShapeFrame, corners: &mut [Point; 3]) {
-    let polar = corners.map(|c| frame.on_axis(c.place_km));
+    let polar = corners.map(|c| frame.on_axis(c.position_km));
     let Some(first) = polar.iter().position(|p| !p) else { return };
     let u0 = corners[first].map.x;
     for k in (0..3).filter(|k| !polar[*k]) {
         corners[k].map.x += (u0 - corners[k].map.x).round();
     }
-    // The least u is moved to 0..1, so that neighbouring triangles agree.
-    let least = (0..3).filter(|k| !polar[*k]).map(|k| corners[k].map.x).fold(f64::INFINITY, f64::min).floor();
-    (0..3).for_each(|k| corners[k].map.x -= least);
+    // The smallest u is moved to 0..1, so that neighbouring triangles agree.
+    let shift = (0..3).filter(|k| !polar[*k]).map(|k| corners[k].map.x).fold(f64::INFINITY, f64::min).floor();
+    (0..3).for_each(|k| corners[k].map.x -= shift);
     let (sum, count) = (0..3).filter(|k| !polar[*k]).fold((0.0, 0.0), |(s, n), k| (s + corners[k].map.x, n + 1.0));
     (0..3).filter(|k| polar[*k]).for_each(|k| corners[k].map.x = sum / count);
 }
@@ -149,29 +149,29 @@ struct Builder {
     known: FxHashMap<VertexKey, u32>,
     points: Vec<Point>,
     /// For each vertex the index of its position: vertices at one position are one point of the surface.
-    places: Vec<u32>,
+    position_ids: Vec<u32>,
     indices: Vec<u32>,
 }
 
 impl Builder {
-    fn vertex(&mut self, place: u32, point: Point) -> u32 {
-        let same = VertexKey { place, normal: point.normal.to_array().map(f64::to_bits), map: point.map.to_array().map(f64::to_bits) };
+    fn vertex(&mut self, position_id: u32, point: Point) -> u32 {
+        let key = VertexKey { position_id, normal: point.normal.to_array().map(f64::to_bits), map: point.map.to_array().map(f64::to_bits) };
         let next = self.points.len() as u32;
-        let at = *self.known.entry(same).or_insert(next);
-        if at == next {
+        let index = *self.known.entry(key).or_insert(next);
+        if index == next {
             self.points.push(point);
-            self.places.push(place);
+            self.position_ids.push(position_id);
         }
-        at
+        index
     }
 
-    fn triangle(&mut self, frame: &ShapeFrame, places: [u32; 3], mut corners: [Point; 3], from_file: bool) {
+    fn triangle(&mut self, frame: &ShapeFrame, position_ids: [u32; 3], mut corners: [Point; 3], from_file: bool) {
         if !from_file {
             join_map_coordinates(frame, &mut corners);
         }
-        for (place, corner) in places.into_iter().zip(corners) {
-            let at = self.vertex(place, corner);
-            self.indices.push(at);
+        for (position_id, corner) in position_ids.into_iter().zip(corners) {
+            let index = self.vertex(position_id, corner);
+            self.indices.push(index);
         }
     }
 }
@@ -195,51 +195,54 @@ impl Model {
     /// # Errors
     /// A size that cannot be the body's, or no triangle with an area: one line.
     pub fn of(obj: &Obj, frame: &ShapeFrame) -> Result<Self, ShapeError> {
-        let places_km: Vec<DVec3> = obj.places.iter().map(|p| *p * frame.scale_km).collect();
-        let used = || obj.triangles.iter().flatten().map(|c| places_km[c.place as usize]);
+        let positions_km: Vec<DVec3> = obj.positions.iter().map(|p| *p * frame.scale_km).collect();
+        let used = || obj.triangles.iter().flatten().map(|c| positions_km[c.position as usize]);
         let largest_km = frame.radii_km.max_element();
         let farthest_km = used().map(DVec3::length).fold(0.0, f64::max);
         if !REACH.contains(&(farthest_km / largest_km)) {
             return Err(ShapeError::Size { farthest_km, radius_km: largest_km });
         }
-        let weld = welded(&places_km);
-        let mut normals = vec![DVec3::ZERO; places_km.len()];
-        let at = |c: &Corner| places_km[c.place as usize];
+        let position_ids = welded(&positions_km);
+        let mut normals = vec![DVec3::ZERO; positions_km.len()];
+        let at = |c: &Corner| positions_km[c.position as usize];
         let area = |t: &[Corner; 3]| (at(&t[1]) - at(&t[0])).cross(at(&t[2]) - at(&t[0]));
         let solid_triangles: Vec<&[Corner; 3]> =
             obj.triangles.iter().filter(|t| area(t).length() > 1e-18 * largest_km * largest_km).collect();
         for t in &solid_triangles {
-            t.iter().for_each(|c| normals[weld[c.place as usize] as usize] += area(t));
+            t.iter().for_each(|c| normals[position_ids[c.position as usize] as usize] += area(t));
         }
         let mut builder = Builder::default();
         for t in &solid_triangles {
-            let facing = area(t).normalize();
+            let face_normal = area(t).normalize();
             let from_file = t.iter().all(|c| c.texture.is_some());
             let point = |c: &Corner| {
-                let place_km = at(c);
-                let given = c.normal.map(|n| obj.normals[n as usize]);
-                let of_file = c.texture.filter(|_| from_file).map(|t| obj.textures[t as usize]).map(|t| DVec2::new(t.x, 1.0 - t.y));
+                let position_km = at(c);
+                let file_normal = c.normal.map(|n| obj.normals[n as usize]);
+                let file_uv = c.texture.filter(|_| from_file).map(|t| obj.textures[t as usize]).map(|t| DVec2::new(t.x, 1.0 - t.y));
                 Point {
-                    place_km,
-                    normal: given.or(normals[weld[c.place as usize] as usize].try_normalize()).unwrap_or(facing),
-                    map: of_file.unwrap_or_else(|| frame.map_place(place_km)),
-                    colour: obj.colours.get(c.place as usize).map_or(DVec3::ONE, |c| DVec3::from_array(c.to_array().map(srgb_to_linear))),
+                    position_km,
+                    normal: file_normal.or(normals[position_ids[c.position as usize] as usize].try_normalize()).unwrap_or(face_normal),
+                    map: file_uv.unwrap_or_else(|| frame.map_coordinates(position_km)),
+                    colour: obj
+                        .colours
+                        .get(c.position as usize)
+                        .map_or(DVec3::ONE, |c| DVec3::from_array(c.to_array().map(srgb_to_linear))),
                 }
             };
             let corners = [point(&t[0]), point(&t[1]), point(&t[2])];
-            let places = [0, 1, 2].map(|k| weld[t[k].place as usize]);
-            match pole_inside(corners.map(|c| c.place_km)).filter(|_| !from_file) {
-                None => builder.triangle(frame, places, corners, from_file),
+            let corner_ids = [0, 1, 2].map(|k| position_ids[t[k].position as usize]);
+            match pole_inside(corners.map(|c| c.position_km)).filter(|_| !from_file) {
+                None => builder.triangle(frame, corner_ids, corners, from_file),
                 Some(w) => {
-                    let mixed = |of: fn(&Point) -> DVec3| of(&corners[0]) * w.x + of(&corners[1]) * w.y + of(&corners[2]) * w.z;
-                    let mut place_km = mixed(|c| c.place_km);
-                    (place_km.x, place_km.y) = (0.0, 0.0);
-                    let normal = mixed(|c| c.normal).try_normalize().unwrap_or(facing);
-                    let pole = Point { place_km, normal, map: frame.map_place(place_km), colour: mixed(|c| c.colour) };
+                    let interpolated = |of: fn(&Point) -> DVec3| of(&corners[0]) * w.x + of(&corners[1]) * w.y + of(&corners[2]) * w.z;
+                    let mut position_km = interpolated(|c| c.position_km);
+                    (position_km.x, position_km.y) = (0.0, 0.0);
+                    let normal = interpolated(|c| c.normal).try_normalize().unwrap_or(face_normal);
+                    let pole = Point { position_km, normal, map: frame.map_coordinates(position_km), colour: interpolated(|c| c.colour) };
                     // A new position, after those of the file.
-                    let own = (places_km.len() + builder.points.len()) as u32;
+                    let new_id = (positions_km.len() + builder.points.len()) as u32;
                     for [a, b] in [[0, 1], [1, 2], [2, 0]] {
-                        builder.triangle(frame, [places[a], places[b], own], [corners[a], corners[b], pole], false);
+                        builder.triangle(frame, [corner_ids[a], corner_ids[b], new_id], [corners[a], corners[b], pole], false);
                     }
                 }
             }
@@ -256,16 +259,16 @@ impl Model {
             Arc::new(builder.points.iter().flat_map(|p| of(p).as_vec3().to_array()).collect())
         };
         let colours = coloured.then(|| Arc::new(builder.points.iter().flat_map(|p| p.colour.as_vec3().extend(1.0).to_array()).collect()));
-        let reach = builder.points.iter().map(|p| (p.place_km / frame.radii_km).length()).fold(0.0, f64::max);
+        let max_radius = builder.points.iter().map(|p| (p.position_km / frame.radii_km).length()).fold(0.0, f64::max);
         Self {
-            positions: flat(&|p| p.place_km / frame.radii_km),
+            positions: flat(&|p| p.position_km / frame.radii_km),
             normals: flat(&|p| p.normal),
             map_coordinates: Arc::new(builder.points.iter().flat_map(|p| p.map.as_vec2().to_array()).collect()),
             colours,
-            reach,
+            max_radius,
             solid: Solid::new(
-                builder.points.iter().map(|p| (p.place_km, p.normal)).collect(),
-                &builder.places,
+                builder.points.iter().map(|p| (p.position_km, p.normal)).collect(),
+                &builder.position_ids,
                 &builder.indices,
                 frame.two_sided,
             ),
@@ -290,7 +293,7 @@ mod tests {
         let text = "v 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n\
                     f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 2 1 6\nf 3 2 6\nf 4 3 6\nf 1 4 6\n";
         let model = Model::of(&parse(text).expect("reads"), &ROUND).expect("a model");
-        assert_eq!((model.triangles(), model.reach), (8, 1.0));
+        assert_eq!((model.triangles(), model.max_radius), (8, 1.0));
         // Four on the equator, the one at 180 degrees twice, and each pole once for each of its four faces.
         assert_eq!(model.vertices(), 4 + 1 + 8);
         for t in model.indices.chunks_exact(3) {
@@ -329,7 +332,7 @@ mod tests {
         let (n, length) = (first(text), 5.0_f32.sqrt());
         assert!((n[1] - 1.0 / length).abs() < 1e-6 && (n[2] - 2.0 / length).abs() < 1e-6, "{n:?}");
         let repeated = text.replace("f 1 4 2", "v 0 0 0\nv 1 0 0\nf 5 4 6");
-        assert_eq!(first(&repeated), n, "places repeated for each face are one surface");
+        assert_eq!(first(&repeated), n, "positions repeated for each face are one surface");
         let given = text.replace("f 1 2 3", "vn 0 3 0\nf 1//1 2//1 3//1");
         assert_eq!(first(&given), [0.0, 1.0, 0.0]);
     }

@@ -15,7 +15,7 @@ pub(crate) const MAX_CORNERS: usize = 64;
 /// A corner of a triangle, by index into the lists of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Corner {
-    pub place: u32,
+    pub position: u32,
     pub texture: Option<u32>,
     pub normal: Option<u32>,
 }
@@ -23,7 +23,7 @@ pub struct Corner {
 /// The content of a file. Lengths are in the file's own unit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Obj {
-    pub places: Vec<DVec3>,
+    pub positions: Vec<DVec3>,
     /// Vertex colours, sRGB, 0 to 1: one for each position, or none at all.
     pub colours: Vec<DVec3>,
     /// Texture coordinates: right and up from the map's lower left corner.
@@ -74,7 +74,7 @@ fn index(word: &str, length: usize) -> Option<u32> {
 impl Obj {
     fn corner(&self, word: &str) -> Result<Corner, String> {
         let mut parts = word.split('/');
-        let lists = [("v", self.places.len()), ("vt", self.textures.len()), ("vn", self.normals.len())];
+        let lists = [("v", self.positions.len()), ("vt", self.textures.len()), ("vn", self.normals.len())];
         let mut found = [None; 3];
         for (k, (name, length)) in lists.into_iter().enumerate() {
             found[k] = match parts.next() {
@@ -87,7 +87,7 @@ impl Obj {
             };
         }
         match (found, parts.next()) {
-            ([Some(place), texture, normal], None) => Ok(Corner { place, texture, normal }),
+            ([Some(position), texture, normal], None) => Ok(Corner { position, texture, normal }),
             _ => Err(format!("corner `{}`: expected v, v/vt, v//vn or v/vt/vn", shown(word))),
         }
     }
@@ -100,18 +100,18 @@ impl Obj {
         };
         match word {
             "v" => {
-                room(self.places.len(), "`v`")?;
+                room(self.positions.len(), "`v`")?;
                 let coloured = rest.len() == 6;
-                let place = numbers::<3>(rest.get(..3).filter(|_| coloured || rest.len() == 3).unwrap_or_default())
+                let position = numbers::<3>(rest.get(..3).filter(|_| coloured || rest.len() == 3).unwrap_or_default())
                     .ok_or_else(|| expected("v x y z, or v x y z r g b, below 1e12"))?;
-                if coloured == self.colours.is_empty() && !self.places.is_empty() {
+                if coloured == self.colours.is_empty() && !self.positions.is_empty() {
                     return Err(expected("a colour at each `v` or at none"));
                 }
                 if coloured {
                     let colour = numbers::<3>(&rest[3..]).filter(|c| c.iter().all(|x| (0.0..=1.0).contains(x)));
                     self.colours.push(DVec3::from_array(colour.ok_or_else(|| expected("colours from 0 to 1"))?));
                 }
-                self.places.push(DVec3::from_array(place));
+                self.positions.push(DVec3::from_array(position));
             }
             "vt" => {
                 room(self.textures.len(), "`vt`")?;
@@ -170,10 +170,10 @@ mod tests {
         let text = "# a square\nmtllib none.mtl\no it\nv 0 0 0 1 0.5 0\nv 1 0 0 1 1 1 # corner\n\nv 1 1 0 0 0 0\nv 0 1 0 0 1 0\nvt 0 0\nvt 1 0 0\n\
                     vn 0 0 2\ng part\ns off\nusemtl red\nf 1/1/1 2/2/1 3//1 -1\nf 1 2 3\nf 1//-1 2/-1 3\nl 1 2\np 1\n";
         let obj = parse(text).expect("reads");
-        assert_eq!((obj.places.len(), obj.colours.len(), obj.textures.len(), obj.normals.len()), (4, 4, 2, 1));
+        assert_eq!((obj.positions.len(), obj.colours.len(), obj.textures.len(), obj.normals.len()), (4, 4, 2, 1));
         assert_eq!(obj.normals[0], DVec3::Z, "its length does not count");
         assert_eq!(obj.triangles.len(), 4, "a square is two triangles");
-        let corner = |place, texture, normal| Corner { place, texture, normal };
+        let corner = |position, texture, normal| Corner { position, texture, normal };
         assert_eq!(obj.triangles[0], [corner(0, Some(0), Some(0)), corner(1, Some(1), Some(0)), corner(2, None, Some(0))]);
         assert_eq!(obj.triangles[1], [corner(0, Some(0), Some(0)), corner(2, None, Some(0)), corner(3, None, None)]);
         assert_eq!(obj.triangles[3], [corner(0, None, Some(0)), corner(1, Some(1), None), corner(2, None, None)]);

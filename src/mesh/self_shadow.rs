@@ -13,10 +13,10 @@ use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Limit of heights, radians: where one vertex sees past a peak and its neighbour does not, the interpolation must not become steep.
+/// Limit of heights, radians. Where one vertex sees past a peak and its neighbour does not, it keeps the interpolated height from rising too steeply.
 const MAX_RAD: f64 = 0.0873;
 /// Maximum number of triangles in a leaf of the tree.
-const LEAF: usize = 4;
+const MAX_LEAF_TRIANGLES: usize = 4;
 /// Vertices per parallel task.
 const VERTICES_PER_TASK: usize = 512;
 
@@ -25,19 +25,20 @@ pub(crate) struct Solid {
     /// Positions in kilometres and unit normals, by vertex.
     points: Vec<(DVec3, DVec3)>,
     /// For each vertex the index of its position: triangles with a corner at that position do not occlude it.
-    places: Vec<u32>,
+    position_ids: Vec<u32>,
     triangles: Vec<[u32; 3]>,
     /// Whether both sides of a triangle are lit.
     two_sided: bool,
-    tree: OnceLock<Tree>,
+    tree: OnceLock<Bvh>,
 }
 
-struct Tree {
+/// A bounding volume hierarchy.
+struct Bvh {
     nodes: Vec<Node>,
     /// Triangles in the order of the leaves.
     order: Vec<u32>,
     /// Hits nearer than this are the surface itself.
-    least_km: f64,
+    min_hit_km: f64,
 }
 
 struct Node {
@@ -48,94 +49,95 @@ struct Node {
     count: u32,
 }
 
-impl Tree {
+impl Bvh {
     fn new(solid: &Solid) -> Self {
-        let mut tree = Self { nodes: Vec::new(), order: (0..solid.triangles.len() as u32).collect(), least_km: 0.0 };
-        let middles: Vec<DVec3> = solid.triangles.iter().map(|t| t.iter().map(|k| solid.place(*k)).sum::<DVec3>() / 3.0).collect();
+        let mut tree = Self { nodes: Vec::new(), order: (0..solid.triangles.len() as u32).collect(), min_hit_km: 0.0 };
+        let centroids: Vec<DVec3> = solid.triangles.iter().map(|t| t.iter().map(|k| solid.position(*k)).sum::<DVec3>() / 3.0).collect();
         let mut order = std::mem::take(&mut tree.order);
-        tree.grow(solid, &middles, &mut order, 0);
+        tree.build_node(solid, &centroids, &mut order, 0);
         tree.order = order;
-        tree.least_km = tree.nodes.first().map_or(0.0, |n| 1e-9 * (n.high - n.low).max_element());
+        tree.min_hit_km = tree.nodes.first().map_or(0.0, |n| 1e-9 * (n.high - n.low).max_element());
         tree
     }
 
-    fn grow(&mut self, solid: &Solid, middles: &[DVec3], part: &mut [u32], first: usize) {
-        let corners = || part.iter().flat_map(|t| solid.triangles[*t as usize]).map(|k| solid.place(k));
+    fn build_node(&mut self, solid: &Solid, centroids: &[DVec3], triangles: &mut [u32], first: usize) {
+        let corners = || triangles.iter().flat_map(|t| solid.triangles[*t as usize]).map(|k| solid.position(k));
         let (low, high) = corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
         let node_index = self.nodes.len();
-        self.nodes.push(Node { low, high, at: first as u32, count: part.len() as u32 });
-        if part.len() <= LEAF {
+        self.nodes.push(Node { low, high, at: first as u32, count: triangles.len() as u32 });
+        if triangles.len() <= MAX_LEAF_TRIANGLES {
             return;
         }
-        let of = |t: &u32| middles[*t as usize];
-        let (from, to) = part.iter().map(of).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
-        let axis = (0..3).max_by(|a, b| (to - from)[*a].total_cmp(&(to - from)[*b])).unwrap_or(0);
-        let half = part.len() / 2;
-        part.select_nth_unstable_by(half, |a, b| of(a)[axis].total_cmp(&of(b)[axis]).then(a.cmp(b)));
-        let (left, right) = part.split_at_mut(half);
-        self.grow(solid, middles, left, first);
+        let centroid = |t: &u32| centroids[*t as usize];
+        let (min, max) = triangles.iter().map(centroid).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+        let axis = (0..3).max_by(|a, b| (max - min)[*a].total_cmp(&(max - min)[*b])).unwrap_or(0);
+        let half = triangles.len() / 2;
+        triangles.select_nth_unstable_by(half, |a, b| centroid(a)[axis].total_cmp(&centroid(b)[axis]).then(a.cmp(b)));
+        let (left, right) = triangles.split_at_mut(half);
+        self.build_node(solid, centroids, left, first);
         self.nodes[node_index].at = self.nodes.len() as u32;
         self.nodes[node_index].count = 0;
-        self.grow(solid, middles, right, first + half);
+        self.build_node(solid, centroids, right, first + half);
     }
 }
 
 /// Whether a ray from `origin` intersects a box in front of it.
-fn meets(node: &Node, origin: DVec3, inverse: DVec3) -> bool {
+fn intersects_box(node: &Node, origin: DVec3, inverse: DVec3) -> bool {
     let (a, b) = ((node.low - origin) * inverse, (node.high - origin) * inverse);
     let (near, far) = (a.min(b), a.max(b));
     near.max_element().max(0.0) <= far.min_element() * (1.0 + 1e-12)
 }
 
 impl Solid {
-    /// `points`: positions in kilometres and unit normals; `places`: equal for vertices at one position; `indices`: three per triangle.
-    pub(crate) fn new(points: Vec<(DVec3, DVec3)>, places: &[u32], indices: &[u32], two_sided: bool) -> Self {
+    /// `points`: positions in kilometres and unit normals; `position_ids`: equal for vertices at one position; `indices`: three per triangle.
+    pub(crate) fn new(points: Vec<(DVec3, DVec3)>, position_ids: &[u32], indices: &[u32], two_sided: bool) -> Self {
         let triangles = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
-        Self { points, places: places.to_vec(), triangles, two_sided, tree: OnceLock::new() }
+        Self { points, position_ids: position_ids.to_vec(), triangles, two_sided, tree: OnceLock::new() }
     }
 
-    fn place(&self, vertex: u32) -> DVec3 {
+    fn position(&self, vertex: u32) -> DVec3 {
         self.points[vertex as usize].0
     }
 
     /// Whether a ray from a vertex intersects the mesh.
-    fn blocked(&self, tree: &Tree, vertex: usize, direction: DVec3) -> bool {
-        let (origin, own_place) = (self.points[vertex].0, self.places[vertex]);
+    fn is_occluded(&self, tree: &Bvh, vertex: usize, direction: DVec3) -> bool {
+        let (origin, own_position_id) = (self.points[vertex].0, self.position_ids[vertex]);
         // Finite even for rays along an axis, where 0 times infinity would be NaN.
         let inverse = DVec3::from_array(direction.to_array().map(|d| if d.abs() < 1e-30 { 1e30 } else { 1.0 / d }));
-        let mut open = [0_u32; 64];
-        let mut count = 1;
-        while count > 0 {
-            count -= 1;
-            let at = open[count] as usize;
+        let mut stack = [0_u32; 64];
+        let mut depth = 1;
+        while depth > 0 {
+            depth -= 1;
+            let at = stack[depth] as usize;
             let node = &tree.nodes[at];
-            if !meets(node, origin, inverse) {
+            if !intersects_box(node, origin, inverse) {
                 continue;
             }
             if node.count == 0 {
                 // A balanced tree is never deeper than this array.
-                open[count] = node.at;
-                open[count + 1] = at as u32 + 1;
-                count += 2;
+                stack[depth] = node.at;
+                stack[depth + 1] = at as u32 + 1;
+                depth += 2;
                 continue;
             }
             let leaf = node.at as usize..(node.at + node.count) as usize;
             for t in tree.order[leaf].iter().map(|t| self.triangles[*t as usize]) {
-                if t.iter().any(|k| self.places[*k as usize] == own_place) {
+                if t.iter().any(|k| self.position_ids[*k as usize] == own_position_id) {
                     continue;
                 }
-                let [a, b, c] = t.map(|k| self.place(k));
+                // Möller and Trumbore 1997.
+                let [a, b, c] = t.map(|k| self.position(k));
                 let (e1, e2) = (b - a, c - a);
-                let across = direction.cross(e2);
-                let determinant = e1.dot(across);
+                let p = direction.cross(e2);
+                let determinant = e1.dot(p);
                 if determinant == 0.0 {
                     continue;
                 }
-                let from = origin - a;
-                let u = from.dot(across) / determinant;
-                let beside = from.cross(e1);
-                let v = direction.dot(beside) / determinant;
-                if u >= 0.0 && v >= 0.0 && u + v <= 1.0 && e2.dot(beside) / determinant > tree.least_km {
+                let from_a = origin - a;
+                let u = from_a.dot(p) / determinant;
+                let q = from_a.cross(e1);
+                let v = direction.dot(q) / determinant;
+                if u >= 0.0 && v >= 0.0 && u + v <= 1.0 && e2.dot(q) / determinant > tree.min_hit_km {
                     return true;
                 }
             }
@@ -143,7 +145,7 @@ impl Solid {
         false
     }
 
-    fn height(&self, tree: &Tree, vertex: usize, sun: DVec3, radius_rad: f64) -> f64 {
+    fn height(&self, tree: &Bvh, vertex: usize, sun: DVec3, radius_rad: f64) -> f64 {
         let outward = self.points[vertex].1;
         let normal = if self.two_sided && outward.dot(sun) < 0.0 { -outward } else { outward };
         let cosine = normal.dot(sun).clamp(-1.0, 1.0);
@@ -153,38 +155,38 @@ impl Solid {
             return plane_height / radius_rad;
         }
         let up = (normal - cosine * sun).try_normalize().unwrap_or_else(|| sun.any_orthonormal_vector());
-        let blocked = |angle: f64| self.blocked(tree, vertex, sun * angle.cos() + up * angle.sin());
-        let hidden = blocked(0.0);
-        let (sign, end) = if hidden { (1.0, FRAC_PI_2) } else { (-1.0, plane_height.max(0.0)) };
+        let is_occluded = |angle: f64| self.is_occluded(tree, vertex, sun * angle.cos() + up * angle.sin());
+        let is_hidden = is_occluded(0.0);
+        let (sign, end) = if is_hidden { (1.0, FRAC_PI_2) } else { (-1.0, plane_height.max(0.0)) };
         // Steps away from the Sun until visibility changes.
-        let (mut same, mut step) = (0.0, radius_rad);
-        let mut other = loop {
+        let (mut last_same, mut step) = (0.0, radius_rad);
+        let mut first_changed = loop {
             if step >= end {
-                return if hidden { -end / radius_rad } else { plane_height / radius_rad };
+                return if is_hidden { -end / radius_rad } else { plane_height / radius_rad };
             }
-            if blocked(sign * step) != hidden {
+            if is_occluded(sign * step) != is_hidden {
                 break step;
             }
-            same = step;
+            last_same = step;
             step *= 4.0;
         };
-        while other - same > (0.25 * radius_rad).max(0.1 * same) {
-            let middle = 0.5 * (same + other);
-            if blocked(sign * middle) == hidden {
-                same = middle;
+        while first_changed - last_same > (0.25 * radius_rad).max(0.1 * last_same) {
+            let middle = 0.5 * (last_same + first_changed);
+            if is_occluded(sign * middle) == is_hidden {
+                last_same = middle;
             } else {
-                other = middle;
+                first_changed = middle;
             }
         }
-        -sign * 0.5 * (same + other) / radius_rad
+        -sign * 0.5 * (last_same + first_changed) / radius_rad
     }
 
     /// The height of the Sun's centre at each vertex, in radii of the Sun. `towards_sun`: unit vector, body axes.
     pub(crate) fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
-        let tree = self.tree.get_or_init(|| Tree::new(self));
+        let tree = self.tree.get_or_init(|| Bvh::new(self));
         let radius_rad = radius_rad.clamp(1e-6, 0.5);
-        let most = MAX_RAD / radius_rad;
-        let height = |k| self.height(tree, k, towards_sun, radius_rad).clamp(-most, most) as f32;
+        let limit = MAX_RAD / radius_rad;
+        let height = |k| self.height(tree, k, towards_sun, radius_rad).clamp(-limit, limit) as f32;
         (0..self.points.len()).into_par_iter().with_min_len(VERTICES_PER_TASK).map(height).collect()
     }
 }
@@ -214,8 +216,8 @@ mod tests {
             points.push((DVec3::new(wall, y, z), DVec3::NEG_X));
         }
         indices.extend([at, at + 1, at + 2, at, at + 2, at + 3]);
-        let places: Vec<u32> = (0..points.len() as u32).collect();
-        Solid::new(points, &places, &indices, false)
+        let position_ids: Vec<u32> = (0..points.len() as u32).collect();
+        Solid::new(points, &position_ids, &indices, false)
     }
 
     #[test]

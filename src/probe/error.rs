@@ -12,7 +12,7 @@ use crate::shader::reflect::LayoutError;
 pub enum ProbeError {
     /// The query cannot be parsed, or has impossible values.
     #[error("{0}")]
-    Question(String),
+    Query(String),
     /// The position of a body is not known at that time.
     #[error(transparent)]
     Ephemeris(#[from] EphemerisError),
@@ -35,12 +35,12 @@ pub enum ProbeError {
 
 impl From<String> for ProbeError {
     fn from(why: String) -> Self {
-        Self::Question(why)
+        Self::Query(why)
     }
 }
 
 impl From<&str> for ProbeError {
     fn from(why: &str) -> Self {
-        Self::Question(why.into())
+        Self::Query(why.into())
     }
 }

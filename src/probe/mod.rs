@@ -5,8 +5,8 @@
 //! fields, chooses the module (an entry of shaders/entry/probe_*.wesl with the features of a key) and converts rows of numbers into named
 //! results. Always: no formula of a shader is duplicated here.
 
+pub mod batch;
 mod error;
-pub mod lanes;
 mod overlap;
 pub mod pixel;
 mod project;
@@ -22,6 +22,7 @@ use crate::render::software::SoftwareRenderer;
 use crate::session::Session;
 use crate::shader::ShaderLibrary;
 use crate::wording::{echo, echo_within, json_error_text, suggestion_or_list};
+use glam::DVec3;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
@@ -60,7 +61,7 @@ impl Prober<'_> {
             return Err(format!("q `{}` is not known; {}", echo(&kind), suggestion_or_list(&kind, &known)).into());
         };
         kind.check(&given)?;
-        (kind.ask)(self, Value::Object(given))
+        (kind.answer)(self, Value::Object(given))
     }
 }
 
@@ -71,16 +72,16 @@ type Answerer = fn(&Prober<'_>, Value) -> Result<Value, ProbeError>;
 pub struct QueryField {
     pub name: &'static str,
     /// Meaning and unit.
-    pub says: &'static str,
-    pub need: Requirement,
+    pub description: &'static str,
+    pub requirement: Requirement,
 }
 
 /// Whether a field is optional.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Requirement {
-    Must,
+    Required,
     /// Optional, with the default in words.
-    Or(&'static str),
+    Optional(&'static str),
     /// One of several alternatives; the error names the missing ones.
     OneOf,
 }
@@ -88,22 +89,22 @@ pub enum Requirement {
 /// One kind of query: its name, its fields, and the function that answers it.
 pub struct QueryKind {
     pub name: &'static str,
-    pub says: &'static str,
+    pub description: &'static str,
     pub fields: &'static [QueryField],
     /// A complete query.
     pub example: &'static str,
     /// The function that answers it, given the fields without `q`.
-    pub ask: Answerer,
+    pub answer: Answerer,
 }
 
-const fn required(name: &'static str, says: &'static str) -> QueryField {
-    QueryField { name, says, need: Requirement::Must }
+const fn required(name: &'static str, description: &'static str) -> QueryField {
+    QueryField { name, description, requirement: Requirement::Required }
 }
-const fn optional(name: &'static str, says: &'static str, without: &'static str) -> QueryField {
-    QueryField { name, says, need: Requirement::Or(without) }
+const fn optional(name: &'static str, description: &'static str, default: &'static str) -> QueryField {
+    QueryField { name, description, requirement: Requirement::Optional(default) }
 }
-const fn alternative(name: &'static str, says: &'static str) -> QueryField {
-    QueryField { name, says, need: Requirement::OneOf }
+const fn alternative(name: &'static str, description: &'static str) -> QueryField {
+    QueryField { name, description, requirement: Requirement::OneOf }
 }
 
 impl QueryKind {
@@ -113,8 +114,8 @@ impl QueryKind {
         if let Some(unknown) = given.keys().find(|k| !known.contains(&k.as_str())) {
             return Err(format!("field `{}` is not known to {}; {}", echo(unknown), self.name, suggestion_or_list(unknown, &known)).into());
         }
-        match self.fields.iter().find(|f| f.need == Requirement::Must && !given.contains_key(f.name)) {
-            Some(f) => Err(format!("field `{}` is missing: {}", f.name, f.says).into()),
+        match self.fields.iter().find(|f| f.requirement == Requirement::Required && !given.contains_key(f.name)) {
+            Some(f) => Err(format!("field `{}` is missing: {}", f.name, f.description).into()),
             None => Ok(()),
         }
     }
@@ -128,15 +129,15 @@ pub static QUERIES: [&QueryKind; 7] =
 pub fn queries_text() -> String {
     let mut text = String::new();
     for kind in QUERIES {
-        text.push_str(&format!("{}: {}\n", kind.name, kind.says));
+        text.push_str(&format!("{}: {}\n", kind.name, kind.description));
         let width = kind.fields.iter().map(|f| f.name.len()).max().unwrap_or(0);
         for f in kind.fields {
-            let without = match f.need {
-                Requirement::Must => String::new(),
-                Requirement::Or(without) => format!(" [default: {without}]"),
+            let default_note = match f.requirement {
+                Requirement::Required => String::new(),
+                Requirement::Optional(default) => format!(" [default: {default}]"),
                 Requirement::OneOf => " [or another in its place]".into(),
             };
-            text.push_str(&format!("  {:<width$}  {}{without}\n", f.name, f.says));
+            text.push_str(&format!("  {:<width$}  {}{default_note}\n", f.name, f.description));
         }
         text.push_str(&format!("  {}\n\n", kind.example));
     }
@@ -146,15 +147,15 @@ pub fn queries_text() -> String {
 /// Every kind with its fields and an example, as JSON.
 pub(crate) fn queries_json() -> Value {
     let field = |f: &QueryField| {
-        let default = match f.need {
-            Requirement::Or(without) => Value::from(without),
-            Requirement::Must | Requirement::OneOf => Value::Null,
+        let default = match f.requirement {
+            Requirement::Optional(default) => Value::from(default),
+            Requirement::Required | Requirement::OneOf => Value::Null,
         };
-        json!({ "name": f.name, "says": f.says, "must": f.need == Requirement::Must, "default": default })
+        json!({ "name": f.name, "says": f.description, "must": f.requirement == Requirement::Required, "default": default })
     };
     let kind = |k: &&QueryKind| {
         json!({
-            "q": k.name, "says": k.says, "fields": k.fields.iter().map(field).collect::<Vec<_>>(),
+            "q": k.name, "says": k.description, "fields": k.fields.iter().map(field).collect::<Vec<_>>(),
             "example": serde_json::from_str::<Value>(k.example).unwrap_or_default(),
         })
     };
@@ -166,7 +167,7 @@ fn fields<T: DeserializeOwned>(value: Value) -> Result<T, ProbeError> {
     let short = with_short_texts(&value);
     let read = T::deserialize(value).map_err(|e| match T::deserialize(&short) {
         // The message quotes the input, so it is created from the shortened query to be short.
-        Err(e) => failing_field::<T>(&short, &e.to_string())
+        Err(e) => first_invalid_field::<T>(&short, &e.to_string())
             .map_or_else(|| json_error_text(&e), |name| format!("field `{name}`: {}", json_error_text(&e))),
         Ok(_) => echo(&json_error_text(&e)),
     });
@@ -175,23 +176,28 @@ fn fields<T: DeserializeOwned>(value: Value) -> Result<T, ProbeError> {
 
 /// The field at which parsing failed. Fields are parsed in order, so it is the first field that gives the same message when later fields
 /// are removed.
-fn failing_field<T: DeserializeOwned>(value: &Value, message: &str) -> Option<String> {
+fn first_invalid_field<T: DeserializeOwned>(value: &Value, message: &str) -> Option<String> {
     let all = value.as_object()?;
-    let mut so_far = Map::new();
+    let mut fields_so_far = Map::new();
     all.iter().filter(|_| !message.starts_with("unknown field")).find_map(|(name, value)| {
-        so_far.insert(name.clone(), value.clone());
-        let same = T::deserialize(&Value::Object(so_far.clone())).is_err_and(|e| e.to_string() == message);
+        fields_so_far.insert(name.clone(), value.clone());
+        let same = T::deserialize(&Value::Object(fields_so_far.clone())).is_err_and(|e| e.to_string() == message);
         same.then(|| name.clone())
     })
 }
 
+/// The unit vector of a field.
+fn unit_vector(field: &str, v: [f64; 3]) -> Result<DVec3, ProbeError> {
+    DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {field:?} has no direction").into())
+}
+
 /// The value with every text cut to the length that a message may quote.
 fn with_short_texts(value: &Value) -> Value {
-    const MOST: usize = 100;
+    const MAX_QUOTED_CHARS: usize = 100;
     match value {
-        Value::String(s) => echo_within(s, MOST).into(),
+        Value::String(s) => echo_within(s, MAX_QUOTED_CHARS).into(),
         Value::Array(all) => all.iter().map(with_short_texts).collect(),
-        Value::Object(all) => Value::Object(all.iter().map(|(k, v)| (echo_within(k, MOST), with_short_texts(v))).collect()),
+        Value::Object(all) => Value::Object(all.iter().map(|(k, v)| (echo_within(k, MAX_QUOTED_CHARS), with_short_texts(v))).collect()),
         other => other.clone(),
     }
 }

@@ -1,6 +1,7 @@
 //! `disc-overlap`: the fraction of sunlight that a disc or an ellipse blocks.
 
-use super::lanes::{Numbers, ProbeBatch};
+use super::batch::{ProbeBatch, ProbeInputs};
+use super::sunlight::check_limb_darkening;
 use super::{ProbeError, Prober, QueryKind, alternative, fields, optional};
 use crate::scene::draw::{DrawFeatures, Eclipse, EclipseModel};
 use crate::shader::ModuleId;
@@ -57,8 +58,8 @@ impl Fields {
             }
             (None, None) => return Err(missing("k")),
         };
-        let length = |v: f64| v >= 0.0 && v.is_finite();
-        if !(length(major) && length(minor) && length(distance)) {
+        let is_length = |v: f64| v >= 0.0 && v.is_finite();
+        if !(is_length(major) && is_length(minor) && is_length(distance)) {
             return Err(match self.k {
                 Some(_) => "fields \"k\" and \"d\" are lengths: 0 or more".into(),
                 None => "fields \"semi_major\", \"semi_minor\" and \"centre_distance\" are lengths: 0 or more".into(),
@@ -70,18 +71,15 @@ impl Fields {
         if !self.offset_angle_from_major_axis_deg.is_finite() {
             return Err("field \"offset_angle_from_major_axis_deg\" is not a number".into());
         }
-        // The flux of the limb-darkened disc is 1 - u1/3 - u2/6 of that of a uniform disc.
         let (u1, u2) = self.law();
-        if !(1.0 - u1 / 3.0 - u2 / 6.0 > 0.0 && u1.is_finite() && u2.is_finite()) {
-            return Err(format!("fields \"u1\" {u1} and \"u2\" {u2} leave the disc dark"));
-        }
+        check_limb_darkening(u1, u2)?;
         Ok([major, minor, distance])
     }
 }
 
 pub(super) static KIND: QueryKind = QueryKind {
     name: "disc-overlap",
-    says: "the part of the Sun's light that a disc (k, d) or an ellipse before it takes; lengths in solar radii",
+    description: "the part of the Sun's light that a disc (k, d) or an ellipse before it takes; lengths in solar radii",
     fields: &[
         alternative("k", "the disc's radius"),
         alternative("d", "distance of the centres"),
@@ -94,10 +92,10 @@ pub(super) static KIND: QueryKind = QueryKind {
         optional("model", "linear, uniform-disc or limb-darkened", "limb-darkened"),
     ],
     example: r#"{"q":"disc-overlap","k":0.9,"d":0.5}"#,
-    ask,
+    answer,
 };
 
-fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let f: Fields = fields(query)?;
     let [major, minor, distance] = f.outline()?;
     let model = match f.model {
@@ -108,10 +106,10 @@ fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let key = ShaderKey::for_draw(&DrawFeatures { lights: 1, eclipse: Eclipse { occluders: 1, model }, ..DrawFeatures::MINIMAL });
     let (sin, cos) = f.offset_angle_from_major_axis_deg.to_radians().sin_cos();
     let (u1, u2) = f.law();
-    let mut numbers: Numbers = [0.0; 12];
+    let mut numbers: ProbeInputs = [0.0; 12];
     numbers[..6].copy_from_slice(&[major, minor, distance * cos, distance * sin, u1, u2]);
-    let lanes = ProbeBatch::plain(ModuleId::Probe("probe_disc_overlap", key), 1);
-    let answers = lanes.answers(prober.renderer, prober.library(), &[numbers])?;
+    let batch = ProbeBatch::plain(ModuleId::Probe("probe_disc_overlap", key), 1);
+    let answers = batch.answers(prober.renderer, prober.library(), &[numbers])?;
     let blocked = answers.first().and_then(|rows| rows.first()).map(|row| row[0]).ok_or("no answer")?;
     Ok(json!({ "blocked": blocked }))
 }

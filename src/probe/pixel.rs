@@ -4,7 +4,7 @@
 //! `x`, `y`, counted from the picture's upper left corner. `radiance` is the linear pixel of the EXR that `orrery render` writes. `draws`
 //! are the draws that cover the pixel's centre, nearest first, each with every named value of its module.
 
-use super::{ProbeError, Prober, QueryKind, fields, optional, required};
+use super::{ProbeError, Prober, QueryField, QueryKind, fields, optional, required};
 use crate::catalog::NaifId;
 use crate::render::plan::{Plan, SamplingQuality};
 use crate::render::software::{NamedValue, PixelValues};
@@ -32,22 +32,27 @@ struct Fields {
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 const SIZE: [u32; 2] = [1024, 1024];
 
+/// The fields that describe a view.
+pub(super) const VIEW: QueryField = required("view", "a camera file's object, as --camera-json takes it");
+pub(super) const TIME: QueryField = optional("time", "ISO 8601 UTC or jd_tdb:DAY", "J2000");
+pub(super) const IMAGE_SIZE: QueryField = optional("size", "[width, height] in pixels", "[1024, 1024]");
+
 pub(super) static KIND: QueryKind = QueryKind {
     name: "pixel",
-    says: "what one pixel of a view shows: linear radiance, body, latitude and longitude, key, and every named value of its module",
+    description: "what one pixel of a view shows: linear radiance, body, latitude and longitude, key, and every named value of its module",
     fields: &[
-        required("view", "a camera file's object, as --camera-json takes it"),
-        optional("time", "ISO 8601 UTC or jd_tdb:DAY", "J2000"),
-        optional("size", "[width, height] in pixels", "[1024, 1024]"),
+        VIEW,
+        TIME,
+        IMAGE_SIZE,
         optional("effects", "as --effects takes them", "as the scene needs"),
         required("x", "pixels from the left, from 0"),
         required("y", "pixels from the top, from 0"),
     ],
     example: r#"{"q":"pixel","view":{"position":{"body":"mars","radii":[0,-3,1]},"look":{"at":"mars"}},"time":"2024-04-08T18:17:16Z","size":[64,64],"x":32,"y":32}"#,
-    ask,
+    answer,
 };
 
-fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     if !query["view"].is_object() {
         return Err("field `view` is not an object: give a camera file's, as {\"position\": {…}, \"look\": {…}}".into());
     }
@@ -60,16 +65,16 @@ fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     if let Some(effects) = &f.effects {
         request.effects = EffectOverrides::parse(effects).map_err(|e| format!("field \"effects\": {e}"))?;
     }
-    let seen = inspect_pixel(prober, &request, SAMPLING, [f.x, f.y])?;
-    let draws: Vec<Value> = seen.draws.iter().map(draw_json).collect();
-    let first = seen.first().map_or(Value::Null, draw_json);
+    let report = inspect_pixel(prober, &request, SAMPLING, [f.x, f.y])?;
+    let draws: Vec<Value> = report.draws.iter().map(draw_json).collect();
+    let first = report.first().map_or(Value::Null, draw_json);
     let mut answer = Map::new();
     for field in ["body", "part", "lat", "lon", "key"] {
         answer.insert(field.into(), first[field].clone());
     }
-    answer.insert("radiance".into(), json!(seen.radiance.map(f64::from)));
-    answer.insert("exposure_stops".into(), json!(seen.exposure_stops));
-    answer.insert("time".into(), json!(seen.time.to_utc_iso()));
+    answer.insert("radiance".into(), json!(report.radiance.map(f64::from)));
+    answer.insert("exposure_stops".into(), json!(report.exposure_stops));
+    answer.insert("time".into(), json!(report.time.to_utc_iso()));
     answer.insert("draws".into(), draws.into());
     Ok(Value::Object(answer))
 }
@@ -110,7 +115,7 @@ pub(crate) struct PixelDraw {
     pub module: ModuleId,
     /// Planetographic latitude and east longitude of the point on a globe's surface, degrees.
     pub ground_deg: Option<[f64; 2]>,
-    pub seen: PixelValues,
+    pub values: PixelValues,
 }
 
 impl PixelReport {
@@ -134,31 +139,31 @@ pub(crate) fn inspect_pixel(
         return Err("a pixel's values are those of one perspective picture: choose the perspective projection, without stereo".into());
     }
     let size = [request.width, request.height];
-    let (scene, plan) = prober.session.plan(request, sampling)?;
-    let radiance = picture(prober, &plan, x, y)?;
+    let (scene, plan) = prober.session.plan_of_single_pixels(request, sampling)?;
+    let radiance = linear_pixel(prober, &plan, x, y)?;
     let bodies = plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
     let bodies: Vec<_> = bodies.iter().filter(|d| matches!(d.module, ModuleId::Planet(_))).collect();
     let mut draws = Vec::new();
     // The nearest draw is last in the plan; points follow all bodies.
-    for (draw, of_body) in bodies.into_iter().zip(&scene.draws).rev() {
+    for (draw, drawn_body) in bodies.into_iter().zip(&scene.draws).rev() {
         let found = prober.renderer.pixel_values(draw, prober.library(), size, [x, y])?;
-        draws.extend(found.filter(|v| v.colour[3] != 0.0).map(|seen| PixelDraw {
-            body: of_body.body,
-            name: prober.catalog().body(of_body.body).map_or_else(|| of_body.name.clone(), |b| b.name.clone()),
-            part: of_body.part,
+        draws.extend(found.filter(|v| v.colour[3] != 0.0).map(|values| PixelDraw {
+            body: drawn_body.body,
+            name: prober.catalog().body(drawn_body.body).map_or_else(|| drawn_body.name.clone(), |b| b.name.clone()),
+            part: drawn_body.part,
             module: draw.module.clone(),
-            ground_deg: ground_deg(prober, of_body, &seen),
-            seen,
+            ground_deg: ground_deg(prober, drawn_body, &values),
+            values,
         }));
     }
     Ok(PixelReport { radiance, exposure_stops: scene.exposure.stops, time: scene.time, draws })
 }
 
 /// Latitude and longitude of the point on the surface at a globe's pixel.
-fn ground_deg(prober: &Prober<'_>, of_body: &Draw, seen: &PixelValues) -> Option<[f64; 2]> {
-    let place = seen.values.iter().find(|v| v.name == "seen.position" && v.numbers.iter().all(|n| n.is_finite()))?;
-    let (&[x, y, z], Part::Globe) = (&place.numbers[..], of_body.part) else { return None };
-    let radii_km = prober.catalog().body(of_body.body)?.radii_km;
+fn ground_deg(prober: &Prober<'_>, drawn_body: &Draw, values: &PixelValues) -> Option<[f64; 2]> {
+    let position = values.values.iter().find(|v| v.name == "seen.position" && v.numbers.iter().all(|n| n.is_finite()))?;
+    let (&[x, y, z], Part::Globe) = (&position.numbers[..], drawn_body.part) else { return None };
+    let radii_km = prober.catalog().body(drawn_body.body)?.radii_km;
     // The point on the unit sphere divided by the semi-axes is the direction of the surface normal: planetographic latitude.
     let normal = glam::DVec3::new(x, y, z) / radii_km;
     let latitude = normal.z.atan2(normal.truncate().length());
@@ -166,16 +171,16 @@ fn ground_deg(prober: &Prober<'_>, of_body: &Draw, seen: &PixelValues) -> Option
 }
 
 /// The picture's linear pixel: all draws, restricted to this pixel.
-fn picture(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32; 3], ProbeError> {
+fn linear_pixel(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32; 3], ProbeError> {
     let mut pass = plan.passes.first().cloned().ok_or("the plan has no pass")?;
     for draw in &mut pass.draws {
         let [x0, y0, x1, y1] = draw.scissor;
         draw.scissor = [x0.max(x), y0.max(y), x1.min(x + 1), y1.min(y + 1)];
     }
     pass.draws.retain(|d| d.scissor[0] < d.scissor[2] && d.scissor[1] < d.scissor[3]);
-    let at = (y * pass.width + x) as usize;
+    let index = (y * pass.width + x) as usize;
     let (frame, _) = prober.renderer.render(&Plan { passes: vec![pass] }, prober.library(), true)?;
-    frame.hdr.get(at).map(|p| [p[0], p[1], p[2]]).ok_or_else(|| "the picture has no such pixel".into())
+    frame.hdr.get(index).map(|p| [p[0], p[1], p[2]]).ok_or_else(|| "the picture has no such pixel".into())
 }
 
 /// A JSON number. Values that the pixel never computed are NaN, which JSON lacks, and become null.
@@ -188,10 +193,10 @@ fn draw_json(of: &PixelDraw) -> Value {
         [single] => number(single),
         ref all => all.iter().copied().map(number).collect(),
     };
-    let values: Map<String, Value> = of.seen.values.iter().map(|v| (v.name.clone(), named(v))).collect();
-    let [lat, lon] = of.ground_deg.map_or([Value::Null, Value::Null], |place| place.map(number));
+    let values: Map<String, Value> = of.values.values.iter().map(|v| (v.name.clone(), named(v))).collect();
+    let [lat, lon] = of.ground_deg.map_or([Value::Null, Value::Null], |degrees| degrees.map(number));
     json!({
         "body": of.name, "part": of.part.name(), "lat": lat, "lon": lon, "key": of.module.to_string(),
-        "colour": of.seen.colour.map(number), "values": values,
+        "colour": of.values.colour.map(number), "values": values,
     })
 }

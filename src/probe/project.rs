@@ -5,8 +5,8 @@
 //! the upper left corner of the picture. Positions behind the camera are not in the frame; the pixel returned for them is that of the
 //! opposite direction.
 
-use super::pixel::view_request;
-use super::{ProbeError, Prober, QueryKind, alternative, fields, optional, required};
+use super::pixel::{IMAGE_SIZE, TIME, VIEW, view_request};
+use super::{ProbeError, Prober, QueryKind, alternative, fields, optional};
 use crate::ephemeris::apparent::aberrated;
 use crate::scene::camera::Placement;
 use crate::scene::camera::sphere::ImageProjection;
@@ -35,11 +35,11 @@ struct Fields {
 
 pub(super) static KIND: QueryKind = QueryKind {
     name: "project",
-    says: "the pixel at which a body, a star or a direction is drawn, whether it is in the frame and whether a body hides it",
+    description: "the pixel at which a body, a star or a direction is drawn, whether it is in the frame and whether a body hides it",
     fields: &[
-        required("view", "a camera file's object, as --camera-json takes it"),
-        optional("time", "ISO 8601 UTC or jd_tdb:DAY", "J2000"),
-        optional("size", "[width, height] in pixels", "[1024, 1024]"),
+        VIEW,
+        TIME,
+        IMAGE_SIZE,
         optional("projection", "perspective, fisheye or equirectangular, as --projection takes it", "perspective"),
         alternative("body", "a body's name"),
         alternative("star", "a number of the Hipparcos catalogue, as HIP 32349"),
@@ -47,7 +47,7 @@ pub(super) static KIND: QueryKind = QueryKind {
         alternative("dec_deg", "declination in degrees, ICRF, beside ra_deg"),
     ],
     example: r#"{"q":"project","view":{"position":{"body":"earth","radii":[4,0,0]},"look":{"direction":[0.1,1,0]}},"time":"2024-04-08T18:17:16Z","star":"HIP 32349"}"#,
-    ask,
+    answer,
 };
 
 /// The number in a name such as `HIP 32349`.
@@ -57,33 +57,33 @@ fn hip_number(text: &str) -> Option<u32> {
     digits.trim().parse().ok()
 }
 
-fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let f: Fields = fields(query)?;
     let request = view_request(prober, &f.view, f.time.as_deref(), f.size)?;
     let names = Projection::ALL.map(Projection::name);
-    let asked = f.projection.as_deref().unwrap_or(names[0]);
-    let projection = Projection::by_name(asked)
-        .ok_or_else(|| format!("field `projection`: `{}`: {}", echo_within(asked, 40), suggestion_or_list(asked, &names)))?;
+    let requested = f.projection.as_deref().unwrap_or(names[0]);
+    let projection = Projection::by_name(requested)
+        .ok_or_else(|| format!("field `projection`: `{}`: {}", echo_within(requested, 40), suggestion_or_list(requested, &names)))?;
     let scene = prober.session.scene(&request).map_err(|e| e.to_string())?;
     let viewer = viewer(prober.catalog(), prober.ephemeris(), &request).map_err(|e| e.to_string())?;
     let (direction, distance_km) = match (&f.body, &f.star, f.ra_deg, f.dec_deg) {
         (Some(name), None, None, None) => {
-            let id = prober.catalog().named(name).map_err(|e| format!("field `body`: {e}"))?.id;
+            let id = prober.catalog().body_named(name).map_err(|e| format!("field `body`: {e}"))?.id;
             let body = scene.body(id).filter(|b| b.placement.centre_km.is_finite());
             let body = body.ok_or_else(|| format!("field `body`: {name} cannot be placed at this time"))?;
             (body.placement.centre_km, body.distance_km)
         }
         (None, Some(name), None, None) => {
             let stars = prober.catalog().stars();
-            let known = hip_number(name).and_then(|n| stars.hip(n));
-            let star = known
-                .ok_or_else(|| format!("field `star`: no star `{}` in the catalogue; write HIP and a number", echo_within(name, 40)))?;
+            let star = hip_number(name).and_then(|n| stars.hip(n));
+            let star =
+                star.ok_or_else(|| format!("field `star`: no star `{}` in the catalogue; write HIP and a number", echo_within(name, 40)))?;
             (StarPlacer::of(prober.catalog(), &viewer, &request).place(star).direction, f64::INFINITY)
         }
         (None, None, Some(ra_deg), Some(dec_deg)) if ra_deg.is_finite() && (-90.0..=90.0).contains(&dec_deg) => {
             let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (ra_deg.to_radians().sin_cos(), dec_deg.to_radians().sin_cos());
-            let resting = DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec);
-            (aberrated(resting, viewer.body_velocity_km_s), f64::INFINITY)
+            let geometric = DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec);
+            (aberrated(geometric, viewer.body_velocity_km_s), f64::INFINITY)
         }
         (None, None, Some(_), Some(_)) => return Err("fields `ra_deg` and `dec_deg`: degrees; declination from -90 to 90".into()),
         _ => return Err("give one of `body`, `star`, or `ra_deg` with `dec_deg`".into()),
@@ -99,9 +99,9 @@ fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         return Ok(json!({ "x": x, "y": y, "in_frame": at.is_some(), "hidden": hidden }));
     }
     let camera = &scene.camera;
-    let before = camera.clip(direction);
-    let at = before.or_else(|| camera.clip(-direction)).map(|clip| camera.pixel_from_clip(clip));
-    let in_frame = before.is_some_and(|clip| clip.abs().max_element() <= 1.0);
+    let in_front = camera.clip(direction);
+    let at = in_front.or_else(|| camera.clip(-direction)).map(|clip| camera.pixel_from_clip(clip));
+    let in_frame = in_front.is_some_and(|clip| clip.abs().max_element() <= 1.0);
     let [x, y] = at.map_or([Value::Null, Value::Null], |at| [at.x.into(), at.y.into()]);
     Ok(json!({ "x": x, "y": y, "in_frame": in_frame, "hidden": hidden }))
 }
@@ -109,10 +109,10 @@ fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
 /// Whether a body closer to the camera intersects the line of sight to a position.
 fn is_hidden(scene: &Scene, direction: DVec3, distance_km: f64) -> bool {
     let towards = direction.normalize();
-    let meets = |place: &Placement| {
-        let (camera, along) = (place.camera_in_unit_sphere(), place.direction_in_unit_sphere(towards).normalize());
+    let is_hit = |placement: &Placement| {
+        let (camera, along) = (placement.camera_in_unit_sphere(), placement.direction_in_unit_sphere(towards).normalize());
         camera.dot(along) < 0.0 && camera.cross(along).length() < 1.0
     };
-    let before = |b: &&BodyInView| b.distance_km < distance_km * (1.0 - 1e-12) && !b.placement.camera_is_inside();
-    scene.bodies.iter().filter(before).any(|b| meets(&b.placement))
+    let is_in_front = |b: &&BodyInView| b.distance_km < distance_km * (1.0 - 1e-12) && !b.placement.camera_is_inside();
+    scene.bodies.iter().filter(is_in_front).any(|b| is_hit(&b.placement))
 }

@@ -3,8 +3,9 @@
 //! Lengths are in equatorial radii; axes are the body's, with the pole at +z. The ring is a profile given in the query or that of a body in
 //! the catalog.
 
-use super::lanes::{Numbers, ProbeBatch};
-use super::{ProbeError, Prober, QueryKind, alternative, fields, optional, required};
+use super::batch::{ProbeBatch, ProbeInputs};
+use super::sunlight::check_limb_darkening;
+use super::{ProbeError, Prober, QueryKind, alternative, fields, optional, required, unit_vector};
 use crate::catalog::{Body, Ring};
 use crate::render::plan::{RING_PROFILE, TextureBinding, TextureSource, ring_profile, uniforms_of};
 use crate::scene::draw::{BodyShadow, DrawFeatures, DrawUniforms, Light, RingShadow, RingTable, RingUniforms, Surface};
@@ -79,10 +80,6 @@ struct ShadowFields {
     u2: Option<f64>,
 }
 
-fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, ProbeError> {
-    DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {name:?} has no direction").into())
-}
-
 /// Tangent of the Sun's angular radius; 0 is replaced by a very small value.
 fn sun_tangent(degrees: f64) -> Result<f32, ProbeError> {
     if (0.0..=20.0).contains(&degrees) {
@@ -93,10 +90,10 @@ fn sun_tangent(degrees: f64) -> Result<f32, ProbeError> {
 }
 
 fn body<'a>(prober: &'a Prober<'_>, name: &str) -> Result<&'a Body, ProbeError> {
-    prober.catalog().named(name).map_err(|e| format!("field \"body\": {e}").into())
+    prober.catalog().body_named(name).map_err(|e| format!("field \"body\": {e}").into())
 }
 
-fn answer(
+fn evaluate(
     prober: &Prober<'_>,
     probe: &'static str,
     features: &DrawFeatures,
@@ -112,10 +109,10 @@ fn answer(
     let binding = built.layout.textures.iter().find(|t| t.name == RING_PROFILE).map(|t| t.binding);
     let texture = |(table, binding): (&Arc<RingTable>, u32)| TextureBinding { binding, source: TextureSource::Image(ring_profile(table)) };
     let textures = uniforms.ring.table.iter().zip(binding).map(texture).collect();
-    let mut numbers: Numbers = [0.0; 12];
+    let mut numbers: ProbeInputs = [0.0; 12];
     numbers[..3].copy_from_slice(&point);
-    let lanes = ProbeBatch { uniform_bytes, textures, ..ProbeBatch::plain(module, 1) };
-    let answers = lanes.answers(prober.renderer, prober.library(), &[numbers])?;
+    let batch = ProbeBatch { uniform_bytes, textures, ..ProbeBatch::plain(module, 1) };
+    let answers = batch.answers(prober.renderer, prober.library(), &[numbers])?;
     // The green channel; all channels are equal here.
     answers.first().and_then(|rows| rows.first()).map(|row| f64::from(row[1])).ok_or_else(|| "no answer".into())
 }
@@ -126,7 +123,7 @@ fn sun_light(sun: DVec3) -> Vec<Light> {
 
 pub(super) static TRANSMISSION: QueryKind = QueryKind {
     name: "ring-transmission",
-    says: "the part of the Sun's light that a ring lets through to a point; equatorial radii, body-fixed, pole +z",
+    description: "the part of the Sun's light that a ring lets through to a point; equatorial radii, body-fixed, pole +z",
     fields: &[
         alternative("profile", "a list of {\"r_in\", \"r_out\", \"tau_normal\"}"),
         alternative("body", "a body's name: its rings of the catalog"),
@@ -137,12 +134,12 @@ pub(super) static TRANSMISSION: QueryKind = QueryKind {
         optional("flattening", "of the planet; it changes nothing here", "0"),
     ],
     example: r#"{"q":"ring-transmission","body":"saturn","point":[0.9,0,0.2],"sun":[0.9,0,-0.4]}"#,
-    ask: transmission,
+    answer: transmission,
 };
 
 pub(super) static SHADOW: QueryKind = QueryKind {
     name: "ring-shadow",
-    says: "the part of the Sun's light that a planet keeps from its ring; equatorial radii, body-fixed, pole +z",
+    description: "the part of the Sun's light that a planet keeps from its ring; equatorial radii, body-fixed, pole +z",
     fields: &[
         alternative("flattening", "of the planet, from 0 to below 0.9"),
         alternative("body", "a body's name: its figure of the catalog"),
@@ -154,12 +151,12 @@ pub(super) static SHADOW: QueryKind = QueryKind {
         optional("u2", "coefficient of (1 - mu)^2", "0.26"),
     ],
     example: r#"{"q":"ring-shadow","body":"saturn","point":[-1.5,0,0],"sun":[1,0,0.4],"sun_angular_radius_deg":0.028}"#,
-    ask: shadow,
+    answer: shadow,
 };
 
 fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let f: TransmissionFields = fields(query)?;
-    let sun = unit("sun", f.sun)?;
+    let sun = unit_vector("sun", f.sun)?;
     let tangent = sun_tangent(f.sun_angular_radius_deg)?;
     let ring_shadow = match f.model {
         TransmissionModel::PointSun => RingShadow::PointSun,
@@ -201,15 +198,15 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
     };
     let features = DrawFeatures { lights: 1, ring_shadow, ..DrawFeatures::MINIMAL };
     let uniforms = DrawUniforms { lights: sun_light(sun), ring, ..DrawUniforms::default() };
-    Ok(json!({ "transmission": answer(prober, "probe_ring_transmission", &features, &uniforms, f.point)? }))
+    Ok(json!({ "transmission": evaluate(prober, "probe_ring_transmission", &features, &uniforms, f.point)? }))
 }
 
 fn shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let f: ShadowFields = fields(query)?;
-    let sun = unit("sun", f.sun)?;
+    let sun = unit_vector("sun", f.sun)?;
     let axes = match (f.flattening, &f.body) {
-        (Some(flat), None) if (0.0..0.9).contains(&flat) => DVec3::new(1.0, 1.0, 1.0 - flat),
-        (Some(flat), None) => return Err(format!("field \"flattening\" {flat}: from 0 to below 0.9").into()),
+        (Some(flattening), None) if (0.0..0.9).contains(&flattening) => DVec3::new(1.0, 1.0, 1.0 - flattening),
+        (Some(flattening), None) => return Err(format!("field \"flattening\" {flattening}: from 0 to below 0.9").into()),
         (None, Some(name)) => {
             let body = body(prober, name)?;
             body.radii_km / body.radii_km.x
@@ -220,9 +217,7 @@ fn shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         ShadowModel::UniformDisc => (0.0, 0.0),
         _ => (f.u1.unwrap_or(0.40), f.u2.unwrap_or(0.26)),
     };
-    if !(u1.is_finite() && u2.is_finite() && 1.0 - u1 / 3.0 - u2 / 6.0 > 0.0) {
-        return Err(format!("fields \"u1\" {u1} and \"u2\" {u2} leave the disc dark").into());
-    }
+    check_limb_darkening(u1, u2)?;
     let ring = RingUniforms {
         sun_tangent: sun_tangent(f.sun_angular_radius_deg)?,
         shadow_axes: axes.as_vec3(),
@@ -233,5 +228,5 @@ fn shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let body_shadow = if f.model == ShadowModel::Sphere { BodyShadow::Sphere } else { BodyShadow::EllipsoidPenumbra };
     let features = DrawFeatures { surface: Surface::Ring, lights: 1, body_shadow, ..DrawFeatures::MINIMAL };
     let uniforms = DrawUniforms { lights: sun_light(sun), ring, ..DrawUniforms::default() };
-    Ok(json!({ "blocked": 1.0 - answer(prober, "probe_ring_shadow", &features, &uniforms, f.point)? }))
+    Ok(json!({ "blocked": 1.0 - evaluate(prober, "probe_ring_shadow", &features, &uniforms, f.point)? }))
 }

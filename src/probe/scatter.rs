@@ -1,7 +1,7 @@
 //! `scatter`: single scattering of sunlight along a ray through an atmosphere, and the ray's transmittance.
 
-use super::lanes::{Numbers, ProbeBatch};
-use super::{ProbeError, Prober, QueryKind, fields, required};
+use super::batch::{ProbeBatch, ProbeInputs};
+use super::{ProbeError, Prober, QueryKind, fields, required, unit_vector};
 use crate::render::plan::uniforms_of;
 use crate::scene::air_table;
 use crate::scene::draw::{Air, AtmosphereModel, AtmosphereUniforms, DrawFeatures, DrawUniforms, Light, Surface};
@@ -21,7 +21,7 @@ struct Fields {
     /// Away from the camera, and towards the Sun; of any length.
     dir: [f64; 3],
     sun: [f64; 3],
-    tier: Tier,
+    tier: TierName,
 }
 
 #[derive(Deserialize)]
@@ -57,7 +57,7 @@ enum Phase {
 }
 
 #[derive(Deserialize)]
-enum Tier {
+enum TierName {
     #[serde(rename = "vertex")]
     Vertex,
     #[serde(rename = "pixel-8")]
@@ -71,13 +71,9 @@ enum Tier {
     Table,
 }
 
-fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, ProbeError> {
-    DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {name:?} has no direction").into())
-}
-
 pub(super) static KIND: QueryKind = QueryKind {
     name: "scatter",
-    says: "sunlight scattered once into a ray through air, a unit of solar irradiance, and the ray's transmittance; planet radii, centre at the origin",
+    description: "sunlight scattered once into a ray through air, a unit of solar irradiance, and the ray's transmittance; planet radii, centre at the origin",
     fields: &[
         required(
             "atmosphere",
@@ -90,20 +86,20 @@ pub(super) static KIND: QueryKind = QueryKind {
         required("tier", "vertex, pixel-8, pixel-16 or pixel-32"),
     ],
     example: r#"{"q":"scatter","atmosphere":{"planet_radius_km":6371,"top_km":60,"species":[{"profile":"exponential","scale_height_km":8,"scattering_per_m":[5.8e-6,1.35e-5,3.31e-5],"extinction_per_m":[5.8e-6,1.35e-5,3.31e-5],"phase":"rayleigh"}]},"cam":[0,0,1.0001],"dir":[1,0,0.2],"sun":[1,0,1],"tier":"pixel-16"}"#,
-    ask,
+    answer,
 };
 
-fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let f: Fields = fields(query)?;
     let tier = match f.tier {
-        Tier::Vertex => AtmosphereModel::Vertex,
-        Tier::Pixel8 => AtmosphereModel::Pixel8,
-        Tier::Pixel16 => AtmosphereModel::Pixel16,
-        Tier::Pixel32 => AtmosphereModel::Pixel32,
-        Tier::Table => AtmosphereModel::Table,
+        TierName::Vertex => AtmosphereModel::Vertex,
+        TierName::Pixel8 => AtmosphereModel::Pixel8,
+        TierName::Pixel16 => AtmosphereModel::Pixel16,
+        TierName::Pixel32 => AtmosphereModel::Pixel32,
+        TierName::Table => AtmosphereModel::Table,
     };
-    let (cam, dir, sun) = (DVec3::from_array(f.cam), unit("dir", f.dir)?, unit("sun", f.sun)?);
-    let radius_sq_minus_1 = (cam.length() - 1.0) * (cam.length() + 1.0);
+    let (camera, direction, sun) = (DVec3::from_array(f.cam), unit_vector("dir", f.dir)?, unit_vector("sun", f.sun)?);
+    let radius_sq_minus_1 = (camera.length() - 1.0) * (camera.length() + 1.0);
     if !(radius_sq_minus_1.is_finite() && radius_sq_minus_1 > -1e-9) {
         return Err("field \"cam\" is inside the planet, whose radius is 1".into());
     }
@@ -116,21 +112,21 @@ fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     };
     let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
-    let hits = cam.dot(dir) < 0.0 && radius_sq_minus_1 - cam.dot(dir).powi(2) < 0.0;
-    let uniform_bytes = uniform_bytes(prober, &module, a, cam.length() - 1.0, !hits)?;
-    let mut numbers: Numbers = [0.0; 12];
+    let hits_ground = camera.dot(direction) < 0.0 && radius_sq_minus_1 - camera.dot(direction).powi(2) < 0.0;
+    let uniform_bytes = uniform_bytes(prober, &module, a, camera.length() - 1.0, !hits_ground)?;
+    let mut numbers: ProbeInputs = [0.0; 12];
     // The ray in the form of a draw's uniforms: terms that would cancel in f32 are computed in f64.
-    let along = cam.dot(dir);
-    numbers[..3].copy_from_slice(&(cam - along * dir).to_array());
+    let along = camera.dot(direction);
+    numbers[..3].copy_from_slice(&(camera - along * direction).to_array());
     numbers[3] = radius_sq_minus_1 - along * along;
-    numbers[4..7].copy_from_slice(&dir.to_array());
+    numbers[4..7].copy_from_slice(&direction.to_array());
     numbers[7] = along;
     numbers[8..11].copy_from_slice(&sun.to_array());
     numbers[11] = radius_sq_minus_1;
-    let lanes = ProbeBatch { uniform_bytes, ..ProbeBatch::plain(module, 2) };
-    let answers = lanes.answers(prober.renderer, prober.library(), &[numbers])?;
-    let [light, through] = answers.first().map(Vec::as_slice).unwrap_or_default() else { return Err("no answer".into()) };
-    Ok(json!({ "transmittance": &through[..3], "radiance": &light[..3], "hits_ground": light[3] > 0.5 }))
+    let batch = ProbeBatch { uniform_bytes, ..ProbeBatch::plain(module, 2) };
+    let answers = batch.answers(prober.renderer, prober.library(), &[numbers])?;
+    let [radiance, transmittance] = answers.first().map(Vec::as_slice).unwrap_or_default() else { return Err("no answer".into()) };
+    Ok(json!({ "transmittance": &transmittance[..3], "radiance": &radiance[..3], "hits_ground": radiance[3] > 0.5 }))
 }
 
 /// Checks the field values of an atmosphere.
@@ -169,57 +165,63 @@ fn check(a: &Atmosphere) -> Result<(), String> {
     Ok(())
 }
 
-/// The bytes of the module's `Draw`. `camera`: height above the ground; `sky`: the ray does not end at the ground.
-fn uniform_bytes(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera: f64, sky: bool) -> Result<Vec<u8>, ProbeError> {
+/// The bytes of the module's `Draw`. `camera_height`: above the ground, in planet radii; `misses_ground`: the ray ends at the top of the atmosphere.
+fn uniform_bytes(
+    prober: &Prober<'_>,
+    module: &ModuleId,
+    a: &Atmosphere,
+    camera_height: f64,
+    misses_ground: bool,
+) -> Result<Vec<u8>, ProbeError> {
     let built = prober.library().get(module)?;
     let radius_km = a.planet_radius_km;
     let per_radius = |v: &[f64; 3]| (DVec3::from_array(*v) * radius_km * 1000.0).as_vec3();
     let radius_sq_minus_1 = |km: f64| ((km / radius_km) * (2.0 + km / radius_km)) as f32;
-    let mut gas = (1.0, Vec3::ZERO, Vec3::ZERO);
-    let mut haze = (1.0, Vec3::ZERO, Vec3::ZERO, 0.0);
+    let mut rayleigh = (1.0, Vec3::ZERO, Vec3::ZERO);
+    let mut mie = (1.0, Vec3::ZERO, Vec3::ZERO, 0.0);
     let mut layer = (Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO);
-    let (mut gases, mut hazes, mut layers) = (0, 0, 0);
+    let (mut rayleigh_count, mut mie_count, mut layer_count) = (0, 0, 0);
     for s in &a.species {
         match s {
             Species::Exponential { scale_height_km, scattering_per_m, extinction_per_m, phase, g } => {
                 let height = (scale_height_km / radius_km) as f32;
                 let (scattering, extinction) = (per_radius(scattering_per_m), per_radius(extinction_per_m));
                 if *phase == Phase::Rayleigh {
-                    gases += 1;
-                    gas = (height, scattering, extinction);
+                    rayleigh_count += 1;
+                    rayleigh = (height, scattering, extinction);
                 } else {
-                    hazes += 1;
-                    haze = (height, scattering, extinction, *g as f32);
+                    mie_count += 1;
+                    mie = (height, scattering, extinction, *g as f32);
                 }
             }
             Species::Tent { centre_km, half_width_km, extinction_per_m } => {
-                layers += 1;
+                layer_count += 1;
                 let knots = [centre_km - half_width_km, *centre_km, centre_km + half_width_km].map(radius_sq_minus_1);
                 layer = (Vec3::from_array(knots), per_radius(extinction_per_m));
             }
         }
     }
     // A missing species gets the scale height of the other, so that the quadrature fits the species that exists.
-    if gases == 0 {
-        gas.0 = haze.0;
+    if rayleigh_count == 0 {
+        rayleigh.0 = mie.0;
     }
-    if hazes == 0 {
-        haze.0 = gas.0;
+    if mie_count == 0 {
+        mie.0 = rayleigh.0;
     }
-    if gases > 1 || hazes > 1 || layers > 1 {
+    if rayleigh_count > 1 || mie_count > 1 || layer_count > 1 {
         return Err("field \"atmosphere\": at most one species with each of phase rayleigh, phase hg and profile tent".into());
     }
     let top = a.top_km / radius_km;
     let air = AtmosphereUniforms {
         top: radius_sq_minus_1(a.top_km),
-        ends: Vec2::new(camera.clamp(0.0, top) as f32, if sky { top as f32 } else { 0.0 }),
-        rayleigh_scale_height: gas.0,
-        rayleigh_scattering: gas.1,
-        rayleigh_extinction: gas.2,
-        mie_scale_height: haze.0,
-        mie_scattering: haze.1,
-        mie_extinction: haze.2,
-        mie_asymmetry: haze.3,
+        ends: Vec2::new(camera_height.clamp(0.0, top) as f32, if misses_ground { top as f32 } else { 0.0 }),
+        rayleigh_scale_height: rayleigh.0,
+        rayleigh_scattering: rayleigh.1,
+        rayleigh_extinction: rayleigh.2,
+        mie_scale_height: mie.0,
+        mie_scattering: mie.1,
+        mie_extinction: mie.2,
+        mie_asymmetry: mie.3,
         layer: layer.0,
         absorption_extinction: layer.1,
         multi_scatter: Arc::new(vec![Vec4::ZERO; air_table::NODES]),

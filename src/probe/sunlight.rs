@@ -4,13 +4,13 @@
 //! `rgb` uses the catalog's law per channel; `by` lists the fraction that each body alone blocks. The time is the time at the ground, when
 //! the light arrives.
 
-use super::lanes::{Numbers, ProbeBatch};
+use super::batch::{ProbeBatch, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, fields, optional, required};
 use crate::catalog::{Body, NaifId, Photometry};
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::render::plan::uniforms_of;
 use crate::scene::draw::{DrawFeatures, DrawUniforms, Eclipse, EclipseModel, EclipseUniforms, Light};
-use crate::scene::eclipse::{self, EclipseModelChoice, Occluder, Receiver, ReceiverExtent};
+use crate::scene::eclipse::{self, EclipseModelChoice, Occluder, Receiver, ReceiverExtent, ReceiverShape};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use crate::time::Instant;
@@ -41,6 +41,14 @@ pub(super) fn u2_at_550_nm() -> f64 {
     0.26
 }
 
+/// Refuses coefficients that leave the disc without light: its flux is 1 - u1/3 - u2/6 of that of a uniform disc.
+pub(super) fn check_limb_darkening(u1: f64, u2: f64) -> Result<(), String> {
+    match 1.0 - u1 / 3.0 - u2 / 6.0 > 0.0 && u1.is_finite() && u2.is_finite() {
+        true => Ok(()),
+        false => Err(format!("fields \"u1\" {u1} and \"u2\" {u2} leave the disc dark")),
+    }
+}
+
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Model {
@@ -64,7 +72,7 @@ impl Model {
 
 pub(super) static KIND: QueryKind = QueryKind {
     name: "sunlight",
-    says: "the part of the Sun's light that reaches a point of a body's ground past other bodies",
+    description: "the part of the Sun's light that reaches a point of a body's ground past other bodies",
     fields: &[
         required("body", "a body's name"),
         required("time", "ISO 8601 UTC or jd_tdb:DAY, when the light meets the ground"),
@@ -75,12 +83,12 @@ pub(super) static KIND: QueryKind = QueryKind {
         optional("u2", "coefficient of (1 - mu)^2", "0.26"),
     ],
     example: r#"{"q":"sunlight","body":"earth","time":"2024-04-08T18:17:16Z","lat":25.29,"lon":-104.14}"#,
-    ask,
+    answer,
 };
 
-fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let f: Fields = fields(query)?;
-    let body = prober.catalog().named(&f.body).map_err(|e| format!("field \"body\": {e}"))?;
+    let body = prober.catalog().body_named(&f.body).map_err(|e| format!("field \"body\": {e}"))?;
     if body.id == NaifId::SUN {
         return Err("field \"body\": the Sun lights itself".into());
     }
@@ -88,24 +96,21 @@ fn ask(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     if !(-90.0..=90.0).contains(&f.lat) || !(-360.0..=360.0).contains(&f.lon) {
         return Err("fields \"lat\" and \"lon\" are degrees: -90 to 90 and -360 to 360".into());
     }
-    if !(1.0 - f.u1 / 3.0 - f.u2 / 6.0 > 0.0 && f.u1.is_finite() && f.u2.is_finite()) {
-        return Err(format!("fields \"u1\" {} and \"u2\" {} leave the disc dark", f.u1, f.u2).into());
-    }
+    check_limb_darkening(f.u1, f.u2)?;
     let (point_km, _) = ground_point_km(body.radii_km, f.lat, f.lon, 0.0);
     let receiver = Receiver::at(prober.ephemeris(), body, time)?;
     let sky = EclipsedSky::over(prober, &receiver, f.model.model_choice())?;
-    let one_law = Photometry::Emissive { u1: [f.u1; 3], u2: [f.u2; 3] };
+    let same_law_in_all_channels = Photometry::Emissive { u1: [f.u1; 3], u2: [f.u2; 3] };
     let at = point_km / body.radii_km.x;
     let sunlight =
         |occluders: &[Occluder<'_>], law| sky.sunlight(occluders, &[at], law)?.first().copied().ok_or(ProbeError::from("no answer"));
-    // With one law for all channels, all channels are equal.
-    let fraction = |occluders: &[Occluder<'_>]| sunlight(occluders, Some(&one_law)).map(|[_, green, _]| green);
-    let mut by = Map::new();
+    let fraction = |occluders: &[Occluder<'_>]| sunlight(occluders, Some(&same_law_in_all_channels)).map(|[_, green, _]| green);
+    let mut blocked_by = Map::new();
     for occluder in &sky.occluders {
         let blocked = 1.0 - fraction(std::slice::from_ref(occluder))?;
-        by.insert(occluder.body.name.to_lowercase(), json!(blocked));
+        blocked_by.insert(occluder.body.name.to_lowercase(), json!(blocked));
     }
-    Ok(json!({ "fraction": fraction(&sky.occluders)?, "rgb": sunlight(&sky.occluders, None)?, "by": by }))
+    Ok(json!({ "fraction": fraction(&sky.occluders)?, "rgb": sunlight(&sky.occluders, None)?, "by": blocked_by }))
 }
 
 /// The occluders of the Sun for one body at one time, and the sunlight at points on the body's surface.
@@ -124,7 +129,7 @@ impl<'a> EclipsedSky<'a> {
     /// One line: the catalog has no Sun.
     pub fn over(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, model_choice: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
-        let extent = ReceiverExtent { reach: 1.0, camera: None, pixel: 0.0 };
+        let extent = ReceiverExtent { reach: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel: 0.0 };
         let occluders = eclipse::find(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, extent, true).occluders;
         Ok(Self { prober, receiver, sun, model_choice, occluders })
     }
@@ -158,7 +163,7 @@ pub fn sunlight_from_uniforms(
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
     let built = prober.library().get(&module)?;
     let uniform_bytes = uniforms_of(&built.layout, &DrawUniforms { lights, eclipse: uniforms, ..DrawUniforms::default() }, 1)?;
-    let numbers = |p: &DVec3| -> Numbers { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };
+    let numbers = |p: &DVec3| -> ProbeInputs { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };
     let queries: Vec<_> = points.iter().map(numbers).collect();
     let answers = ProbeBatch { uniform_bytes, ..ProbeBatch::plain(module, 1) }.answers(prober.renderer, prober.library(), &queries)?;
     answers.iter().map(|rows| rows.first().map(|r| [r[0], r[1], r[2]].map(f64::from)).ok_or_else(|| "no answer".into())).collect()

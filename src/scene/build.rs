@@ -15,6 +15,7 @@ use self::sky::Sky;
 use self::sunlight::LightAroundSun;
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
+use crate::message::reason;
 use crate::scene::atmosphere::air::SurroundingAir;
 use crate::scene::atmosphere::decision::needs_table;
 use crate::scene::camera::geometry::ImageGeometry;
@@ -23,7 +24,7 @@ use crate::scene::draw::features::PixelView;
 use crate::scene::draw::{Draw, Part};
 use crate::scene::error::SceneError;
 use crate::scene::features;
-use crate::scene::features::case::{BodyContext, Frame};
+use crate::scene::features::case::{BodyContext, FrameContext};
 use crate::scene::finished::Scene;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::exposure::Exposure;
@@ -33,7 +34,7 @@ use crate::scene::placed::{PlacedBody, place};
 use crate::scene::purpose::Threshold;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
-use crate::scene::resources::{Caches, Context, MeshWanted, Requirements, Resources};
+use crate::scene::resources::{Caches, Context, MeshRequirement, Requirements, Resources};
 use crate::scene::surface::{mesh_decision, meshes};
 use crate::scene::visibility::{lunar_limb, order};
 
@@ -94,7 +95,7 @@ impl<'a> SceneBuilder<'a> {
                 }
                 Err(e @ SceneError::Inside(_)) => return Err(e),
                 Err(e) if request.target == Some(body.id) => return Err(e),
-                Err(e) => unplaced.push(Some(bodies::not_placed(body, e.to_string()))),
+                Err(e) => unplaced.push(Some(bodies::not_placed(body, reason!("quoted", text = &e.to_string())))),
             }
         }
         lunar_limb::compute_profile(&mut placed, &caches.limb_profiles);
@@ -116,8 +117,8 @@ impl<'a> SceneBuilder<'a> {
     }
 
     /// The bodies whose city lights the exposure depends on.
-    pub(crate) fn night_lights_wanted(&self, known: &Resources) -> Vec<NaifId> {
-        auto_exposure::night_lights_wanted(self.context(known), &self.viewer.camera, &self.placed, &self.exposure)
+    pub(crate) fn required_night_lights(&self, known: &Resources) -> Vec<NaifId> {
+        auto_exposure::required_night_lights(self.context(known), &self.viewer.camera, &self.placed, &self.exposure)
     }
 
     /// Meters the light again, now including city lights.
@@ -130,8 +131,8 @@ impl<'a> SceneBuilder<'a> {
         Context { request: self.request, ephemeris: self.ephemeris, resources, caches: self.caches }
     }
 
-    fn frame<'f>(&'f self, request: &'f ViewRequest, resources: &'f Resources) -> Frame<'f> {
-        Frame {
+    fn frame<'f>(&'f self, request: &'f ViewRequest, resources: &'f Resources) -> FrameContext<'f> {
+        FrameContext {
             context: Context { request, ..self.context(resources) },
             camera: &self.viewer.camera,
             threshold: Threshold::of(self.request.purpose, self.exposure.white()),
@@ -156,15 +157,16 @@ impl<'a> SceneBuilder<'a> {
         let mut wanted = Requirements::default();
         for p in self.placed.iter().filter(|p| !self.is_inside(p.body)) {
             let own_request = self.own_request(p.body);
-            let frame = Frame { context: Context { request: own_request.as_ref().unwrap_or(self.request), ..frame.context }, ..frame };
-            if meshes::is_wanted(frame.context, frame.camera, p) {
+            let frame =
+                FrameContext { context: Context { request: own_request.as_ref().unwrap_or(self.request), ..frame.context }, ..frame };
+            if meshes::is_required(frame.context, frame.camera, p) {
                 let shaded = frame.context.request.effects.override_of(Effect::SelfShadow) != Some(false);
-                wanted.meshes.push(MeshWanted { body: p.body.id, sun: mesh_decision::sun_over(&frame, p).filter(|_| shaded) });
+                wanted.meshes.push(MeshRequirement { body: p.body.id, sun: mesh_decision::sun_over(&frame, p).filter(|_| shaded) });
             }
             if needs_table(&BodyContext::of(&frame, p)) {
                 wanted.scattering_tables.push(p.body.id);
             }
-            wanted.maps.extend(features::maps_wanted(&frame, p));
+            wanted.maps.extend(features::required_maps(&frame, p));
         }
         wanted.sky_map = self.background(&frame, false).0.and_then(|b| b.map_file);
         wanted

@@ -6,8 +6,10 @@
 /// Maximum number of rows of a ring's table: one per slope x = 1 / cosine = 2^(k / [`RING_SLOPES_PER_OCTAVE`]), for x from 1 to 1 / [`MIN_COSINE`].
 pub(crate) const RING_SLOPES: u32 = 97;
 pub(crate) const RING_SLOPES_PER_OCTAVE: u32 = 8;
+/// Rows of a ring's table that contain its bins.
+pub(crate) const RING_BIN_ROWS: u32 = 4;
 /// Rows of a ring's table before those of the first slope: its bins and its intervals.
-pub(crate) const RING_HEADER_ROWS: u32 = 2;
+pub(crate) const RING_HEADER_ROWS: u32 = RING_BIN_ROWS + 1;
 /// Rows of a ring's table for a slope: the light of large particles and its integral, the light of dust and its integral.
 pub(crate) const RING_ROWS_PER_SLOPE: u32 = 4;
 /// Lower limit of the cosine of the angle between a path and a ring's normal; smaller cosines are raised to this value.
@@ -36,6 +38,11 @@ pub(crate) const MULTIPLE_COEFFICIENTS: usize = 5;
 pub const SPREAD_HEIGHTS: usize = 4;
 /// Columns of the same table: distances from the occluder's limb.
 pub const SPREAD_COLUMNS: usize = 16;
+
+/// Pixels between neighbouring texels of the coarse picture of the air, along each axis.
+pub const COARSE_AIR_PX: u32 = 4;
+/// Texels of that picture beyond each edge of the screen, so that each texel on the screen has neighbours.
+pub const COARSE_AIR_BORDER: u32 = 1;
 
 /// Layers of an occluder's atmosphere that bend sunlight into its shadow.
 pub const REFRACTION_LAYERS: usize = 32;

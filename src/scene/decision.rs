@@ -1,6 +1,7 @@
 //! Decisions: whether a feature is drawn, with the value and the threshold that decided it.
 
 use crate::catalog::Map;
+use crate::message::{Argument, Reason, reason};
 use crate::scene::request::effects::{Effect, EffectOverrides};
 use crate::scene::resources::Resources;
 use crate::scene::tiers::Tier;
@@ -13,7 +14,7 @@ pub struct Decision {
     /// Whether it is drawn.
     pub on: bool,
     /// The value, its threshold and the comparison, in one line.
-    pub reason: String,
+    pub reason: Reason,
     /// The model that computes the feature, if there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tier: Option<Tier>,
@@ -21,9 +22,9 @@ pub struct Decision {
 
 impl Decision {
     /// The reason, then the tier and its error if the effect has several tiers.
-    pub(crate) fn description(&self) -> String {
+    pub fn description(&self) -> Reason {
         match self.tier {
-            Some(tier) => format!("{}; {tier}", self.reason),
+            Some(tier) => self.reason.clone().and(tier.reason()),
             None => self.reason.clone(),
         }
     }
@@ -42,7 +43,7 @@ impl<'a> DecisionLog<'a> {
     }
 
     /// Records a decision and returns whether the feature is drawn.
-    pub(crate) fn note(&mut self, feature: &'static str, on: bool, reason: String) -> bool {
+    pub(crate) fn note(&mut self, feature: &'static str, on: bool, reason: Reason) -> bool {
         self.decisions.push(Decision { feature, on, reason, tier: None });
         on
     }
@@ -53,9 +54,9 @@ impl<'a> DecisionLog<'a> {
         }
     }
     /// Records an effect: the threshold decides unless the user set the effect.
-    pub(crate) fn effect(&mut self, effect: Effect, by_threshold: bool, reason: String) -> bool {
+    pub(crate) fn effect(&mut self, effect: Effect, by_threshold: bool, reason: Reason) -> bool {
         match self.effects.override_of(effect) {
-            Some(on) => self.note(effect.name(), on, "set by you".into()),
+            Some(on) => self.note(effect.name(), on, reason!("set-by-you")),
             None => self.note(effect.name(), by_threshold, reason),
         }
     }
@@ -64,24 +65,27 @@ impl<'a> DecisionLog<'a> {
         self.effects.override_of(effect) == Some(false)
     }
     /// Like [`Self::effect`] for an effect that needs a map: off if the body has no such map, or if the map's file cannot be read.
-    pub(crate) fn map(&mut self, effect: Effect, map: Option<&Map>, threshold: impl FnOnce() -> (bool, String)) -> bool {
+    pub(crate) fn map(&mut self, effect: Effect, map: Option<&Map>, threshold: impl FnOnce() -> (bool, Reason)) -> bool {
         match map {
-            None => self.note(effect.name(), false, "not available for this body".into()),
-            Some(m) if self.resources.is_unreadable(&m.file) => {
-                self.note(effect.name(), false, format!("{} could not be read: drawn without it", m.file))
-            }
+            None => self.note(effect.name(), false, reason!("not-available")),
+            Some(m) if self.resources.is_unreadable(&m.file) => self.note(effect.name(), false, reason!("unreadable", file = &m.file)),
             Some(m) => {
                 let (on, reason) = threshold();
-                self.effect(effect, on, with_invented(reason, "the map", m.invented.as_deref()))
+                self.effect(effect, on, with_invented(reason, m.invented.as_deref(), |how| reason!("map-invented", how = how)))
             }
         }
     }
 }
 
-/// A reason; if `invented` is set, followed by a note that `what` is invented, and how.
-pub(crate) fn with_invented(reason: String, what: &str, invented: Option<&str>) -> String {
+/// A reason; if `invented` is set, followed by the `note` that says so.
+pub(crate) fn with_invented(reason: Reason, invented: Option<&str>, note: impl FnOnce(Argument) -> Reason) -> Reason {
     match invented {
-        Some(how) => format!("{reason}; {what} is invented: {how}"),
+        Some(how) => reason.and(note(invented_text(how))),
         None => reason,
     }
+}
+
+/// What the catalog says of the invention of a map or shape.
+pub(crate) fn invented_text(how: &str) -> Argument {
+    Argument::CatalogText("invented", how.to_owned())
 }

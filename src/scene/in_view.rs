@@ -1,6 +1,7 @@
 //! The report on one body of a frame: its apparent position and size, and the decisions about it.
 
 use crate::catalog::NaifId;
+use crate::message::Reason;
 use crate::scene::camera::Placement;
 use crate::scene::decision::Decision;
 use crate::scene::draw::DrawFeatures;
@@ -69,5 +70,5 @@ pub struct BodyInView {
     /// Features of its draws, the globe first.
     pub features: Vec<DrawFeatures>,
     /// Invented data that the picture shows of the body: the file of a map or shape, and how it was made.
-    pub invented: Vec<(String, String)>,
+    pub invented: Vec<(String, Reason)>,
 }

@@ -34,7 +34,7 @@ pub(crate) struct PlacedBody<'a> {
     pub placement: Placement,
     pub distance_km: f64,
     /// Phase angle, radians.
-    pub alpha: f64,
+    pub phase_angle: f64,
     pub outline: Outline,
     /// Irradiance at the viewer from globe and rings without eclipses, in units of the Sun's at 1 au.
     pub irradiance: f64,
@@ -50,7 +50,7 @@ impl PlacedBody<'_> {
     pub(crate) fn phase_brightness(&self) -> f64 {
         match self.body.photometry {
             Photometry::Emissive { .. } => photometry::sun_disc_radiance(),
-            _ => photometry::phase_correction(self.body, self.alpha, self.distance_km / self.body.radii_km.x),
+            _ => photometry::phase_correction(self.body, self.phase_angle, self.distance_km / self.body.radii_km.x),
         }
     }
 
@@ -97,12 +97,18 @@ pub(crate) fn place<'a>(
     if !inside && placement.camera_is_inside() {
         return Err(SceneError::Inside(body.name.clone()));
     }
-    let alpha = if body.id == NaifId::SUN || inside { 0.0 } else { crate::ephemeris::angle_rad(-astrometric_km, sun_from_body_km) };
-    let n = placement.camera_in_unit_sphere() * body.radii_km;
+    let phase_angle = if body.id == NaifId::SUN || inside { 0.0 } else { crate::ephemeris::angle_rad(-astrometric_km, sun_from_body_km) };
+    let to_camera = placement.camera_in_unit_sphere() * body.radii_km;
     let irradiance = if inside {
         0.0
     } else {
-        brightness::irradiance(&caches.ring_tables, body, alpha, body_from_icrf * sun_from_body_km, n.normalize() * distance_km)
+        brightness::irradiance(
+            &caches.ring_tables,
+            body,
+            phase_angle,
+            body_from_icrf * sun_from_body_km,
+            to_camera.normalize() * distance_km,
+        )
     };
     let outline = if inside { Outline::Behind } else { Outline::of(camera, &placement) };
     Ok(PlacedBody {
@@ -114,7 +120,7 @@ pub(crate) fn place<'a>(
         body_from_icrf,
         placement,
         distance_km,
-        alpha,
+        phase_angle,
         outline,
         irradiance,
         sun_occluders: OnceCell::new(),

@@ -5,6 +5,7 @@
 //! changes a byte by one level: light of half a level on black is kept, because the sRGB curve is steepest there. Not here: limits of size (a disc below a
 //! pixel is a point, a rim thinner than half a pixel is left out), which do not depend on light, and the maximum number of lights and occluders of a draw.
 
+use crate::message::{Reason, reason};
 use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};
 
 /// The use of a picture.
@@ -53,16 +54,21 @@ impl Threshold {
     }
 
     /// Whether this relative change of a pixel is large enough to be kept.
-    pub(crate) fn is_exceeded_by_change(self, part: f64) -> bool {
-        part > self.least_change()
+    pub(crate) fn is_exceeded_by_change(self, change: f64) -> bool {
+        change > self.min_change()
     }
 
     /// The smallest relative change of a pixel that is kept.
-    pub(crate) fn least_change(self) -> f64 {
+    pub(crate) fn min_change(self) -> f64 {
         match self.purpose {
             Purpose::Display => VISIBLE_CHANGE,
             Purpose::Linear { floor } => floor,
         }
+    }
+
+    /// The greatest radiance that, added to black, is left out.
+    pub(crate) fn least_radiance(self) -> f64 {
+        self.cutoff_radiance(VISIBLE_LIGHT)
     }
 
     /// Whether the purpose is linear light, which also keeps features that are left out on a display because they are too small.
@@ -76,36 +82,32 @@ impl Threshold {
     }
 
     /// The radiance of a fraction of white, below which a display cuts light off; 0 for linear light, which keeps all light.
-    pub(crate) fn cutoff_radiance(self, part_of_white: f64) -> f64 {
-        if self.is_linear() { 0.0 } else { part_of_white * self.white }
+    pub(crate) fn cutoff_radiance(self, white_fraction: f64) -> f64 {
+        if self.is_linear() { 0.0 } else { white_fraction * self.white }
     }
 
     /// A radiance and its threshold, in words.
-    pub(crate) fn description(self, radiance: f64) -> String {
+    pub(crate) fn description(self, radiance: f64) -> Reason {
         match self.purpose {
-            Purpose::Display => format!("{:.2e} of white against {VISIBLE_LIGHT:.2e}", self.relative_to_white(radiance)),
-            Purpose::Linear { .. } => format!("{radiance:.2e} of linear light, where any counts"),
+            Purpose::Display => {
+                let light = self.relative_to_white(radiance);
+                reason!("of-white", light = format_args!("{light:.2e}"), least = format_args!("{VISIBLE_LIGHT:.2e}"))
+            }
+            Purpose::Linear { .. } => reason!("of-linear-light", light = format_args!("{radiance:.2e}")),
         }
     }
 
     /// A relative change and its threshold, in words.
-    pub(crate) fn change_description(self, part: f64) -> String {
-        format!("{part:.2e} of the light against {:.2e}", self.least_change())
+    pub(crate) fn change_description(self, change: f64) -> Reason {
+        reason!("of-the-light", part = format_args!("{change:.2e}"), least = format_args!("{:.2e}", self.min_change()))
     }
 }
 
 impl std::fmt::Display for Purpose {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Display => {
-                write!(
-                    f,
-                    "a display at this exposure: what adds less than {VISIBLE_LIGHT:.2e} of white to a pixel, half a level of 255 on black, is left out"
-                )
-            }
-            Self::Linear { floor } => {
-                write!(f, "linear light: what changes no pixel by more than {floor:.0e} of what is there is left out")
-            }
+            Self::Display => reason!("purpose-display", least = format_args!("{VISIBLE_LIGHT:.2e}")).fmt(f),
+            Self::Linear { floor } => reason!("purpose-linear", floor = format_args!("{floor:.0e}")).fmt(f),
         }
     }
 }
@@ -130,7 +132,10 @@ mod tests {
                     && !linear.is_exceeded_by_change(1e-5)
             );
             assert_eq!(linear.cutoff_radiance(0.01), 0.0);
-            assert!(linear.description(faint).contains("linear") && !display(white).description(faint).contains("linear"));
+            assert!(
+                linear.description(faint).to_string().contains("linear")
+                    && !display(white).description(faint).to_string().contains("linear")
+            );
         }
     }
 }

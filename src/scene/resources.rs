@@ -22,7 +22,7 @@ use std::sync::{Arc, OnceLock};
 
 /// A shape model that a view draws.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeshWanted {
+pub struct MeshRequirement {
     pub body: NaifId,
     /// Unit vector towards the Sun in body axes, and the Sun's angular radius in radians, if the mesh casts shadows on itself.
     pub sun: Option<(DVec3, f64)>,
@@ -31,7 +31,7 @@ pub struct MeshWanted {
 /// The files and tables that a view needs in addition to catalog and ephemeris.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Requirements {
-    pub meshes: Vec<MeshWanted>,
+    pub meshes: Vec<MeshRequirement>,
     /// Bodies whose draws read a table of multiple scattering ([`crate::scene::air_table`]).
     pub scattering_tables: Vec<NaifId>,
     /// The maps of each drawn body, and the shape to which they are applied.

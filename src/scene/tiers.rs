@@ -4,6 +4,7 @@
 //! error in pixels is the limit below which the tier is chosen: for `sphere`, of [`sphere_shadow_offset`], which a test verifies; for `point-sun`, of the
 //! penumbra's width. Not here: which tier a draw gets (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
 
+use crate::message::{Reason, message, reason};
 use crate::scene::draw::{AtmosphereModel, BodyShadow, EclipseModel, RingShadow};
 use std::fmt;
 
@@ -12,30 +13,52 @@ use std::fmt;
 pub struct Tier {
     pub name: &'static str,
     /// Error that 95 % of samples do not exceed, if it is known separately from the largest error.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mostly: Option<f64>,
-    /// Largest error, relative to the quantity that `of` names.
-    pub at_most: f64,
+    #[serde(rename = "mostly", skip_serializing_if = "Option::is_none")]
+    pub error_95_percent: Option<f64>,
+    /// Largest error, relative to the `quantity`.
+    #[serde(rename = "at_most")]
+    pub max_error: f64,
     /// The quantity that the error is relative to.
-    pub of: &'static str,
+    #[serde(rename = "of")]
+    pub quantity: Quantity,
+}
+
+impl Tier {
+    /// The model with its error.
+    pub(crate) fn reason(&self) -> Reason {
+        // Rounds to 1e-4 %, so that no binary digits show (100 * 0.07 = 7.000000000000001).
+        let percent = |part: f64| (part * 1e6).round() / 1e4;
+        let (model, most, of) = (self.name, percent(self.max_error), message!(self.quantity.0));
+        match self.error_95_percent {
+            Some(part) => reason!("tier-mostly", model = model, most = most, mostly = percent(part), of = of),
+            None => reason!("tier", model = model, most = most, of = of),
+        }
+    }
 }
 
 impl fmt::Display for Tier {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Rounds to 1e-4 %, so that no binary digits show (100 * 0.07 = 7.000000000000001).
-        let percent = |part: f64| (part * 1e6).round() / 1e4;
-        write!(f, "{}: off by at most {} %", self.name, percent(self.at_most))?;
-        if let Some(part) = self.mostly {
-            write!(f, ", mostly {} %,", percent(part))?;
-        }
-        write!(f, " of {}", self.of)
+        self.reason().fmt(f)
     }
 }
+
+/// A quantity that an error is relative to: the id of the message that names it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantity(pub(crate) &'static str);
+
+impl serde::Serialize for Quantity {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        message!(self.0).serialize(to)
+    }
+}
+
+const SUNLIGHT: Quantity = Quantity("quantity-sunlight");
+const EDGES: Quantity = Quantity("quantity-edges");
 
 /// The quantity of the atmosphere's errors. They are per channel, against adaptive quadrature, on new random rays in each run, for every atmosphere of the
 /// catalog (tests/atmosphere/tier_bounds.rs). The bounds are at least a fifth above the worst of 51,000 rays of 73 runs: 0.97 (`vertex`), 0.67 (`pixel-8`),
 /// 0.075 (`pixel-16`, `table`), 0.0075 (`pixel-32`). In one run of 73 a ray had an error above 0.5 with `pixel-8`, in the twilight of Uranus.
-const RAY: &str = "each ray's light scattered once";
+const SINGLE_SCATTERING: Quantity = Quantity("quantity-ray");
 /// If the light of a ray is less than this fraction of the zenith's light (brightest channel, Sun at 45 degrees), its error is stated relative to this
 /// fraction of the zenith's light.
 pub const MIN_OF_ZENITH: f64 = 1e-3;
@@ -43,52 +66,51 @@ pub const MIN_OF_ZENITH: f64 = 1e-3;
 pub const AIR_TRANSMITTANCE: f64 = 3e-4;
 
 /// The tier of an atmosphere model; `None` without an atmosphere.
-pub fn of_atmosphere(tier: AtmosphereModel) -> Option<Tier> {
-    let some_tier = |name, mostly, at_most, of| Some(Tier { name, mostly: Some(mostly), at_most, of });
-    match tier {
+pub fn of_atmosphere(model: AtmosphereModel) -> Option<Tier> {
+    let tier_of =
+        |name, error_95_percent, max_error, quantity| Some(Tier { name, error_95_percent: Some(error_95_percent), max_error, quantity });
+    match model {
         AtmosphereModel::None => None,
-        AtmosphereModel::Vertex => some_tier("vertex", 0.1, 1.2, RAY),
-        AtmosphereModel::Pixel8 => some_tier("pixel-8", 0.025, 0.9, RAY),
-        AtmosphereModel::Pixel16 => some_tier("pixel-16", 0.004, 0.12, RAY),
-        AtmosphereModel::Pixel32 => some_tier("pixel-32", 0.002, 0.02, RAY),
+        AtmosphereModel::Vertex => tier_of("vertex", 0.1, 1.2, SINGLE_SCATTERING),
+        AtmosphereModel::Pixel8 => tier_of("pixel-8", 0.025, 0.9, SINGLE_SCATTERING),
+        AtmosphereModel::Pixel16 => tier_of("pixel-16", 0.004, 0.12, SINGLE_SCATTERING),
+        AtmosphereModel::Pixel32 => tier_of("pixel-32", 0.002, 0.02, SINGLE_SCATTERING),
         // The error of multiple scattering is measured against a photon simulation.
-        AtmosphereModel::Table => {
-            some_tier("table", 0.004, 0.12, "each ray's light scattered once, and 5 % of the sky's light on the ground")
-        }
+        AtmosphereModel::Table => tier_of("table", 0.004, 0.12, Quantity("quantity-ray-and-sky")),
     }
 }
 
 /// The tier of an eclipse model; `None` without an eclipse. The limb-darkened disc is compared with integrals of forty digits, the simpler models with the
 /// limb-darkened disc (tests/eclipse/reference_tables.rs).
 pub fn of_eclipse(model: EclipseModel) -> Option<Tier> {
-    let some_tier = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
+    let tier_of = |name, max_error, quantity| Some(Tier { name, error_95_percent: None, max_error, quantity });
     match model {
         EclipseModel::None => None,
-        EclipseModel::Linear => some_tier("linear", 0.14, "the Sun's light behind a round body"),
-        EclipseModel::UniformDisc => some_tier("uniform-disc", 0.1, "the Sun's light"),
-        EclipseModel::LimbDarkened => some_tier("limb-darkened", 5e-4, "the Sun's light"),
-        EclipseModel::Refracted => some_tier("refracted", 5e-4, "the Sun's light, and in the umbra a magnitude from what observers saw"),
+        EclipseModel::Linear => tier_of("linear", 0.14, Quantity("quantity-behind-round-body")),
+        EclipseModel::UniformDisc => tier_of("uniform-disc", 0.1, SUNLIGHT),
+        EclipseModel::LimbDarkened => tier_of("limb-darkened", 5e-4, SUNLIGHT),
+        EclipseModel::Refracted => tier_of("refracted", 5e-4, Quantity("quantity-sunlight-and-umbra")),
     }
 }
 
 /// The tier of a ring's shadow on the globe; `None` without a shadow. It is compared with the closed form and with sums over the Sun's disc
 /// (tests/rings/reference_tables.rs). The simpler model is chosen if its edges are off by less than `MAX_EDGE_ERROR_PX`.
 pub fn of_ring_shadow(model: RingShadow) -> Option<Tier> {
-    let some_tier = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
+    let tier_of = |name, max_error, quantity| Some(Tier { name, error_95_percent: None, max_error, quantity });
     match model {
         RingShadow::None => None,
-        RingShadow::PointSun => some_tier("point-sun", MAX_EDGE_ERROR_PX, "a pixel where its edges lie"),
-        RingShadow::Penumbra => some_tier("penumbra", 0.07, "the Sun's light"),
+        RingShadow::PointSun => tier_of("point-sun", MAX_EDGE_ERROR_PX, EDGES),
+        RingShadow::Penumbra => tier_of("penumbra", 0.07, SUNLIGHT),
     }
 }
 
 /// The tier of the globe's shadow on a ring; `None` without a shadow. It is compared as in [`of_ring_shadow`].
 pub fn of_body_shadow(model: BodyShadow) -> Option<Tier> {
-    let some_tier = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
+    let tier_of = |name, max_error, quantity| Some(Tier { name, error_95_percent: None, max_error, quantity });
     match model {
         BodyShadow::None => None,
-        BodyShadow::Sphere => some_tier("sphere", MAX_EDGE_ERROR_PX, "a pixel where its edges lie"),
-        BodyShadow::EllipsoidPenumbra => some_tier("ellipsoid-penumbra", 1e-3, "the Sun's light"),
+        BodyShadow::Sphere => tier_of("sphere", MAX_EDGE_ERROR_PX, EDGES),
+        BodyShadow::EllipsoidPenumbra => tier_of("ellipsoid-penumbra", 1e-3, SUNLIGHT),
     }
 }
 
@@ -119,9 +141,9 @@ mod tests {
     fn a_costlier_tier_is_more_accurate_and_every_tier_is_listed() {
         let air: Vec<Tier> = AtmosphereModel::ALL.into_iter().filter_map(of_atmosphere).collect();
         assert_eq!(air.len(), AtmosphereModel::ALL.len() - 1);
-        assert!(air[..4].windows(2).all(|w| w[1].at_most < w[0].at_most && w[1].mostly < w[0].mostly));
+        assert!(air[..4].windows(2).all(|w| w[1].max_error < w[0].max_error && w[1].error_95_percent < w[0].error_95_percent));
         let eclipse: Vec<Tier> = EclipseModel::ALL.into_iter().filter_map(of_eclipse).collect();
-        assert!(eclipse.len() == EclipseModel::ALL.len() - 1 && eclipse.windows(2).all(|w| w[1].at_most <= w[0].at_most));
+        assert!(eclipse.len() == EclipseModel::ALL.len() - 1 && eclipse.windows(2).all(|w| w[1].max_error <= w[0].max_error));
         let names: Vec<_> = air.iter().chain(&eclipse).map(|t| t.name).collect();
         assert_eq!(names, [Effect::Atmosphere.variants(), Effect::Eclipse.variants()].concat());
         assert_eq!(air[2].to_string(), "pixel-16: off by at most 12 %, mostly 0.4 %, of each ray's light scattered once");

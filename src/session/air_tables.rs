@@ -93,15 +93,15 @@ mod tests {
         let path = folder.path().join("orrery/air").join(format!("{}.table", digest(pluto)));
         let bytes = std::fs::read(&path).expect("stored");
         let decode = |bytes: &[u8]| stored_tables::decode(MAGIC, bytes).filter(|b| b.len() == TABLE_BYTES).map(from_bytes);
-        assert_eq!(decode(&bytes).expect("whole"), *computed);
-        let other = [bytes.as_slice(), b"x"].concat();
-        let mut wrong = bytes.clone();
-        wrong[100] ^= 1;
-        for damaged in [&bytes[..20], &bytes[..bytes.len() - 4], &other, &wrong] {
+        assert_eq!(decode(&bytes).expect("intact"), *computed);
+        let with_extra_byte = [bytes.as_slice(), b"x"].concat();
+        let mut flipped_bit = bytes.clone();
+        flipped_bit[100] ^= 1;
+        for damaged in [&bytes[..20], &bytes[..bytes.len() - 4], &with_extra_byte, &flipped_bit] {
             assert_eq!(decode(damaged), None);
             std::fs::write(&path, damaged).expect("written");
             assert_eq!(*reopened(), *computed);
-            assert_eq!(std::fs::read(&path).expect("stored"), bytes, "healed");
+            assert_eq!(std::fs::read(&path).expect("stored"), bytes, "replaced");
         }
         let mut denser = pluto.clone();
         denser.atmosphere.as_mut().expect("air").top_km += 1.0;

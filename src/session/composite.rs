@@ -23,7 +23,7 @@ impl Session {
             self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
             match self.timed(Stage::Plan, || plan::composite(&composite, self, sampling, mesh)) {
                 Ok(plan) => return Ok((with_warped_geometry(composite.whole, request), plan)),
-                Err(PlanError::Map { file, why }) if self.note_unreadable_map(&file, &why) => {}
+                Err(PlanError::Map { file, why }) if self.record_unreadable_map(&file, &why) => {}
                 Err(_) if self.replace_forged(&modules) => {}
                 Err(e) => return Err(e.into()),
             }

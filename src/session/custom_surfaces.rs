@@ -29,16 +29,16 @@ pub struct SurfaceFile {
 /// A text that is not `BODY=FILE`.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("write BODY=FILE, such as mars=my_mars.wesl")]
-pub struct SurfaceWordsError;
+pub struct SurfaceArgumentError;
 
 impl FromStr for SurfaceFile {
-    type Err = SurfaceWordsError;
-    fn from_str(text: &str) -> Result<Self, SurfaceWordsError> {
+    type Err = SurfaceArgumentError;
+    fn from_str(text: &str) -> Result<Self, SurfaceArgumentError> {
         match text.split_once('=') {
             Some((body, file)) if !body.trim().is_empty() && !file.is_empty() => {
                 Ok(Self { body: body.trim().to_owned(), file: PathBuf::from(file) })
             }
-            _ => Err(SurfaceWordsError),
+            _ => Err(SurfaceArgumentError),
         }
     }
 }
@@ -97,7 +97,7 @@ pub fn with_surfaces(mut catalog: Catalog, surfaces: &[SurfaceFile]) -> Result<C
     }
     for (number, surface) in (1..).zip(surfaces) {
         let body = || echo(&surface.body);
-        let id = catalog.named(&surface.body).map_err(|e| SurfaceError::Body { body: body(), why: e.to_string() })?.id;
+        let id = catalog.body_named(&surface.body).map_err(|e| SurfaceError::Body { body: body(), why: e.to_string() })?.id;
         if !catalog.set_custom_surface(id, number) {
             return Err(SurfaceError::Twice(body()));
         }
@@ -139,7 +139,7 @@ mod tests {
         let surface: SurfaceFile = "mars=a=b.wesl".parse().expect("a surface");
         assert_eq!((surface.body.as_str(), surface.file.as_path()), ("mars", Path::new("a=b.wesl")));
         for wrong in ["mars", "=a.wesl", "mars=", " =a"] {
-            assert_eq!(wrong.parse::<SurfaceFile>(), Err(SurfaceWordsError), "{wrong}");
+            assert_eq!(wrong.parse::<SurfaceFile>(), Err(SurfaceArgumentError), "{wrong}");
         }
     }
 }

@@ -4,7 +4,7 @@
 //! adds nothing.
 
 use super::{Session, SessionError};
-use crate::catalog::{Catalog, CatalogError, DataLayer, NaifId, is_layer_file, layer_endings};
+use crate::catalog::{Catalog, CatalogError, DataLayer, NaifId, is_layer_file, layer_extensions};
 use crate::files::read_bytes;
 use crate::image::{ImageError, MapStore, TexelFormat, Texture};
 use crate::wording::echo;
@@ -26,7 +26,7 @@ pub(super) fn read(path: &Path, layer: DataLayer) -> Result<DataLayer, SessionEr
 fn add_image(layer: &DataLayer, maps: &MapStore) -> Result<(), ImageError> {
     let Some(image) = &layer.image else { return Ok(()) };
     let texture = Texture::from_rgba8(image.width, image.height, image.rgba.clone(), TexelFormat::Rgba8Srgb)?;
-    maps.keep_premultiplied(&layer.image_name(), texture.premultiplied());
+    maps.insert_premultiplied(&layer.image_name(), texture.premultiplied());
     Ok(())
 }
 
@@ -47,7 +47,7 @@ impl Session {
     pub fn add_data_file(&self, path: &Path, body: Option<NaifId>) -> Result<String, SessionError> {
         let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         if !is_layer_file(&file) {
-            return Err(failed(path, format!("no layer of data: its name ends in none of {}", layer_endings())));
+            return Err(failed(path, format!("no layer of data: its name ends in none of {}", layer_extensions())));
         }
         let layer = |body| DataLayer { body, ..DataLayer::new(file.clone(), file.clone()) };
         let body = body.and_then(|id| self.catalog.body(id));

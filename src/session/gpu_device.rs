@@ -9,7 +9,7 @@ use crate::render::gpu::{FrameGuard, GpuError, GpuRenderer};
 use crate::render::plan::{ModuleProvider, Plan};
 use crate::shader::ModuleId;
 use crate::shader::{ShaderError, ShaderLibrary, ShaderModule};
-use parking_lot::{Mutex, MutexGuard};
+use parking_lot::Mutex;
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -65,10 +65,6 @@ impl ModuleProvider for ModuleSet {
     }
 }
 
-fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
-    state.lock()
-}
-
 /// The state after a device could not be opened and the user does not require one. Reports the fallback to software in one line.
 fn fall_back(e: &GpuError, notify: &Notify) -> State {
     match e {
@@ -81,7 +77,7 @@ fn fall_back(e: &GpuError, notify: &Notify) -> State {
 impl Drop for Gpu {
     /// Waits until no driver is loading or compiling, because at process exit a driver frees memory that such a thread uses.
     fn drop(&mut self) {
-        if let State::Preparing(preparing) = std::mem::replace(&mut *locked(&self.state), State::Closed) {
+        if let State::Preparing(preparing) = std::mem::replace(&mut *self.state.lock(), State::Closed) {
             let _ = preparing.thread.join();
         }
     }
@@ -110,7 +106,7 @@ impl Gpu {
             return;
         }
         self.last_error.lock().take();
-        let mut state = locked(&self.state);
+        let mut state = self.state.lock();
         if !matches!(*state, State::Preparing(_)) {
             *state = if preference == RendererPreference::Software { State::Closed } else { State::Unopened };
         }
@@ -129,7 +125,7 @@ impl Gpu {
 
     pub fn forget_modules(&self) {
         self.epoch.fetch_add(1, Ordering::SeqCst);
-        let open = match &*locked(&self.state) {
+        let open = match &*self.state.lock() {
             State::Open(renderer) => Some(Arc::clone(renderer)),
             _ => None,
         };
@@ -186,7 +182,7 @@ impl Gpu {
 
     /// Starts to open the device on a thread, in parallel with the other work before the first frame.
     pub fn begin(&self) {
-        let mut state = locked(&self.state);
+        let mut state = self.state.lock();
         if matches!(*state, State::Unopened) {
             let software = self.preference() == RendererPreference::Gpu;
             *state = self.prepare(move || GpuRenderer::open(software).map(Arc::new));
@@ -194,14 +190,14 @@ impl Gpu {
     }
 
     pub fn destroy(&self) {
-        if let State::Open(renderer) = &*locked(&self.state) {
+        if let State::Open(renderer) = &*self.state.lock() {
             renderer.destroy();
         }
     }
 
     /// The open device; opens it if necessary, and waits for it. `None`: the software renderer must draw.
     fn open_or_wait(&self, notify: &Notify) -> Result<Option<Arc<GpuRenderer>>, RendererError> {
-        let mut state = locked(&self.state);
+        let mut state = self.state.lock();
         let mut next_state = Ok(std::mem::replace(&mut *state, State::Unopened));
         if let Ok(State::Preparing(preparing)) = next_state {
             next_state = self.wait_prepared(preparing);
@@ -265,7 +261,7 @@ impl Gpu {
                     notify(&format!("{e}: drawing in software"));
                 }
                 if e.is_final() {
-                    let mut state = locked(&self.state);
+                    let mut state = self.state.lock();
                     if matches!(&*state, State::Open(open) if Arc::ptr_eq(open, renderer)) {
                         *state = State::Closed;
                     }

@@ -24,15 +24,15 @@ const MAX_BYTES: u64 = 1 << 30;
 /// The inputs from which the Sun's heights at a model's vertices are computed.
 struct SunHeightInputs {
     model: Arc<Model>,
-    towards: DVec3,
+    towards_sun: DVec3,
     radius_rad: f64,
 }
 
 impl SunHeightInputs {
     /// Whether heights computed for `self` can be used for `other`: the same model, and the Sun within the tolerance.
     fn is_usable_for(&self, other: &Self) -> bool {
-        let turned = self.towards.cross(other.towards).length() < TOLERANCE_RAD && self.towards.dot(other.towards) > 0.0;
-        Arc::ptr_eq(&self.model, &other.model) && turned && (self.radius_rad / other.radius_rad - 1.0).abs() < 0.01
+        let is_near = self.towards_sun.cross(other.towards_sun).length() < TOLERANCE_RAD && self.towards_sun.dot(other.towards_sun) > 0.0;
+        Arc::ptr_eq(&self.model, &other.model) && is_near && (self.radius_rad / other.radius_rad - 1.0).abs() < 0.01
     }
 }
 
@@ -62,32 +62,32 @@ impl Meshes {
     }
 
     fn read(&self, body: &Body) -> Result<Arc<Model>, String> {
-        let named = body.mesh.as_ref().ok_or_else(|| format!("the catalog names no mesh of {}", body.name))?;
-        let Some((folder, path)) = self.folders.iter().map(|f| (f, f.join(&named.file))).find(|(_, path)| path.is_file()) else {
+        let mesh = body.mesh.as_ref().ok_or_else(|| format!("the catalog names no mesh of {}", body.name))?;
+        let Some((folder, path)) = self.folders.iter().map(|f| (f, f.join(&mesh.file))).find(|(_, path)| path.is_file()) else {
             let searched: Vec<_> = self.folders.iter().map(|f| f.display().to_string()).collect();
             return Err(format!(
                 "mesh {} is not in {}",
-                named.file,
+                mesh.file,
                 if searched.is_empty() { "any folder that was named".into() } else { searched.join(" nor in ") }
             ));
         };
-        let shown = path.display();
-        let text = check_inside(folder, &path).and_then(|()| read_text(&path, MAX_BYTES)).map_err(|e| format!("{shown}: {e}"))?;
-        let obj = obj::parse(&text).map_err(|e| format!("{shown}:{e}"))?;
-        let figure = ShapeFrame {
+        let name = path.display();
+        let text = check_inside(folder, &path).and_then(|()| read_text(&path, MAX_BYTES)).map_err(|e| format!("{name}: {e}"))?;
+        let obj = obj::parse(&text).map_err(|e| format!("{name}:{e}"))?;
+        let frame = ShapeFrame {
             radii_km: body.radii_km,
-            scale_km: named.scale_km,
+            scale_km: mesh.scale_km,
             latitude_stretch: body.map_latitude_stretch(),
-            two_sided: named.two_sided,
+            two_sided: mesh.two_sided,
         };
-        Ok(Arc::new(Model::of(&obj, &figure).map_err(|e| format!("{shown}: {e}"))?))
+        Ok(Arc::new(Model::of(&obj, &frame).map_err(|e| format!("{name}: {e}"))?))
     }
 
-    /// Height of the Sun over the model's own horizon at each vertex, in solar radii. `towards`: unit vector to the Sun in body axes.
+    /// Height of the Sun over the model's own horizon at each vertex, in solar radii. `towards_sun`: unit vector in body axes.
     /// `radius_rad`: the Sun's angular radius.
-    pub fn sun_heights(&self, model: &Arc<Model>, towards: DVec3, radius_rad: f64) -> Arc<Vec<f32>> {
-        let inputs = SunHeightInputs { model: Arc::clone(model), towards, radius_rad };
-        self.heights.get_compatible(SunHeightInputs::is_usable_for, inputs, || Arc::new(model.sun_heights(towards, radius_rad)))
+    pub fn sun_heights(&self, model: &Arc<Model>, towards_sun: DVec3, radius_rad: f64) -> Arc<Vec<f32>> {
+        let inputs = SunHeightInputs { model: Arc::clone(model), towards_sun, radius_rad };
+        self.heights.get_compatible(SunHeightInputs::is_usable_for, inputs, || Arc::new(model.sun_heights(towards_sun, radius_rad)))
     }
 }
 
@@ -97,22 +97,22 @@ mod tests {
 
     fn model() -> Arc<Model> {
         let text = "v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n";
-        let figure = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, latitude_stretch: 1.0, two_sided: false };
-        Arc::new(Model::of(&obj::parse(text).expect("reads"), &figure).expect("a model"))
+        let frame = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, latitude_stretch: 1.0, two_sided: false };
+        Arc::new(Model::of(&obj::parse(text).expect("reads"), &frame).expect("a model"))
     }
 
     #[test]
     fn heights_are_reused_until_the_sun_has_moved() {
         let (meshes, model) = (Meshes::new([]), model());
-        let heights_for_turn =
+        let heights_for_angle =
             |model: &Arc<Model>, turned_rad: f64| meshes.sun_heights(model, DVec3::new(turned_rad.cos(), turned_rad.sin(), 0.0), 0.005);
-        let first = heights_for_turn(&model, 0.0);
-        assert!(Arc::ptr_eq(&first, &heights_for_turn(&model, 0.8 * TOLERANCE_RAD)));
-        assert!(!Arc::ptr_eq(&first, &heights_for_turn(&model, 1.2 * TOLERANCE_RAD)));
-        assert!(!Arc::ptr_eq(&first, &heights_for_turn(&model, std::f64::consts::PI)), "from the other side");
-        assert!(!Arc::ptr_eq(&first, &heights_for_turn(&self::model(), 0.0)), "another shape");
+        let first = heights_for_angle(&model, 0.0);
+        assert!(Arc::ptr_eq(&first, &heights_for_angle(&model, 0.8 * TOLERANCE_RAD)));
+        assert!(!Arc::ptr_eq(&first, &heights_for_angle(&model, 1.2 * TOLERANCE_RAD)));
+        assert!(!Arc::ptr_eq(&first, &heights_for_angle(&model, std::f64::consts::PI)), "from the other side");
+        assert!(!Arc::ptr_eq(&first, &heights_for_angle(&self::model(), 0.0)), "another shape");
         // More sets than the limit drop the oldest one.
-        (1..=MAX_HEIGHT_SETS).for_each(|k| drop(heights_for_turn(&model, 0.1 * k as f64)));
-        assert!(!Arc::ptr_eq(&first, &heights_for_turn(&model, 0.0)));
+        (1..=MAX_HEIGHT_SETS).for_each(|k| drop(heights_for_angle(&model, 0.1 * k as f64)));
+        assert!(!Arc::ptr_eq(&first, &heights_for_angle(&model, 0.0)));
     }
 }

@@ -23,6 +23,7 @@ mod requirements;
 mod ring_shine_files;
 mod sample;
 mod shaders;
+mod single_pixels;
 mod sky_map;
 mod software;
 mod sources;
@@ -35,7 +36,7 @@ mod window_surface;
 
 use crate::shader::ModuleId;
 pub use cpu::process_cpu;
-pub use custom_surfaces::{SurfaceError, SurfaceFile, SurfaceWordsError, surface_fragments, with_surfaces};
+pub use custom_surfaces::{SurfaceArgumentError, SurfaceError, SurfaceFile, surface_fragments, with_surfaces};
 use devices::Devices;
 pub use effect_cost::{EffectCost, LightChange};
 pub use error::{CacheFolderError, SessionError};
@@ -101,8 +102,8 @@ const MAX_CATALOG_BYTES: u64 = 1 << 24;
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
 /// Characters that occur in coordinates, for the glyph atlas.
 const COORDINATE_LETTERS: &str = "0123456789+-.°'\"hmsNESW";
-/// Number of bodies whose city lights stay in memory.
-const NIGHT_LIGHTS_KEPT: usize = 16;
+/// Largest number of bodies whose city lights are in memory.
+const MAX_NIGHT_LIGHTS: usize = 16;
 
 /// Catalog, ephemeris, maps, shaders and renderers of one run. Threads share it.
 pub struct Session {
@@ -184,12 +185,16 @@ pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
     let Some(folder) = cache.map(Path::to_owned).or_else(system_folder) else {
         return Err(CacheFolderError::None);
     };
-    let own = folder.join("orrery");
-    for (part, is_above) in
-        [(&folder, true), (&own, false), (&own.join("shaders"), false), (&own.join("air"), false), (&own.join("rings"), false)]
-    {
-        if let Some(why) = foreign_write_access(part, is_above) {
-            return Err(CacheFolderError::Shared { folder: echo(&part.display().to_string()), why });
+    let program_folder = folder.join("orrery");
+    for (path, is_parent) in [
+        (&folder, true),
+        (&program_folder, false),
+        (&program_folder.join("shaders"), false),
+        (&program_folder.join("air"), false),
+        (&program_folder.join("rings"), false),
+    ] {
+        if let Some(why) = foreign_write_access(path, is_parent) {
+            return Err(CacheFolderError::Shared { folder: echo(&path.display().to_string()), why });
         }
     }
     Ok(folder)
@@ -248,7 +253,7 @@ impl Session {
             library,
             air_tables,
             meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
-            night_lights: Memo::with_capacity(NIGHT_LIGHTS_KEPT),
+            night_lights: Memo::with_capacity(MAX_NIGHT_LIGHTS),
             glyphs: Memo::with_capacity(1),
             scene_caches: Caches::with_ring_shines(RingShines::stored(ring_shines)),
             devices,
@@ -268,14 +273,14 @@ impl Session {
 
     /// Replaces the minor planets, for a measurement; the provenance of pictures does not include them.
     #[must_use]
-    pub fn with_minor_planets(self, own: SmallBodies) -> Self {
-        Self { catalog: self.catalog.with_small_bodies(Some(own)), ..self }
+    pub fn with_minor_planets(self, minor_planets: SmallBodies) -> Self {
+        Self { catalog: self.catalog.with_small_bodies(Some(minor_planets)), ..self }
     }
 
     /// Replaces the stars, for a measurement; the provenance of pictures does not include them.
     #[must_use]
-    pub fn with_stars(self, own: StarCatalog) -> Self {
-        Self { catalog: self.catalog.with_stars(Some(Arc::new(own))), ..self }
+    pub fn with_stars(self, stars: StarCatalog) -> Self {
+        Self { catalog: self.catalog.with_stars(Some(Arc::new(stars))), ..self }
     }
 
     /// Counts CPU time from now on. This reads one file per thread at the start and end of each stage, which would slow down a window's frames.
@@ -355,7 +360,7 @@ impl Session {
     fn timed<T>(&self, stage: Stage, work: impl FnOnce() -> T) -> T {
         let before = if self.count_cpu { process_cpu() } else { None };
         let start = std::time::Instant::now();
-        let done = work();
+        let result = work();
         let spent = start.elapsed();
         let cpu_time = before.and_then(|before| process_cpu()?.checked_sub(before));
         let mut by_thread = self.stages.lock();
@@ -364,7 +369,7 @@ impl Session {
         if let Some(cpu_time) = cpu_time {
             stages.add_cpu(stage, cpu_time);
         }
-        done
+        result
     }
 
     /// Scene and plan of a view. A map that cannot be read is reported once, and its body is drawn without the map.
@@ -376,13 +381,13 @@ impl Session {
             return self.composite_plan(request, sampling);
         }
         loop {
-            let scene = self.scene_after(request, |required| self.timed(Stage::Maps, || self.read_maps(required)))?;
+            let scene = self.scene_prepared_by(request, |required| self.timed(Stage::Maps, || self.read_maps(required)))?;
             let modules = plan::modules(&scene);
             self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
             match self.timed(Stage::Plan, || plan::plan(&scene, self, sampling)) {
                 Ok(plan) => return Ok((scene, plan)),
                 // A map that the requirements did not list is unreadable: the scene is built again without it.
-                Err(PlanError::Map { file, why }) if self.note_unreadable_map(&file, &why) => {}
+                Err(PlanError::Map { file, why }) if self.record_unreadable_map(&file, &why) => {}
                 Err(_) if self.replace_forged(&modules) => {}
                 Err(e) => return Err(e.into()),
             }
@@ -420,7 +425,7 @@ impl Session {
         loop {
             let (scene, plan) = self.plan(request, sampling)?;
             match self.timed(Stage::Draw, || self.devices.draw(by, &plan, &self.library, requested)) {
-                Ok(done) => return Ok(drawn(scene, &plan, done)),
+                Ok(output) => return Ok(drawn_frame(scene, &plan, output)),
                 Err(_) if self.replace_forged(&plan.modules()) => {}
                 Err(why) => return Err(why.into()),
             }
@@ -443,7 +448,7 @@ impl Session {
     }
 }
 
-fn drawn(scene: Scene, plan: &Plan, RenderOutput { frame, on_gpu, by }: RenderOutput) -> DrawnFrame {
+fn drawn_frame(scene: Scene, plan: &Plan, RenderOutput { frame, on_gpu, by }: RenderOutput) -> DrawnFrame {
     DrawnFrame { scene, simple_draws: plan.simple_draws(), frame, on_gpu, by }
 }
 
@@ -462,7 +467,7 @@ impl Session {
             // The plan of the window's interface, which only a GPU needs: in software the interface is painted without shader modules.
             let window = || plan::warm_up_interface(self).ok();
             match self.timed(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested)) {
-                Ok(done) => return Ok(drawn(scene, &plan, done)),
+                Ok(output) => return Ok(drawn_frame(scene, &plan, output)),
                 Err(_) if self.replace_forged(&plan.modules()) => {}
                 Err(why) => return Err(why.into()),
             }

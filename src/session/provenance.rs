@@ -8,7 +8,7 @@
 use super::Session;
 use super::pictures::{PROVENANCE_CHUNK, is_exr};
 use crate::catalog::{Body, Catalog, DataLayer, NaifId};
-use crate::image::{HEAD_LEN, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
+use crate::image::{HEAD_LEN, exr_head_text, png_head_text, verify_exr, verify_png};
 use crate::render::plan::SKY_DECODING;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
 use crate::scene::sky::map::{MILKY_WAY_FILE, SkyMap};
@@ -51,11 +51,11 @@ fn hex_digest(parts: impl IntoIterator<Item = Vec<u8>>) -> String {
 /// The first 8 bytes of a file's SHA-256 as hexadecimal digits, or `none` if it cannot be read. The file is read in blocks.
 fn file_digest(path: &Path) -> String {
     let read = || -> std::io::Result<String> {
-        let (mut file, mut hash, mut piece) = (BufReader::new(File::open(path)?), Sha256::new(), vec![0; 1 << 20]);
+        let (mut file, mut hash, mut block) = (BufReader::new(File::open(path)?), Sha256::new(), vec![0; 1 << 20]);
         loop {
-            match file.read(&mut piece)? {
+            match file.read(&mut block)? {
                 0 => return Ok(generator::hex(&hash.finalize()[..8])),
-                n => hash.update(&piece[..n]),
+                n => hash.update(&block[..n]),
             }
         }
     };
@@ -79,16 +79,17 @@ pub(super) fn source_digests(
     });
     let files = files.chain([MILKY_WAY_FILE]);
     let found = files.flat_map(|name| folders.iter().map(move |f| (name, f.join(name)))).filter(|(_, path)| path.is_file());
-    let own: BTreeMap<&str, String> = found.map(|(name, path)| (name, file_digest(&path))).collect();
-    let images = if own.is_empty() { "embedded".into() } else { hex_digest(own.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
-    let of = |name: &str, value: String| (name.to_owned(), value);
+    let digests: BTreeMap<&str, String> = found.map(|(name, path)| (name, file_digest(&path))).collect();
+    let images =
+        if digests.is_empty() { "embedded".into() } else { hex_digest(digests.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
+    let entry = |name: &str, value: String| (name.to_owned(), value);
     BTreeMap::from([
-        of("program", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
-        of("catalogs", hex_digest(bodies)),
-        of("kernel", kernel.map_or("embedded".into(), file_digest)),
-        of("stars", stars.map_or("embedded".into(), file_digest)),
-        of("minor planets", minor_planets.map_or("embedded".into(), file_digest)),
-        of("images", images),
+        entry("program", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
+        entry("catalogs", hex_digest(bodies)),
+        entry("kernel", kernel.map_or("embedded".into(), file_digest)),
+        entry("stars", stars.map_or("embedded".into(), file_digest)),
+        entry("minor planets", minor_planets.map_or("embedded".into(), file_digest)),
+        entry("images", images),
     ])
 }
 
@@ -150,33 +151,33 @@ impl Provenance {
         };
         let up = match up {
             Up::Along { direction, axes: a } => format!("{:?} {}", direction.to_array(), axes(a)),
-            word => format!("{word:?}").to_lowercase(),
+            named => format!("{named:?}").to_lowercase(),
         };
         let exposure = match exposure {
             ExposureRequest::Auto => "auto".into(),
             ExposureRequest::Stops(stops) => format!("{stops} stops"),
-            ExposureRequest::Transition { from_stops, part } => format!("{part} of the way from {from_stops} stops to auto"),
+            ExposureRequest::Transition { from_stops, progress } => format!("{progress} of the way from {from_stops} stops to auto"),
         };
-        let of = |name: &str, value: String| (name.to_owned(), value);
+        let entry = |name: &str, value: String| (name.to_owned(), value);
         let mut values = sources.clone();
         values.extend([
-            of("target", target.map_or("none".into(), name)),
-            of("time", format!("{} (TDB {} s past J2000)", time.to_utc_iso(), time.tdb_seconds_past_j2000())),
-            of("from", from),
-            of("look", look),
-            of("up", up),
-            of("composition", composition.to_text()),
-            of("fov", fov_deg.map_or_else(default_text, |f| format!("{f} deg"))),
-            of("size", format!("{width}x{height}")),
-            of("exposure", exposure),
-            of("tone-map", tone_map.name().into()),
-            of("effects", effects.to_text()),
-            of("layers", layers.to_text()),
-            of("stars-boost", format!("{stars_boost} stops")),
-            of("selected", selected.map_or("the target".into(), name)),
-            of("quality", format!("{quality:?}").to_lowercase()),
-            of("pixels", pixel_view.name().into()),
-            of("purpose", format!("{purpose:?}").to_lowercase()),
+            entry("target", target.map_or("none".into(), name)),
+            entry("time", format!("{} (TDB {} s past J2000)", time.to_utc_iso(), time.tdb_seconds_past_j2000())),
+            entry("from", from),
+            entry("look", look),
+            entry("up", up),
+            entry("composition", composition.to_text()),
+            entry("fov", fov_deg.map_or_else(default_text, |f| format!("{f} deg"))),
+            entry("size", format!("{width}x{height}")),
+            entry("exposure", exposure),
+            entry("tone-map", tone_map.name().into()),
+            entry("effects", effects.to_text()),
+            entry("layers", layers.to_text()),
+            entry("stars-boost", format!("{stars_boost} stops")),
+            entry("selected", selected.map_or("the target".into(), name)),
+            entry("quality", format!("{quality:?}").to_lowercase()),
+            entry("pixels", pixel_view.name().into()),
+            entry("purpose", format!("{purpose:?}").to_lowercase()),
         ]);
         Self(values)
     }
@@ -200,7 +201,7 @@ impl Provenance {
 
     /// The fields in which two provenances differ, at most three, each as `name theirs, not ours`.
     fn differences(theirs: &Self, ours: &Self) -> String {
-        // The most familiar fields come first.
+        // The fields that a user knows best come first.
         let order = ["target", "time", "from", "size", "effects", "layers", "quality"];
         let names = order.into_iter().chain(theirs.0.keys().chain(ours.0.keys()).map(String::as_str).filter(|k| !order.contains(k)));
         let mut differ: Vec<&str> = Vec::new();
@@ -250,7 +251,7 @@ impl Provenance {
             return ExistingPicture::Damaged("larger than any picture of this size".into());
         }
         let checked =
-            read(max_bytes).and_then(|b| if is_exr(path) { is_whole_exr(&b) } else { is_whole_png(&b, size) }.map_err(|e| e.to_string()));
+            read(max_bytes).and_then(|b| if is_exr(path) { verify_exr(&b) } else { verify_png(&b, size) }.map_err(|e| e.to_string()));
         checked.map_or_else(ExistingPicture::Damaged, |()| ExistingPicture::Same)
     }
 }

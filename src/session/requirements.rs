@@ -24,15 +24,15 @@ impl Session {
     /// # Errors
     /// See [`SceneBuilder::new`].
     pub fn scene(&self, request: &ViewRequest) -> Result<Scene, SessionError> {
-        self.scene_after(request, |_| {})
+        self.scene_prepared_by(request, |_| {})
     }
 
-    /// As [`Self::scene`]; `prepare` is called with the requirements before shape models and tables are read or computed.
-    pub(super) fn scene_after(&self, request: &ViewRequest, prepare: impl FnOnce(&Requirements)) -> Result<Scene, SessionError> {
+    /// As [`Self::scene`]. `prepare` is called with the requirements, before shape models and tables are read or computed.
+    pub(super) fn scene_prepared_by(&self, request: &ViewRequest, prepare: impl FnOnce(&Requirements)) -> Result<Scene, SessionError> {
         self.scene_from(|| SceneBuilder::new(&self.catalog, &self.ephemeris, request, &self.scene_caches), prepare)
     }
 
-    /// As [`Self::scene_after`], for the builder that `begin` creates.
+    /// As [`Self::scene_prepared_by`], for the builder that `begin` creates.
     pub(super) fn scene_from<'a>(
         &'a self,
         begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
@@ -52,7 +52,7 @@ impl Session {
     ) -> Result<(SceneBuilder<'a>, Resources), SessionError> {
         let mut builder = self.timed(Stage::Scene, begin)?;
         let mut known = Resources { unreadable: self.unreadable(), sky_map: self.sky_map.clone(), ..Resources::default() };
-        for body in builder.night_lights_wanted(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
+        for body in builder.required_night_lights(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
             let night_lights = self.timed(Stage::Maps, || self.night_lights.get(body.id, || self.read_night_lights(body)));
             known.night_lights.extend(night_lights.map(|night_lights| (body.id, night_lights)));
         }
@@ -68,20 +68,20 @@ impl Session {
     }
 
     /// Records that a file cannot be read, and reports it the first time. Returns whether this was the first time.
-    fn note_unreadable(&self, file: &str, line: impl FnOnce() -> String) -> bool {
-        let new = self.unreadable_files.lock().insert(file.to_owned());
-        if new {
+    fn record_unreadable(&self, file: &str, line: impl FnOnce() -> String) -> bool {
+        let is_new = self.unreadable_files.lock().insert(file.to_owned());
+        if is_new {
             (self.notify)(&line());
         }
-        new
+        is_new
     }
 
-    /// As [`Self::note_unreadable`], for a map; the message states how the view is drawn without the map.
-    pub(super) fn note_unreadable_map(&self, file: &str, why: &dyn Display) -> bool {
-        let overlay = self.catalog.bodies().iter().flat_map(|b| &b.overlays).any(|o| o.file == file);
-        let sky = file == MILKY_WAY_FILE;
-        let instead = if overlay || sky { "without it" } else { "in its mean colour" };
-        self.note_unreadable(file, || format!("{why}; drawn {instead}"))
+    /// As [`Self::record_unreadable`], for a map; the message states how the view is drawn without the map.
+    pub(super) fn record_unreadable_map(&self, file: &str, why: &dyn Display) -> bool {
+        let is_overlay = self.catalog.bodies().iter().flat_map(|b| &b.overlays).any(|o| o.file == file);
+        let is_sky = file == MILKY_WAY_FILE;
+        let instead = if is_overlay || is_sky { "without it" } else { "in its mean colour" };
+        self.record_unreadable(file, || format!("{why}; drawn {instead}"))
     }
 
     /// Reads shape models and computes tables that a view needs. A shape model that cannot be read is reported once.
@@ -98,7 +98,7 @@ impl Session {
                     resources.meshes.insert(body.id, model);
                 }
                 Err(why) => {
-                    self.note_unreadable(&named.file, || format!("{why}; {} is drawn as its ellipsoid", body.name));
+                    self.record_unreadable(&named.file, || format!("{why}; {} is drawn as its ellipsoid", body.name));
                 }
             }
         }
@@ -123,12 +123,12 @@ impl Session {
         self.maps.prefetch(&maps);
         for (file, decoding) in maps {
             if let Err(why) = self.maps.get_decoded(file, decoding) {
-                self.note_unreadable_map(file, &why);
+                self.record_unreadable_map(file, &why);
             }
         }
         for (_, file, _) in overlays {
             if let Err(why) = self.maps.premultiplied(file) {
-                self.note_unreadable_map(file, &why);
+                self.record_unreadable_map(file, &why);
             }
         }
     }

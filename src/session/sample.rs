@@ -6,19 +6,19 @@
 
 use super::SessionError;
 use crate::catalog::Ring;
-use crate::image::Texture;
+use crate::image::{Level, SharedTexture, TexelFormat, Texture};
 use crate::render::plan::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, LIMB_TABLE, Pass, Plan, PlanDraw, PlanError, RING_PROFILE,
-    RING_SHINE, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices, limb_table, map_format, ring_profile, ring_shine,
-    role_of, uniforms_of,
+    AddressMode, Attribute, Blend, COARSE_AIR_TEXTURE, ColourFormat, Cull, DepthState, Instances, LIMB_TABLE, Pass, Plan, PlanDraw,
+    PlanError, RING_PROFILE, RING_SHINE, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices, coarse_air_size,
+    limb_table, map_format, ring_profile, ring_shine, role_of, uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
 use crate::scene::air_spread::{COLUMNS as COLUMNS_OF_SPREAD, REACHES, TABLES};
 use crate::scene::air_table::{NODES, SUNS};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
 use crate::scene::draw::{
-    AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, Light, LimbTable, LimbUniforms, MapRole, OverlayUniforms, RingTable,
-    RingUniforms, Shape, Surface,
+    AirPass, AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, Light, LimbTable, LimbUniforms, MapRole, OverlayUniforms,
+    RingTable, RingUniforms, Shape, Surface,
 };
 use crate::scene::eclipse::REFRACTING_LAYERS;
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, halves};
@@ -58,8 +58,8 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
     let occluders = &OCCLUDERS[..usize::from(key.features().eclipse.occluders).min(OCCLUDERS.len())];
     let [_, _, _, radius] = OCCLUDERS[0];
     // Refraction and extinction decrease with height; extinction is weakest in red.
-    let fade = |k: usize| 1.0 - k as f32 / REFRACTING_LAYERS as f32;
-    let edge = |k: usize| (radius * (1.1 - 0.1 * fade(k)), 0.02 * fade(k).powi(2));
+    let density = |k: usize| 1.0 - k as f32 / REFRACTING_LAYERS as f32;
+    let edge = |k: usize| (radius * (1.1 - 0.1 * density(k)), 0.02 * density(k).powi(2));
     let edges = (0..REFRACTING_LAYERS).map(|k| {
         let ((r0, b0), (r1, b1)) = (edge(k), edge(k + 1));
         Vec4::new(r0, b0, r1, b1)
@@ -73,7 +73,7 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
         places: occluders.iter().map(|c| Vec4::new(c[0], c[1], c[2], 0.0)).collect(),
         shapes: occluders.iter().map(|c| Vec4::new(0.8, 0.6, c[3], 0.9 * c[3])).collect(),
         air_edges: edges.collect(),
-        air_transmittance: (0..REFRACTING_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * fade(k)).extend(0.0)).collect(),
+        air_transmittance: (0..REFRACTING_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * density(k)).extend(0.0)).collect(),
         // Factors that increase from the centre of the shadow outwards, and from red to blue.
         spread: (0..REACHES).map(spread).chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); TABLES - REACHES]).collect(),
     }
@@ -98,6 +98,7 @@ fn ring(surface: Surface) -> RingUniforms {
     RingUniforms {
         reach: Vec2::new(1.1, 2.2),
         extent: 2.2,
+        pieces: 16.0,
         table: table.map(Arc::new),
         blur: 0.002,
         phase: Vec2::new(0.15, 3.0),
@@ -131,10 +132,12 @@ fn limb() -> LimbTable {
     LimbTable { texels: (0..points).flat_map(|k| [height(k), height(k + 1) - height(k), 0.0, 0.0]).collect() }
 }
 
-/// An atmosphere with gas, haze and an absorption layer, as thick as a tenth of the body's diameter so that each part is visible.
+/// An atmosphere with Rayleigh and Mie scattering and an absorption layer, as thick as a tenth of the body's diameter so that each part is visible.
 fn air() -> AtmosphereUniforms {
     let radius_sq_minus_1 = |height: f32| height * (2.0 + height);
     AtmosphereUniforms {
+        coarse_bound: Vec2::ZERO,
+        coarse_row: 0.0,
         top: radius_sq_minus_1(0.2),
         ends: Vec2::new(0.2, 0.0),
         rayleigh_scale_height: 0.025,
@@ -248,7 +251,8 @@ fn map(role: MapRole) -> Result<Texture, SessionError> {
 /// The sphere as triangles with position, normal, map coordinates, height of the Sun and colour; vertices are duplicated along the seam.
 fn mesh(vertex_colour: bool) -> Vertices {
     let (around, down) = MESH;
-    let (mut position, mut normal, mut place, mut colour, mut indices) = (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut position, mut normal, mut map_coordinates, mut colour, mut indices) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut sun_height = Vec::new();
     for j in 0..=down {
         for i in 0..=around {
@@ -257,7 +261,7 @@ fn mesh(vertex_colour: bool) -> Vertices {
             let p = [latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin()];
             position.extend(p);
             normal.extend(p);
-            place.extend([u, v]);
+            map_coordinates.extend([u, v]);
             // Heights as if a ridge cast a shadow over the western side.
             sun_height.push(30.0 * p[1] + 10.0);
             colour.extend([u, v, 0.5, 1.0]);
@@ -269,7 +273,7 @@ fn mesh(vertex_colour: bool) -> Vertices {
         }
     }
     let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
-    let mut attributes = vec![attribute(3, position), attribute(3, normal), attribute(2, place), attribute(1, sun_height)];
+    let mut attributes = vec![attribute(3, position), attribute(3, normal), attribute(2, map_coordinates), attribute(1, sun_height)];
     if vertex_colour {
         attributes.push(attribute(4, colour));
     }
@@ -283,6 +287,13 @@ fn mesh(vertex_colour: bool) -> Vertices {
 pub fn sample_plan(library: &ShaderLibrary, key: &ShaderKey, side: u32, half: f32) -> Result<Plan, SessionError> {
     let module = library.get(&ModuleId::Planet(*key)).map_err(|e| SessionError::Plan(PlanError::Module(e.to_string())))?;
     sample_plan_of(&module, key, side, half)
+}
+
+/// A coarse picture of the air in which no texel may be interpolated: each pixel evaluates its air, as without the picture.
+fn coarse_air(side: u32) -> SharedTexture {
+    let [width, height] = coarse_air_size([side, side]);
+    let bytes = vec![0; 16 * width as usize * height as usize];
+    Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![Level { width, height, bytes }] })
 }
 
 /// As [`sample_plan`], but with a given module of the key instead of the library's.
@@ -301,6 +312,7 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
             (RING_PROFILE, Some(table)) => ring_profile(table),
             (RING_SHINE, _) => ring_shine(&shine()),
             (LIMB_TABLE, _) => limb_table(&limb()),
+            (COARSE_AIR_TEXTURE, _) => coarse_air(side),
             (name, _) => Arc::new(map(role_of(name).ok_or_else(|| failed(format!("{id}: `{name}` is no map of a body")))?)?),
         };
         textures.push(TextureBinding { binding: t.binding, source: TextureSource::Image(image) });
@@ -316,8 +328,14 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
         instances: Instances { count: 1, attributes: Vec::new() },
         blend: Blend::Replace,
         cull: Cull::None,
-        depth: DepthState { test: true, write: true },
+        // The draw of the air alone writes no depth.
+        depth: if features.air_pass == AirPass::Drawn {
+            DepthState { test: false, write: false }
+        } else {
+            DepthState { test: true, write: true }
+        },
         scissor: [0, 0, side, side],
+        extent: None,
     };
     let pass = Pass {
         name: "sample",

@@ -37,6 +37,6 @@ pub(super) fn read_sky(
     // The map store's name of the panorama, which no map of a catalog can have.
     let file = format!("--sky {name}");
     let width = panorama.texture.levels[0].width;
-    maps.keep(&file, SKY_DECODING, panorama.texture);
+    maps.insert(&file, SKY_DECODING, panorama.texture);
     Ok(Some(SkyMap { file, frame, width, unit_radiance, brightest: 1.0, is_milky_way: false }))
 }

@@ -58,9 +58,9 @@ impl Stages {
     /// Runs `work` and adds its time.
     pub fn measure<T>(&mut self, stage: Stage, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
-        let done = work();
+        let result = work();
         self.add(stage, start.elapsed());
-        done
+        result
     }
     /// Elapsed time.
     pub fn spent(&self, stage: Stage) -> Duration {
@@ -86,16 +86,16 @@ impl Stages {
         }
         self
     }
-    /// The difference to an earlier state.
+    /// The times since an earlier state.
     pub fn since(&self, earlier: &Self) -> Self {
-        let mut rest = Self::default();
+        let mut difference = Self::default();
         for stage in Stage::ALL {
-            rest.add(stage, self.spent(stage).saturating_sub(earlier.spent(stage)));
+            difference.add(stage, self.spent(stage).saturating_sub(earlier.spent(stage)));
             if let Some(cpu) = self.cpu(stage) {
-                rest.add_cpu(stage, cpu.saturating_sub(earlier.cpu(stage).unwrap_or_default()));
+                difference.add_cpu(stage, cpu.saturating_sub(earlier.cpu(stage).unwrap_or_default()));
             }
         }
-        rest
+        difference
     }
     /// `{"catalog_ms": …, …}`.
     pub fn to_json(&self) -> serde_json::Value {

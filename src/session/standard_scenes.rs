@@ -3,7 +3,7 @@
 use crate::catalog::NaifId;
 use crate::catalog::small_bodies::SmallBodies;
 use crate::catalog::stars::StarCatalog;
-use crate::scene::request::{Layers, Look, Position, ViewRequest};
+use crate::scene::request::{Axes, Layers, Look, Position, Up, ViewRequest};
 use crate::time::Instant;
 
 /// A named view at a fixed time.
@@ -19,15 +19,15 @@ impl StandardScene {
     /// Minor planets that replace the embedded ones while this scene is measured.
     pub fn bodies(&self) -> Option<SmallBodies> {
         /// Number of minor planets of the scene `belt`.
-        const BELT: usize = 100_000;
-        (self.name == "belt").then(|| SmallBodies::synthetic_belt(BELT))
+        const COUNT: usize = 100_000;
+        (self.name == "belt").then(|| SmallBodies::synthetic_belt(COUNT))
     }
 
     /// Stars that replace the embedded ones while this scene is measured.
     pub fn stars(&self) -> Option<StarCatalog> {
         /// Number of stars of the scene `million-stars`.
-        const STARS: usize = 1_000_000;
-        (self.name == "million-stars").then(|| StarCatalog::synthetic(STARS))
+        const COUNT: usize = 1_000_000;
+        (self.name == "million-stars").then(|| StarCatalog::synthetic(COUNT))
     }
 }
 
@@ -49,7 +49,7 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     // Looking north and 38 degrees down. The Moon's horizon is 36 degrees down from this height, so it crosses the picture above the middle.
     let limb = ViewRequest {
         position: Position::Ground { body: NaifId::MOON, latitude_deg: 10.0, longitude_deg: 40.0, height_km: 400.0 },
-        look: Look::Along { direction: glam::DVec3::new(-0.569, -0.478, 0.671), axes: crate::scene::request::Axes::BodyFixed },
+        look: Look::Along { direction: glam::DVec3::new(-0.569, -0.478, 0.671), axes: Axes::BodyFixed },
         target: None,
         fov_deg: Some(45.0),
         ..ViewRequest::of(NaifId::MOON, Instant::from_jd_tdb(QUARTER_JD_TDB))
@@ -58,8 +58,8 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     // Centred on Orion's belt, as seen from the Earth.
     let night_sky = ViewRequest {
         position: Position::Centre(NaifId::EARTH),
-        look: Look::Along { direction: glam::DVec3::new(0.105, 0.994, -0.01), axes: crate::scene::request::Axes::Icrf },
-        up: crate::scene::request::Up::Celestial,
+        look: Look::Along { direction: glam::DVec3::new(0.105, 0.994, -0.01), axes: Axes::Icrf },
+        up: Up::Celestial,
         target: None,
         fov_deg: Some(45.0),
         layers: Layers { constellations: true, ..Layers::default() },
@@ -67,11 +67,7 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     };
     // From 6.3 au north of the ecliptic; [`StandardScene::bodies`] generates the belt.
     let belt = ViewRequest {
-        position: Position::Offset {
-            body: NaifId::SUN,
-            offset_km: glam::DVec3::new(0.0, -3.5e8, 8.8e8),
-            axes: crate::scene::request::Axes::Icrf,
-        },
+        position: Position::Offset { body: NaifId::SUN, offset_km: glam::DVec3::new(0.0, -3.5e8, 8.8e8), axes: Axes::Icrf },
         layers: Layers { minor_planets: true, ..Layers::default() },
         fov_deg: Some(55.0),
         ..ViewRequest::of(NaifId::SUN, time)

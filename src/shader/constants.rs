@@ -43,13 +43,13 @@ const fn constant(comment: &'static str, condition: &'static str, name: &'static
 fn fragment(about: &str, constants: &[Constant]) -> String {
     let mut text = format!("// {about} Generated from src/scene/constants.rs.\n\n");
     for Constant { comment, condition, name, value } in constants {
-        let when = if condition.is_empty() { String::new() } else { format!("@if({condition}) ") };
+        let attribute = if condition.is_empty() { String::new() } else { format!("@if({condition}) ") };
         let value = match value {
             Value::U32(n) => format!("u32 = {n}u"),
             Value::I32(n) => format!("i32 = {n}"),
             Value::F32(x) => format!("f32 = {x:?}"),
         };
-        let _ = writeln!(text, "// {comment}\n{when}const {name}: {value};");
+        let _ = writeln!(text, "// {comment}\n{attribute}const {name}: {value};");
     }
     text
 }
@@ -123,6 +123,18 @@ fn air() -> String {
                 "SPREAD_REACHES",
                 Value::U32(occluders * spread),
             ),
+            constant(
+                "Texels of the coarse picture of the air per pixel, along each axis.",
+                "air_pass_read",
+                "COARSE_AIR_PER_PIXEL",
+                Value::F32(1.0 / f64::from(shared::COARSE_AIR_PX)),
+            ),
+            constant(
+                "Texels of that picture before the one at the left or top edge of the screen.",
+                "air_pass_read",
+                "COARSE_AIR_BORDER",
+                Value::F32(f64::from(shared::COARSE_AIR_BORDER)),
+            ),
         ],
     )
 }
@@ -137,6 +149,7 @@ fn rings() -> String {
                 "RING_SLOPES_PER_OCTAVE",
                 Value::F32(f64::from(shared::RING_SLOPES_PER_OCTAVE)),
             ),
+            constant("Rows of a ring's table that contain its bins.", "", "RING_BIN_ROWS", Value::I32(shared::RING_BIN_ROWS as usize)),
             constant(
                 "Rows of the ring profile's table before those of the first slope.",
                 "",
@@ -195,18 +208,18 @@ fn eclipse() -> String {
 /// Array sizes given by the key's cumulative dimensions: the number of features that are on.
 fn draw() -> String {
     let mut text = "// Sizes of a draw's arrays. Generated from the key's dimensions and src/scene/constants.rs.\n\n".to_owned();
-    let counts = [
+    let cumulative = [
         ("lights", "LIGHTS", "Lights: the Sun, then other bodies."),
         ("occluders", "OCCLUDERS", "Bodies that may be in front of the Sun."),
         ("overlays", "OVERLAYS", "Images laid over the ground."),
     ];
-    for (dimension, name, comment) in counts {
+    for (dimension, name, comment) in cumulative {
         let _ = writeln!(text, "// {comment}");
         let features = DIMENSIONS.iter().find(|d| d.name == dimension).map_or(&[][..], |d| d.features);
-        let mut word = "if";
+        let mut keyword = "if";
         for (count, feature) in features.iter().enumerate().skip(1).rev() {
-            let _ = writeln!(text, "@{word}({}) const {name}: u32 = {count}u;", identifier(feature));
-            word = "elif";
+            let _ = writeln!(text, "@{keyword}({}) const {name}: u32 = {count}u;", identifier(feature));
+            keyword = "elif";
         }
     }
     let _ = writeln!(text, "// Vectors per overlaid image.\n@if(overlays_1) const OVERLAY_ROWS: u32 = {}u;", shared::OVERLAY_ROWS);

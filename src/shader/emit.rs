@@ -104,7 +104,7 @@ impl Emitter<'_> {
             }
             self.wgsl.truncate(start + self.wgsl[start..].trim_end().len());
             let blank = self.wgsl.len() == start;
-            let Some(block) = block.filter(|_| !blank || !(line.cut || self.wgsl.is_empty() || self.wgsl.ends_with("\n\n"))) else {
+            let Some(block) = block.filter(|_| !blank || !(line.is_divided || self.wgsl.is_empty() || self.wgsl.ends_with("\n\n"))) else {
                 continue;
             };
             self.wgsl.push('\n');

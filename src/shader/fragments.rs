@@ -15,6 +15,7 @@ macro_rules! fragments {
 fragments![
     "entry/anaglyph.wesl",
     "entry/blur.wesl",
+    "entry/coarse_air.wesl",
     "entry/comet_tail.wesl",
     "entry/corona.wesl",
     "entry/dot.wesl",
@@ -44,6 +45,8 @@ fragments![
     "entry/tone_map_bloom.wesl",
     "entry/warp.wesl",
     "lib/air/scatter_along.wesl",
+    "lib/air/coarse.wesl",
+    "lib/air/coarse_samples.wesl",
     "lib/air/column_density.wesl",
     "lib/air/sample_counts.wesl",
     "lib/air/multi_scatter.wesl",
@@ -197,9 +200,9 @@ impl Fragments {
             return Vec::new();
         }
         let mut reached: BTreeSet<String> = FRAGMENTS.iter().map(|(path, _)| (*path).to_owned()).collect();
-        let mut open: Vec<String> = self.replaced.keys().filter(|path| reached.contains(*path)).cloned().collect();
-        while let Some(path) = open.pop() {
-            open.extend(imported_by(&path).into_iter().filter(|p| reached.insert(p.clone())));
+        let mut pending: Vec<String> = self.replaced.keys().filter(|path| reached.contains(*path)).cloned().collect();
+        while let Some(path) = pending.pop() {
+            pending.extend(imported_by(&path).into_iter().filter(|p| reached.insert(p.clone())));
         }
         self.replaced.keys().filter(|path| !reached.contains(*path)).map(String::as_str).collect()
     }

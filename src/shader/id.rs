@@ -44,9 +44,10 @@ impl FromStr for ModuleId {
 }
 
 /// Simple shaders: modules without a key, with the entry fragment `entry/<name>.wesl`.
-pub const SIMPLE_MODULES: [&str; 24] = [
+pub const SIMPLE_MODULES: [&str; 25] = [
     "anaglyph",
     "blur",
+    "coarse_air",
     "comet_tail",
     "corona",
     "dot",

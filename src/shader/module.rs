@@ -91,16 +91,16 @@ impl ShaderModule {
     pub fn finish(id: &ModuleId, emitted: Emitted, lowering: &Lowering) -> Result<Self, ShaderError> {
         let Emitted { wgsl, source_map } = emitted;
         let name = || id.to_string();
-        let place = |line: Option<u32>| match line.and_then(|l| source_map.origin_of(l as usize)) {
+        let location = |line: Option<u32>| match line.and_then(|l| source_map.origin_of(l as usize)) {
             Some((fragment, line)) => format!(" (shaders/{fragment}:{line})"),
             None => String::new(),
         };
         let module = naga::front::wgsl::parse_str(&wgsl).map_err(|e| {
-            let at = place(e.location(&wgsl).map(|l| l.line_number));
+            let at = location(e.location(&wgsl).map(|l| l.line_number));
             ShaderError::Parse { id: name(), what: format!("{}{at}", e.message()) }
         })?;
         let info = validate(&module).map_err(|e| {
-            let at = place(e.location(&wgsl).map(|l| l.line_number));
+            let at = location(e.location(&wgsl).map(|l| l.line_number));
             let mut what = e.as_inner().to_string();
             let mut cause = std::error::Error::source(e.as_inner());
             while let Some(c) = cause {

@@ -184,23 +184,29 @@ pub struct UniformWriter<'a> {
 }
 
 impl UniformWriter<'_> {
-    /// Whether the module reads this field.
-    pub fn wants(&self, name: &str) -> bool {
+    /// Whether the uniform block has this field.
+    pub fn has_field(&self, name: &str) -> bool {
         self.layout.field(name).is_some()
     }
 
-    fn put(&mut self, name: &str, fits: impl Fn(FieldType) -> bool, given: &dyn fmt::Display, values: &[f32]) -> Result<(), LayoutError> {
+    fn write(
+        &mut self,
+        name: &str,
+        has_type: impl Fn(FieldType) -> bool,
+        given: &dyn fmt::Display,
+        values: &[f32],
+    ) -> Result<(), LayoutError> {
         let index = self.layout.fields.iter().position(|f| f.name == name).ok_or_else(|| LayoutError::Unknown(name.into()))?;
         let field = &self.layout.fields[index];
         let start = field.offset as usize;
-        let into = self.bytes.get_mut(start..start + 4 * values.len());
-        let (true, true, Some(into)) = (fits(field.ty), values.len() == field.ty.components(), into) else {
+        let target = self.bytes.get_mut(start..start + 4 * values.len());
+        let (true, true, Some(target)) = (has_type(field.ty), values.len() == field.ty.components(), target) else {
             return Err(LayoutError::Mistyped { name: name.into(), expected: field.ty, given: given.to_string() });
         };
         if std::mem::replace(&mut self.written[index], true) {
             return Err(LayoutError::Twice(name.into()));
         }
-        for (bytes, value) in into.as_chunks_mut::<4>().0.iter_mut().zip(values) {
+        for (bytes, value) in target.as_chunks_mut::<4>().0.iter_mut().zip(values) {
             *bytes = value.to_le_bytes();
         }
         Ok(())
@@ -208,28 +214,28 @@ impl UniformWriter<'_> {
 
     /// Writes an `f32`.
     pub fn f32(&mut self, name: &str, value: f32) -> Result<(), LayoutError> {
-        self.put(name, |t| t == FieldType::F32, &1, &[value])
+        self.write(name, |t| t == FieldType::F32, &1, &[value])
     }
     /// Writes a `vec2f`.
     pub fn vec2(&mut self, name: &str, value: glam::Vec2) -> Result<(), LayoutError> {
-        self.put(name, |t| t == FieldType::Vec2, &2, &value.to_array())
+        self.write(name, |t| t == FieldType::Vec2, &2, &value.to_array())
     }
     /// Writes a `vec3f`.
     pub fn vec3(&mut self, name: &str, value: glam::Vec3) -> Result<(), LayoutError> {
-        self.put(name, |t| t == FieldType::Vec3, &3, &value.to_array())
+        self.write(name, |t| t == FieldType::Vec3, &3, &value.to_array())
     }
     /// Writes a `vec4f`.
     pub fn vec4(&mut self, name: &str, value: glam::Vec4) -> Result<(), LayoutError> {
-        self.put(name, |t| t == FieldType::Vec4, &4, &value.to_array())
+        self.write(name, |t| t == FieldType::Vec4, &4, &value.to_array())
     }
     /// Writes a `mat4x4f`.
     pub fn mat4(&mut self, name: &str, value: glam::Mat4) -> Result<(), LayoutError> {
-        self.put(name, |t| t == FieldType::Mat4, &"4 x 4", &value.to_cols_array())
+        self.write(name, |t| t == FieldType::Mat4, &"4 x 4", &value.to_cols_array())
     }
     /// Writes an array of `vec4f` with exactly as many elements as the field.
     pub fn vec4_array(&mut self, name: &str, values: &[glam::Vec4]) -> Result<(), LayoutError> {
         let flat: Vec<f32> = values.iter().flat_map(|v| v.to_array()).collect();
-        self.put(name, |t| matches!(t, FieldType::Vec4Array(_)), &format!("{} x 4", values.len()), &flat)
+        self.write(name, |t| matches!(t, FieldType::Vec4Array(_)), &format!("{} x 4", values.len()), &flat)
     }
 
     /// The bytes; an error unless every field is written.

@@ -75,7 +75,7 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
     let ephemeris = session.ephemeris();
     for (receiver_name, occluder_name, time) in SHADOWS {
         let (Ok(body), Ok(occluder), Ok(time)) =
-            (session.catalog().named(receiver_name), session.catalog().named(occluder_name), Instant::parse(time))
+            (session.catalog().body_named(receiver_name), session.catalog().body_named(occluder_name), Instant::parse(time))
         else {
             continue;
         };

@@ -3,7 +3,7 @@
 use super::views::{JUPITER, SATURN, instant, sunward, view_from_offset};
 use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::catalog::NaifId;
-use crate::measure::{LightPicture, PlannedView};
+use crate::measure::{LinearPicture, PlannedView};
 use crate::render::software::Precision;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
 use crate::session::SessionError;
@@ -14,7 +14,7 @@ use serde_json::json;
 use std::collections::BTreeSet;
 
 /// Luminance of every pixel.
-fn luminances(picture: &LightPicture) -> Vec<f64> {
+fn luminances(picture: &LinearPicture) -> Vec<f64> {
     picture.light.iter().map(|p| crate::units::luminance([p[0], p[1], p[2]].map(f64::from))).collect()
 }
 
@@ -24,12 +24,12 @@ const MAX_CHANGE_FRACTION: f64 = 0.5;
 
 /// Greatest increase of light, in levels, that no neighbour within two pixels had before, and its pixel. Means over 3 x 3 pixels are
 /// compared, so that a sharp point may move within its pixel. The frame's edge is excluded because its neighbours are unknown.
-fn unexplained_increase(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
+fn unexplained_increase(first: &LinearPicture, second: &LinearPicture) -> (f64, [i64; 2]) {
     let (a, b) = (luminances(first), luminances(second));
     let (w, h) = (first.width as i64, first.height as i64);
-    let around = |of: &[f64], x: i64, y: i64, reach: i64| -> Vec<f64> {
-        (-reach..=reach)
-            .flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)))
+    let around = |of: &[f64], x: i64, y: i64, radius: i64| -> Vec<f64> {
+        (-radius..=radius)
+            .flat_map(|dy| (-radius..=radius).map(move |dx| (dx, dy)))
             .map(|(dx, dy)| of[((y + dy) * w + x + dx) as usize])
             .collect()
     };
@@ -39,19 +39,19 @@ fn unexplained_increase(first: &LightPicture, second: &LightPicture) -> (f64, [i
     for (x, y) in (2..h - 2).flat_map(|y| (2..w - 2).map(move |x| (x, y))) {
         let (old, new) = (mean(&a, x, y), mean(&b, x, y));
         let (low, high) = around(&a, x, y, 2).into_iter().fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
-        let beyond = (new - old).abs() - MAX_CHANGE_FRACTION * (high - low);
-        let out = level(old.max(new)) - level(old.max(new) - beyond.max(0.0));
-        if out > worst.0 {
-            worst = (out, [x, y]);
+        let unexplained = (new - old).abs() - MAX_CHANGE_FRACTION * (high - low);
+        let levels = level(old.max(new)) - level(old.max(new) - unexplained.max(0.0));
+        if levels > worst.0 {
+            worst = (levels, [x, y]);
         }
     }
     worst
 }
 
 /// The greater of the unexplained increases in both directions: light that appears and light that disappears.
-fn unexplained_change(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
-    let (there, back) = (unexplained_increase(first, second), unexplained_increase(second, first));
-    if there.0 >= back.0 { there } else { back }
+fn unexplained_change(first: &LinearPicture, second: &LinearPicture) -> (f64, [i64; 2]) {
+    let (forward, reverse) = (unexplained_increase(first, second), unexplained_increase(second, first));
+    if forward.0 >= reverse.0 { forward } else { reverse }
 }
 
 /// Names the draw whose removal makes the two frames most similar.
@@ -74,7 +74,7 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     let mut found = SweepResult::none();
     let (side, steps) = bench.pick((64, 10), (160, 60));
     let mut sequence = |name: &str, frame: &dyn Fn(f64) -> ViewRequest| -> Result<(), SessionError> {
-        let mut before: Option<(PlannedView, LightPicture)> = None;
+        let mut before: Option<(PlannedView, LinearPicture)> = None;
         for k in 0..steps {
             let view = bench.plan_view(&frame(f64::from(k)), SINGLE_SAMPLE)?;
             let picture = bench.light(&view, Precision::F32)?;
@@ -101,9 +101,9 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
             ..base.clone()
         })?;
         // Moves away from the body, by a third of a pixel at the limb.
-        let part = 0.33 * fov_deg.to_radians() / f64::from(side) * distance_radii;
+        let growth = 0.33 * fov_deg.to_radians() / f64::from(side) * distance_radii;
         sequence(&format!("away from {} at {distance_radii} radii", body.0), &|k| {
-            let offset_km = towards * (distance_radii - 1.0) * (1.0 + part.min(0.05)).powf(k) * radius_km + towards * radius_km;
+            let offset_km = towards * (distance_radii - 1.0) * (1.0 + growth.min(0.05)).powf(k) * radius_km + towards * radius_km;
             ViewRequest { position: Position::Offset { body, offset_km, axes: Axes::Icrf }, ..base.clone() }
         })?;
     }
@@ -131,10 +131,14 @@ const VISIBLE_LEVEL: u8 = 12;
 /// The result for a picture in which nothing is visible.
 const INVISIBLE_RESULT: f64 = 99.0;
 
+/// The sequence whose steps are longer than an eclipse's beginning.
+const ORBIT_OF_IO: &str = "Io once around Jupiter";
+
 /// Changes of automatic exposure in stops from step to step through eclipses, and whether anything is visible in each picture.
 pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
-    let part = bench.pick(4.0, 1.0);
+    // A short sweep takes steps four times as long.
+    let step_factor = bench.pick(4.0, 1.0);
     let dallas = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 2e-3 };
     let from_earth = Position::Centre(NaifId::EARTH);
     let over = Position::Over { towards: Some(NaifId::SUN), distance_radii: None };
@@ -142,12 +146,14 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
         ("the Moon, 2022-11-08", NaifId::MOON, from_earth, "2022-11-08T08:00:00Z", 6.0 * 3600.0, 60.0, None),
         ("the Earth in the Moon's shadow", NaifId::EARTH, over, "2024-04-08T15:30:00Z", 5.5 * 3600.0, 120.0, None),
         ("the Sun from Dallas, second contact", NaifId::SUN, dallas, "2024-04-08T18:30:00Z", 20.0 * 60.0, 2.0, Some(3.0)),
-        ("Io into Jupiter's shadow", NaifId(501), from_earth, "2015-01-26T00:00:00Z", 42.0 * 3600.0, 900.0, None),
+        // The last of the Sun: Io loses 11 stops in ten seconds.
+        ("Io into Jupiter's umbra", NaifId(501), from_earth, "2015-01-26T20:20:20Z", 45.0, 0.25, None),
+        (ORBIT_OF_IO, NaifId(501), from_earth, "2015-01-26T00:00:00Z", 42.0 * 3600.0, 900.0, None),
     ];
     for (name, body, position, from, length_s, step_s, fov_deg) in sequences {
         let Ok(from) = Instant::parse(from) else { continue };
-        let step_s: f64 = step_s * part;
-        let mut before: Option<f64> = None;
+        let step_s: f64 = step_s * step_factor;
+        let mut previous: Option<f64> = None;
         for k in 0..=(length_s / step_s) as u32 {
             let time = from.plus_seconds(f64::from(k) * step_s);
             let request =
@@ -156,13 +162,15 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
             let display = bench.display(&view, Precision::F32)?;
             let brightest = display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
             let stops = view.scene.exposure.stops;
-            let step = before.map_or(0.0, |before: f64| (stops - before).abs() / part);
+            // Io goes from sunlight to darkness within one step of its orbit; there only what can be seen is checked.
+            let before = previous.filter(|_| name != ORBIT_OF_IO);
+            let step = before.map_or(0.0, |before: f64| (stops - before).abs() / step_factor);
             let result = if brightest < VISIBLE_LEVEL { INVISIBLE_RESULT } else { step };
             found.add(result, || {
                 let location = json!({ "sequence": name, "time": time.to_utc_iso(), "step_s": step_s });
                 (location, format!("{stops:.2} stops, brightest level {brightest}: {}", view.scene.exposure.reason))
             });
-            before = Some(stops);
+            previous = Some(stops);
         }
     }
     Ok(found)
@@ -180,12 +188,12 @@ mod tests {
                 let v = (at - f64::from(k % 16)).clamp(0.0, 1.0) as f32;
                 [v, v, v, 1.0]
             });
-            LightPicture { width: 16, height: 16, light: light.collect(), exposure_factor: 1.0 }
+            LinearPicture { width: 16, height: 16, light: light.collect(), exposure_factor: 1.0 }
         };
         assert!(unexplained_change(&edge(7.0), &edge(7.5)).0 < 0.5);
         assert!(unexplained_change(&edge(7.0), &edge(10.0)).0 > 50.0);
-        let mut popped = edge(7.0);
-        popped.light[8 * 16 + 12] = [1.0, 1.0, 1.0, 1.0];
-        assert!(unexplained_change(&edge(7.0), &popped).0 > 50.0);
+        let mut with_new_light = edge(7.0);
+        with_new_light.light[8 * 16 + 12] = [1.0, 1.0, 1.0, 1.0];
+        assert!(unexplained_change(&edge(7.0), &with_new_light).0 > 50.0);
     }
 }

@@ -9,7 +9,7 @@
 use super::difference::worst_of;
 use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::image::levels::display_level;
-use crate::measure::{LightPicture, PlannedView, quantile};
+use crate::measure::{LinearPicture, PlannedView, quantile};
 use crate::random::Random;
 use crate::render::plan;
 use crate::render::software::Precision;
@@ -42,9 +42,9 @@ fn views(bench: &SweepBench<'_>, count: usize) -> Vec<RandomView> {
     let bodies = bench.session().catalog().bodies();
     // Half of the views look at bodies with an atmosphere, rings or moons, which have the most features.
     let rich = ["earth", "saturn", "jupiter", "mars", "moon", "titan", "uranus", "io"];
-    let rich: Vec<_> = rich.iter().filter_map(|n| bench.session().catalog().named(n).ok()).collect();
+    let rich: Vec<_> = rich.iter().filter_map(|n| bench.session().catalog().body_named(n).ok()).collect();
     let view = |k: usize| {
-        let body = if k.is_multiple_of(2) { *random.of(&rich) } else { random.of(bodies) };
+        let body = if k.is_multiple_of(2) { *random.choose(&rich) } else { random.choose(bodies) };
         let time = Instant::from_jd_tdb(random.between(2_415_100.0, 2_488_000.0));
         let distance_radii = 10.0_f64.powf(random.between(0.05, 4.0));
         let direction = random.direction();
@@ -124,11 +124,11 @@ type DifferenceMeasure<'a> = &'a dyn Fn(&Frames) -> Result<WorstPixel, SessionEr
 /// The radiance of each channel at a pixel of both frames and of the true frame.
 fn values_at(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, pixel: usize) -> Result<Value, SessionError> {
     let both = frames(bench, request, purpose, &Effect::ALL)?;
-    let at = |picture: &LightPicture| picture.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
-    let levels = |picture: &LightPicture| at(picture).map(|p| p.map(|v| display_level(v, picture.exposure_factor)));
+    let at = |picture: &LinearPicture| picture.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
+    let levels = |picture: &LinearPicture| at(picture).map(|p| p.map(|v| display_level(v, picture.exposure_factor)));
     let exposed = bench.dual.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let finer = ViewRequest { width: request.width * TRUTH_SCALE, height: request.height * TRUTH_SCALE, ..exposed };
-    let truth = bench.light(&frames(bench, &finer, purpose, &Effect::ALL)?.all, Precision::F64)?.reduced(TRUTH_SCALE);
+    let truth = bench.light(&frames(bench, &finer, purpose, &Effect::ALL)?.all, Precision::F64)?.downsampled(TRUTH_SCALE);
     let [chosen, all] = [bench.light(&both.chosen, Precision::F32)?, bench.light(&both.all, Precision::F32)?];
     Ok(json!({
         "pixel": [pixel as u32 % request.width, pixel as u32 / request.width],

@@ -4,7 +4,7 @@ use super::difference::worst_of;
 use super::views::{SATURN, sunward, view_from_offset};
 use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::catalog::NaifId;
-use crate::measure::{LightPicture, levels_apart};
+use crate::measure::{LinearPicture, levels_apart};
 use crate::render::plan::SamplingQuality;
 use crate::render::software::Precision;
 use crate::scene::effects::EffectOverrides;
@@ -33,7 +33,7 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
         let towards = (sunward(bench, body, left) + DVec3::new(0.1, -0.2, 0.3)).normalize();
         let far_km = 100.0 * KM_PER_AU;
         let steps = bench.pick(14, 60);
-        let mut before: Option<LightPicture> = None;
+        let mut before: Option<LinearPicture> = None;
         for k in 0..steps {
             let distance_km = 1.2 * radius_km * (far_km / (1.2 * radius_km)).powf(f64::from(k) / f64::from(steps - 1));
             let side = (1.5 * DISC_PX) as u32;
@@ -51,7 +51,7 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
                 )
             };
             // Only the draws of the body, because other bodies pass behind it.
-            let drawn = |samples: u8, precision| -> Result<LightPicture, SessionError> {
+            let drawn = |samples: u8, precision| -> Result<LinearPicture, SessionError> {
                 let mut view = bench.plan_view(&request, SamplingQuality { samples, ..SINGLE_SAMPLE })?;
                 let name = session.catalog().body(body).map_or("", |b| b.name.as_str());
                 view.plan.passes[0].draws.retain(|d| d.label.starts_with(name));
@@ -87,7 +87,7 @@ pub(super) fn scale(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
         let fine = ViewRequest { width: side * finer, height: side * finer, ..request.clone() };
         let sampling = SamplingQuality { samples: 4, anisotropy: 8 };
         let coarse = bench.light(&bench.dual.plan_target(&request, sampling)?, Precision::F32)?;
-        let fine = bench.light(&bench.dual.plan_target(&fine, sampling)?, Precision::F32)?.reduced(finer);
+        let fine = bench.light(&bench.dual.plan_target(&fine, sampling)?, Precision::F32)?.downsampled(finer);
         let apart = levels_apart(&coarse, &fine);
         let mean = apart.iter().sum::<f64>() / apart.len() as f64;
         let (at, worst) = worst_of(&apart);

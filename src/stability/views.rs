@@ -42,7 +42,7 @@ pub(super) fn instant() -> Instant {
 }
 
 fn named(bench: &SweepBench<'_>, names: &[&str]) -> Vec<Body> {
-    names.iter().filter_map(|n| bench.session().catalog().named(n).ok().cloned()).collect()
+    names.iter().filter_map(|n| bench.session().catalog().body_named(n).ok().cloned()).collect()
 }
 
 /// Direction from the body to the Sun, ICRF.
@@ -87,11 +87,11 @@ pub(super) fn distance(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
 pub(super) fn pairs(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let bodies = bench.session().catalog().bodies();
     let mut random = Random::new(bench.seed);
-    let part = bench.pick(150.0 / (bodies.len() * bodies.len()) as f64, 1.0);
+    let fraction = bench.pick(150.0 / (bodies.len() * bodies.len()) as f64, 1.0);
     let mut views = Vec::new();
     for from in bodies {
         for target in bodies.iter().filter(|t| t.id != from.id) {
-            if random.part() < part {
+            if random.unit_interval() < fraction {
                 let request =
                     ViewRequest { position: Position::Centre(from.id), width: 16, height: 16, ..ViewRequest::of(target.id, instant()) };
                 views.push(ExtremeView { location: json!({ "from": from.name, "body": target.name }), request });

@@ -9,44 +9,46 @@
 use super::delta_t_table::{MEASURED_FIRST_MJD, MEASURED_MS, MEASURED_STEP_DAYS, SPLINE};
 use crate::units::{JD_J2000, SECONDS_PER_DAY};
 
+/// Julian date of the origin of the modified Julian date.
+const MJD_ORIGIN_JD: f64 = 2_400_000.5;
 const JULIAN_YEAR_S: f64 = 365.25 * SECONDS_PER_DAY;
 /// Years before and after which the long-term parabola applies.
 const PARABOLA_UNTIL: f64 = -1720.0;
 const PARABOLA_FROM: f64 = 2500.0;
-/// The year from which the spline is bent towards the measured table.
+/// The year from which the spline is corrected linearly, so that it meets the measured table.
 const BLEND_FROM: f64 = 1955.0;
 
 /// Delta T in seconds at `tt_s`, TT seconds past J2000.
 pub fn delta_t_s(tt_s: f64) -> f64 {
-    let at = measured_index(tt_s);
+    let index = measured_index(tt_s);
     let last = MEASURED_MS.len() - 2;
-    if at >= 1.0 && at < last as f64 {
-        return measured_s(at);
+    if index >= 1.0 && index < last as f64 {
+        return measured_s(index);
     }
     let year = year_of(tt_s);
-    if at < 1.0 {
+    if index < 1.0 {
         let first = SPLINE[0][0];
         if year >= first {
-            // The spline smooths the last years before the table; it is bent by 0.2 s to meet the table.
-            let seam_year = year_of(((MEASURED_FIRST_MJD + MEASURED_STEP_DAYS) - (JD_J2000 - 2_400_000.5)) * SECONDS_PER_DAY);
+            // The spline smooths the last years before the table. A linear correction that reaches 0.2 s makes it meet the table.
+            let seam_year = year_of_entry(1);
             let gap_s = f64::from(MEASURED_MS[1]) * 1e-3 - spline_s(seam_year);
-            let share = ((year - BLEND_FROM) / (seam_year - BLEND_FROM)).clamp(0.0, 1.0);
-            return spline_s(year) + share * gap_s;
+            let weight = ((year - BLEND_FROM) / (seam_year - BLEND_FROM)).clamp(0.0, 1.0);
+            return spline_s(year) + weight * gap_s;
         }
         if year <= PARABOLA_UNTIL {
             return parabola_s(year);
         }
-        return join((PARABOLA_UNTIL, parabola_s), (first, spline_s), year);
+        return cubic_between((PARABOLA_UNTIL, parabola_s), (first, spline_s), year);
     }
     if year >= PARABOLA_FROM {
         return parabola_s(year);
     }
     // The slope at the table's end is taken over two years, to exclude seasonal variation.
-    let end_year = year_of(((MEASURED_FIRST_MJD + last as f64 * MEASURED_STEP_DAYS) - (JD_J2000 - 2_400_000.5)) * SECONDS_PER_DAY);
+    let end_year = year_of_entry(last);
     let end_s = f64::from(MEASURED_MS[last]) * 1e-3;
     let steps = (2.0 * 365.25 / MEASURED_STEP_DAYS).round() as usize;
     let slope = (end_s - f64::from(MEASURED_MS[last - steps]) * 1e-3) / (steps as f64 * MEASURED_STEP_DAYS / 365.25);
-    join((end_year, move |y| end_s + slope * (y - end_year)), (PARABOLA_FROM, parabola_s), year)
+    cubic_between((end_year, move |y| end_s + slope * (y - end_year)), (PARABOLA_FROM, parabola_s), year)
 }
 
 /// One standard error of [`delta_t_s`] in seconds, by year: measured and published figures in the table's span, and outside it
@@ -70,16 +72,21 @@ fn year_of(tt_s: f64) -> f64 {
     2000.0 + tt_s / JULIAN_YEAR_S
 }
 
+/// The year of an entry of the measured table.
+fn year_of_entry(index: usize) -> f64 {
+    year_of(((MEASURED_FIRST_MJD + index as f64 * MEASURED_STEP_DAYS) - (JD_J2000 - MJD_ORIGIN_JD)) * SECONDS_PER_DAY)
+}
+
 /// Position in the measured table; the minute between UTC and TT changes Delta T by less than 1 µs.
 fn measured_index(tt_s: f64) -> f64 {
-    let mjd = tt_s / SECONDS_PER_DAY + (JD_J2000 - 2_400_000.5);
+    let mjd = tt_s / SECONDS_PER_DAY + (JD_J2000 - MJD_ORIGIN_JD);
     (mjd - MEASURED_FIRST_MJD) / MEASURED_STEP_DAYS
 }
 
 /// Cubic through the four nearest entries.
-fn measured_s(at: f64) -> f64 {
-    let i = at as usize;
-    let u = at - i as f64;
+fn measured_s(index: f64) -> f64 {
+    let i = index as usize;
+    let u = index - i as f64;
     let [a, b, c, d] = [i - 1, i, i + 1, i + 2].map(|k| f64::from(MEASURED_MS[k]) * 1e-3);
     -a * u * (u - 1.0) * (u - 2.0) / 6.0 + b * (u + 1.0) * (u - 1.0) * (u - 2.0) / 2.0 - c * (u + 1.0) * u * (u - 2.0) / 2.0
         + d * (u + 1.0) * u * (u - 1.0) / 6.0
@@ -98,7 +105,7 @@ fn parabola_s(year: f64) -> f64 {
 }
 
 /// The cubic that meets both functions in value and slope at the two years.
-fn join((y0, f0): (f64, impl Fn(f64) -> f64), (y1, f1): (f64, impl Fn(f64) -> f64), year: f64) -> f64 {
+fn cubic_between((y0, f0): (f64, impl Fn(f64) -> f64), (y1, f1): (f64, impl Fn(f64) -> f64), year: f64) -> f64 {
     let h = 0.01;
     let span = y1 - y0;
     let (v0, v1) = (f0(y0), f1(y1));
@@ -143,8 +150,8 @@ mod tests {
     fn agrees_with_an_earlier_reduction_within_both_errors() {
         for (year, seconds, sigma_s) in REDUCTION_OF_2004 {
             let ours_s = delta_t_error_s((year - 2000.0) * JULIAN_YEAR_S);
-            let off_s = (at_year(year) - seconds).abs();
-            assert!(off_s < 2.0 * ours_s.hypot(sigma_s), "{year}: {} s, published {seconds}", at_year(year));
+            let difference_s = (at_year(year) - seconds).abs();
+            assert!(difference_s < 2.0 * ours_s.hypot(sigma_s), "{year}: {} s, published {seconds}", at_year(year));
         }
         // The comparison can fail: Delta T of 940 is outside the bounds for 1000.
         assert!((at_year(940.0) - 1_570.0).abs() > 2.0 * 27.0_f64.hypot(55.0));
@@ -155,10 +162,10 @@ mod tests {
     #[test]
     fn the_measured_table_takes_over_without_a_step() {
         // The first full interval of the table begins 73 days into 1973; Delta T grew by 1.1 s a year.
-        let seam_year = year_of((MEASURED_FIRST_MJD + MEASURED_STEP_DAYS - (JD_J2000 - 2_400_000.5)) * SECONDS_PER_DAY);
+        let seam_year = year_of_entry(1);
         let (before, after) = (at_year(seam_year - 1e-6), at_year(seam_year + 1e-6));
         assert!((1973.0..1973.4).contains(&seam_year) && (before - after).abs() < 1e-4, "{before} {after}");
-        // Without the bend there would be a step.
+        // Without the correction there would be a step.
         assert!((spline_s(seam_year) - after).abs() > 1e-3);
     }
 

@@ -3,7 +3,7 @@
 //! Always: an [`Instant`] is a number of TDB seconds past J2000; nothing here reads a clock.
 //!
 //! * TT is TAI + 32.184 s. TDB - TT is the seven-term series of USNO Circular 179 (Kaplan 2005), eq. 2.6, good to 10 µs from 1600 to 2200.
-//! * UTC from 1972 on is TAI less the leap seconds that the crate hifitime knows. After the last of them the count stays (37 s), because no
+//! * UTC from 1972 on is TAI less the leap seconds that the crate hifitime knows. After the last of them TAI - UTC stays at 37 s, because no
 //!   other has been announced: far in the future UTC runs with atomic time, and UT1 - UTC may exceed 0.9 s.
 //! * "UTC" before 1972-01-01 means UT1: the civil time of those years followed the Earth's rotation. On that date the two differ by
 //!   0.045 s.
@@ -106,7 +106,7 @@ impl Instant {
         text::format_tt(self)
     }
 
-    /// The instant `seconds` of TDB later.
+    /// The instant `s` TDB seconds later.
     pub fn plus_seconds(self, s: f64) -> Self {
         Self { tdb_s: self.tdb_s + s }
     }
@@ -138,7 +138,7 @@ impl Instant {
         Self::from_tt_seconds(tt_s)
     }
 
-    /// UTC seconds (86 400 to a day) past 2000-01-01T12:00, and how far into a leap second the instant is: (count at its start, part).
+    /// UTC seconds (86 400 to a day) past 2000-01-01T12:00, and for an instant within a leap second the seconds since that leap second began. The count then stays at its start.
     fn utc_seconds(self) -> (f64, Option<f64>) {
         let tt_s = self.tt_seconds_past_j2000();
         let tai_s = tt_s - TT_MINUS_TAI_S;

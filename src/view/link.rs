@@ -174,7 +174,7 @@ impl PartialView {
     fn resolve_body_names(&mut self, catalog: &Catalog) {
         let mut faults = Vec::new();
         let code = |field: &str, value: &Value| match value {
-            Value::String(name) => catalog.named(name).map(|body| body.id).map_err(|e| format!("{field}: {e}")),
+            Value::String(name) => catalog.body_named(name).map(|body| body.id).map_err(|e| format!("{field}: {e}")),
             other => match serde_json::from_value(other.clone()).map(NaifId) {
                 Ok(id) if catalog.body(id).is_some() => Ok(id),
                 Ok(id) => Err(format!("{field}: no body has the code {}", id.0)),

@@ -1,5 +1,6 @@
 //! Light scattered, absorbed and refracted by air and clouds.
 
+mod air_pass;
 mod clouds;
 mod limb_profile;
 mod refracted_limb;

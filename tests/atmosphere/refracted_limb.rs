@@ -325,7 +325,7 @@ fn the_refracted_limb_is_explained() {
         let body = scene.body(request.target.expect("a target")).expect("there").clone();
         let found = body.decisions.iter().find(|d| d.feature == "refracted-limb").cloned();
         assert_eq!(found.as_ref().is_some_and(|d| d.on), !scene.limbs.is_empty());
-        found.map(|d| (d.on, d.reason))
+        found.map(|d| (d.on, d.reason.to_string()))
     };
     let assert_reason = |request: &ViewRequest, should_be_on: bool, part: &str| {
         let (is_on, reason) = decision_of(request).expect("a decision");

@@ -54,14 +54,14 @@ fn stated(tier: AtmosphereModel) -> Tier {
 }
 
 fn assert_within_stated_bounds(tier: AtmosphereModel) {
-    let Tier { name: tier, mostly, at_most, .. } = stated(tier);
-    let (for_95_percent, transmittance_bound) = (mostly.expect("a bound for 95 %"), 0.001);
+    let Tier { name: tier, error_95_percent, max_error, .. } = stated(tier);
+    let (for_95_percent, transmittance_bound) = (error_95_percent.expect("a bound for 95 %"), 0.001);
     let (radiance, transmittance) = errors(tier);
     assert!(radiance.len() > 100, "{} rays", radiance.len());
     let percentile_95 = radiance[radiance.len() * 95 / 100];
     let worst = radiance[radiance.len() - 1];
     assert!(
-        percentile_95 < for_95_percent && worst < at_most && transmittance < transmittance_bound,
+        percentile_95 < for_95_percent && worst < max_error && transmittance < transmittance_bound,
         "{tier}: {percentile_95:.4} {worst:.4} {transmittance:.4}"
     );
 }

@@ -264,7 +264,7 @@ const FINEST_IN_F64: f64 = 0.01;
 fn assert_within_bounds_on_new_rays(tier: AtmosphereModel) {
     let stated = tiers::of_atmosphere(tier).expect("a tier");
     for precision in [Precision::F32, Precision::F64] {
-        let at_most = if tier == AtmosphereModel::Pixel32 && precision == Precision::F64 { FINEST_IN_F64 } else { stated.at_most };
+        let at_most = if tier == AtmosphereModel::Pixel32 && precision == Precision::F64 { FINEST_IN_F64 } else { stated.max_error };
         let (errors, transmittance_error, worst_rays) = errors(stated.name, precision);
         let (percentile_95, worst) = (errors[errors.len() * 95 / 100], errors[errors.len() - 1]);
         println!(
@@ -274,7 +274,7 @@ fn assert_within_bounds_on_new_rays(tier: AtmosphereModel) {
         );
         assert!(errors.len() > 400, "{}", errors.len());
         assert!(
-            percentile_95 < stated.mostly.expect("a bound for 95 %") && worst < at_most,
+            percentile_95 < stated.error_95_percent.expect("a bound for 95 %") && worst < at_most,
             "{stated}, {precision:?}: {percentile_95:.5} {worst:.5}; {worst_rays}"
         );
         assert!(

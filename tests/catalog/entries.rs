@@ -165,7 +165,7 @@ fn an_estimate_states_its_error_and_belongs_to_its_value() {
         catalog.body(NaifId(801)).expect("Triton").clone()
     };
     let triton = triton_with("[[body]]\nid = 801\ngeometric_albedo = 0.5\n[body.estimates]\nalbedo_percent = 50\n");
-    assert_eq!(triton.estimate_notes()[0], "albedo 0.5: an estimate, +-50 %: changes brightness by up to 0.75 mag");
+    assert_eq!(triton.estimate_notes()[0].to_string(), "albedo 0.5: an estimate, +-50 %: changes brightness by up to 0.75 mag");
     let measured = triton_with("[[body]]\nid = 801\ngeometric_albedo = 0.5\n");
     assert_eq!(measured.estimates.albedo_percent, None);
     assert!(measured.estimates.colour_percent.is_some(), "its colour is still the catalog's");

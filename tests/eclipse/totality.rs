@@ -52,7 +52,7 @@ fn luminance(p: &[f32; 4]) -> f64 {
 fn decision(scene: &Scene, body: NaifId, feature: &str) -> (bool, String) {
     let body = scene.body(body).expect("a body");
     let d = body.decisions.iter().find(|d| d.feature == feature).unwrap_or_else(|| panic!("{feature} of {}", body.name));
-    (d.on, d.reason.clone())
+    (d.on, d.reason.to_string())
 }
 
 /// A pixel at `radius` solar radii from the Sun's centre, at `angle` from its equator.

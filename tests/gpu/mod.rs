@@ -1,3 +1,4 @@
 //! The GPU renderer against the software renderer.
 
+mod air_pass;
 mod renderer;

@@ -54,6 +54,8 @@ fn uniforms(lights: u8) -> DrawUniforms {
         eclipse: Default::default(),
         ring: RingUniforms::default(),
         air: AtmosphereUniforms {
+            coarse_bound: Vec2::ZERO,
+            coarse_row: 3.0,
             ends: Vec2::new(0.1, 0.0),
             top: 32.0,
             rayleigh_scale_height: 33.0,

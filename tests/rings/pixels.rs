@@ -75,6 +75,18 @@ fn a_pixel_looks_the_same_whichever_faint_rings_are_drawn() {
     assert!(with_the_same_shadow >= 1, "no view has the shadow's same model in both frames");
 }
 
+/// From 2.4 radii, with 5 degrees a pixel, the horizon of the rings' plane crosses pixels that show nothing nearer than a dozen radii. Half a pixel's length on the plane
+/// back from its middle would take in the dense rings: 38 levels of light that is not there.
+#[test]
+fn a_pixel_on_the_horizon_of_the_plane_shows_no_nearer_rings() {
+    let request = view(SATURN, "1901-07-06T17:29:57.323Z", 2.419_582_467, [-0.417_697_209, 0.392_843_927, 0.819_269_608], 150.0);
+    let [chosen, all] =
+        ["", "+rings"].map(|effects| SESSION.draw(&with_effects(&request, effects), SINGLE_SAMPLE, true).expect("drawn").frame.display);
+    let difference_levels = greatest_difference(&chosen, &all);
+    assert!(difference_levels <= 1, "{difference_levels} levels");
+    assert!(chosen.iter().any(|p| p[0] > 100), "the dense rings and the globe are in the picture");
+}
+
 /// Light of one pixel against the mean of 64 pixels in its place, in the views above, where a pixel spans from a twentieth of the planet's radius to more than the
 /// planet: green, relative to the brightest pixel.
 #[test]
@@ -216,3 +228,36 @@ const LIMB_OF_THE_EARTH: ViewParameters = (
     [-0.94840914608703, 0.3142874916884562, -0.041754810341436244],
     144.19445295133494,
 );
+
+/// The rectangle of each half of the rings contains that half; the rectangle of the other half does not.
+#[test]
+fn each_half_of_the_rings_lies_in_its_own_rectangle() {
+    let mut in_the_other = 0;
+    let directions = [[0.7, -0.6, 0.3], [0.1, 0.98, -0.15], [-0.9, 0.3, 0.9]];
+    for (direction, distance_radii) in directions.into_iter().zip([5.0, 3.0, 40.0]) {
+        let request = view(SATURN, "2017-05-17T00:00:00Z", distance_radii, direction, 60.0 / distance_radii);
+        let scene = SESSION.scene(&request).expect("a scene");
+        let placement = &scene.body(SATURN).expect("Saturn").placement;
+        let viewer = placement.body_from_icrf * -placement.centre_km;
+        let rect = |part: Part| {
+            let draw = scene.draws.iter().find(|d| d.body == SATURN && d.part == part).expect("a half of the rings");
+            draw.uniforms.rect_in_clip
+        };
+        let [behind, front] = [Part::RingBehind, Part::Ring].map(rect);
+        for k in 0..4000 {
+            let (angle, radius_km) = (f64::from(k) * 2.399_963, 75_000.0 + 16.0 * f64::from(k));
+            let p = DVec3::new(angle.cos(), angle.sin(), 0.0) * radius_km;
+            let direction = placement.centre_km + placement.body_from_icrf.transpose() * p;
+            let Some(clip) = scene.camera.clip(direction).filter(|c| c.abs().max_element() < 1.0) else { continue };
+            let is_in = |rect: glam::Vec4| {
+                let [x, y] = [(rect.x, rect.z), (rect.y, rect.w)].map(|(a, b)| f64::from(a.min(b))..=f64::from(a.max(b)));
+                x.contains(&clip.x) && y.contains(&clip.y)
+            };
+            let is_front = p.dot(p - viewer) < 0.0;
+            let (own, other) = if is_front { (front, behind) } else { (behind, front) };
+            assert!(is_in(own), "{clip} in front: {is_front}, distance {distance_radii}");
+            in_the_other += i32::from(is_in(other));
+        }
+    }
+    assert!(in_the_other < 4000, "{in_the_other} of 12000 points are in both: the rectangles are no smaller than one around all rings");
+}

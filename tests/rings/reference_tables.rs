@@ -62,7 +62,7 @@ fn light_through_the_ring_follows_the_closed_form() {
 fn the_penumbra_agrees_with_a_sum_over_the_suns_disc() {
     const EDGE: f64 = 1.5;
     const POINTS: i32 = 20_000;
-    let stated = tiers::of_ring_shadow(RingShadow::Penumbra).expect("a tier").at_most;
+    let stated = tiers::of_ring_shadow(RingShadow::Penumbra).expect("a tier").max_error;
     let profile = json!([{"r_in": EDGE, "r_out": 9.0, "tau_normal": 20.0}]);
     let (mut worst, mut worst_high, mut worst_of_point_sun) = (0.0_f64, 0.0_f64, 0.0_f64);
     for (height_deg, radius_deg) in [(0.2_f64, 0.03_f64), (0.7, 0.03), (2.0, 0.03), (5.0, 0.03), (26.7, 0.03), (26.7, 0.27), (60.0, 0.27)] {
@@ -148,7 +148,7 @@ fn the_error_of_a_spheres_shadow_is_the_one_its_tier_states() {
 
 #[test]
 fn the_oblate_planet_hides_the_fraction_given_by_chords() {
-    let (table, stated) = (table(), tiers::of_body_shadow(BodyShadow::EllipsoidPenumbra).expect("a tier").at_most);
+    let (table, stated) = (table(), tiers::of_body_shadow(BodyShadow::EllipsoidPenumbra).expect("a tier").max_error);
     let mut sphere_off: f64 = 0.0;
     for row in list(&table, "ring_points") {
         let ask = |precision, model: &str| {

@@ -90,7 +90,7 @@ fn names_do_not_overlap_and_are_on_the_near_side() {
         let placement = scene.body(NaifId(body)).expect("a body").placement;
         let name = &SESSION.catalog().body(NaifId(body)).expect("it").name;
         for (k, a) in rects[..texts.len()].iter().enumerate() {
-            assert!(a.least.min_element() >= 0.0 && a.most.cmple(DVec2::splat(1024.0)).all(), "{body} {distance}: {:?}", texts[k]);
+            assert!(a.min.min_element() >= 0.0 && a.max.cmple(DVec2::splat(1024.0)).all(), "{body} {distance}: {:?}", texts[k]);
             for (b, other) in rects[..texts.len()].iter().zip(texts).skip(k + 1) {
                 assert!(!a.overlaps(b), "{body} {distance}: {} over {}", texts[k].text, other.text);
             }
@@ -145,7 +145,7 @@ fn a_scale_bar_is_as_long_as_it_says() {
     for (target, distance) in [(301, Some(5.0)), (599, Some(20.0)), (401, Some(3.0)), (699, Some(4000.0))] {
         let scene = scene(&view(target, "+scale-bar", distance));
         let margin = &layer(&scene).margin;
-        let length_px = margin.bars[0].rect.most.x - margin.bars[0].rect.least.x;
+        let length_px = margin.bars[0].rect.max.x - margin.bars[0].rect.min.x;
         let text = &margin.texts[0].text;
         let (number, unit) = text.rsplit_once(' ').unwrap_or_else(|| text.split_at(text.find(['°', '\'', '"']).expect("a unit")));
         let number: f64 = number.replace(' ', "").parse().expect("a number");

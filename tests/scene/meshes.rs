@@ -135,7 +135,7 @@ fn features(scene: &Scene) -> DrawFeatures {
 fn decision(scene: &Scene, feature: &str) -> (bool, String) {
     let body = scene.body(PHOBOS).expect("Phobos");
     let found = body.decisions.iter().find(|d| d.feature == feature).unwrap_or_else(|| panic!("no {feature}: {:?}", body.decisions));
-    (found.on, found.reason.clone())
+    (found.on, found.reason.to_string())
 }
 
 /// Viewpoints above 0 E, above the map's seam, above a pole, and oblique.

@@ -145,7 +145,7 @@ fn the_exposure_decides_what_is_visible() {
         SESSION.draw(&ViewRequest { position, width: 64, height: 64, stars_boost, layers, ..base }, SAMPLING, true).expect("drawn")
     };
     let decision_of =
-        |drawn: &DrawnFrame, feature: &str| drawn.scene.sky.iter().find(|d| d.feature == feature).map(|d| (d.on, d.reason.clone()));
+        |drawn: &DrawnFrame, feature: &str| drawn.scene.sky.iter().find(|d| d.feature == feature).map(|d| (d.on, d.reason.to_string()));
     let background_draws = |drawn: &DrawnFrame| drawn.simple_draws.iter().filter(|d| d.module == "sky_background").count();
     let unboosted = saturn(0.0, Layers::default());
     assert!(unboosted.scene.background.is_none() && background_draws(&unboosted) == 0);

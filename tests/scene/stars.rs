@@ -330,11 +330,11 @@ fn the_exposure_decides_which_stars_are_visible() {
     };
     let (noon, midnight) = ("2024-03-20T12:00:00Z", "2024-03-20T00:00:00Z");
     let day = scene_at(45.0, 0.0, noon, Layers::default());
-    assert!(day.stars.is_empty() && !day.sky[0].on && day.sky[0].reason.contains("the exposure shows stars to magnitude"), "{:?}", day.sky);
+    assert!(day.stars.is_empty() && !day.sky[0].on && day.sky[0].reason.to_string().contains("stars to magnitude"), "{:?}", day.sky);
     let night = scene_at(45.0, 0.0, midnight, Layers::default());
     assert!(night.stars.len() > 300 && night.sky[0].on, "{:?}", night.sky);
     let off = scene_at(45.0, 0.0, midnight, Layers::parse("-stars").expect("a layer"));
-    assert!(off.stars.is_empty() && off.sky[0].reason == "set by you");
+    assert!(off.stars.is_empty() && off.sky[0].reason.to_string() == "set by you");
     // None at sunset, all of them at night.
     let counts: Vec<usize> = ["18:15", "18:40", "20:15"]
         .iter()

@@ -227,6 +227,7 @@ fn read(folder: &Path, case: &str, edit: impl Fn(String) -> String) -> Case {
         cull: Cull::None,
         depth: DepthState { test: true, write: true },
         scissor: [0, 0, side, side],
+        extent: None,
     };
     let pass = Pass {
         name: "case",

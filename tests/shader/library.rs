@@ -64,11 +64,11 @@ fn a_second_library_reads_what_the_first_wrote() {
         }
         let s = library.statistics();
         let n = ids.len() as u64;
-        assert_eq!((s.emitted, s.written, s.from_disk, s.healed), if round == 0 { (n, n, 0, 0) } else { (0, 0, n, 0) });
+        assert_eq!((s.emitted, s.written, s.from_disk, s.repaired), if round == 0 { (n, n, 0, 0) } else { (0, 0, n, 0) });
         assert_eq!(s.from_memory, 2 * n);
         assert!(messages.lines().is_empty(), "{:?}", messages.lines());
         assert_eq!(library.status().entries, n);
-        assert_eq!((library.verify().whole, library.verify().damaged.len()), (n, 0));
+        assert_eq!((library.verify().valid, library.verify().damaged.len()), (n, 0));
     }
 }
 
@@ -81,7 +81,7 @@ fn assert_repaired(dir: &Path, id: &ModuleId, path: &Path, intact: &[u8], damage
     library.get(id).expect(what);
     let lines = messages.lines();
     assert!(lines.len() == 1 && lines[0].contains("is replaced"), "{what}: {lines:?}");
-    assert_eq!(library.statistics().healed, 1, "{what}");
+    assert_eq!(library.statistics().repaired, 1, "{what}");
     assert_eq!(std::fs::read(path).expect("read"), intact, "{what}: the entry is intact again");
 }
 
@@ -156,7 +156,7 @@ fn missing_folders_are_created_at_the_first_write() {
     for id in ids() {
         assert_same(&library.get(&id).expect("module"), &newly_built(&id));
     }
-    assert_eq!((library.status().entries, library.verify().whole), (ids().len() as u64, ids().len() as u64));
+    assert_eq!((library.status().entries, library.verify().valid), (ids().len() as u64, ids().len() as u64));
     assert!(messages.lines().is_empty() && nested.is_dir(), "{:?}", messages.lines());
 }
 
@@ -243,7 +243,7 @@ fn eight_processes_and_as_many_threads_fill_one_library_at_once() {
     assert!(messages.lines().is_empty(), "{:?}", messages.lines());
     let n = ids().len() as u64;
     assert_eq!(library.statistics().emitted + library.statistics().from_disk, n, "the threads of one library must share the work");
-    assert_eq!((library.verify().whole, library.verify().damaged.len()), (n, 0));
+    assert_eq!((library.verify().valid, library.verify().damaged.len()), (n, 0));
     let folder = library.entry_path(&ids()[0]).expect("path").parent().expect("folder").to_owned();
     assert_eq!(std::fs::read_dir(folder).expect("read").count() as u64, n, "no temporary file is left");
 }
@@ -295,7 +295,7 @@ fn forged_entries_are_accepted_only_if_valid() {
         let library = ShaderLibrary::open(dir.path(), lowering.clone(), |_| {});
         assert_eq!(library.verify().damaged.len(), 1, "byte {at}");
         let module = library.get(&id).expect("a module");
-        if library.statistics().healed == 1 {
+        if library.statistics().repaired == 1 {
             replaced += 1;
             assert_eq!(std::fs::read(&path).expect("read"), intact, "byte {at}: the entry is intact again");
             continue;
@@ -316,7 +316,7 @@ fn forged_entries_are_accepted_only_if_valid() {
     assert!(replaced > 100 && accepted > 0, "{replaced} and {accepted}: the sweep needs both rejected and accepted entries");
     // The unmodified entry itself is valid.
     let library = ShaderLibrary::open(dir.path(), lowering, |_| {});
-    assert_eq!((library.verify().whole, library.get(&id).is_ok(), library.replace_forged(&[id])), (1, true, 0));
+    assert_eq!((library.verify().valid, library.get(&id).is_ok(), library.replace_forged(&[id])), (1, true, 0));
 }
 
 /// A forged entry that a plan or a renderer cannot use does not abort the frame: the entry is rebuilt and the picture is unchanged.

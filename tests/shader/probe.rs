@@ -1,7 +1,7 @@
 //! Queries that emitted modules answer: lanes keep every digit, and an invalid query gets one line.
 
 use crate::support::session::SESSION;
-use orrery::probe::lanes::ProbeBatch;
+use orrery::probe::batch::ProbeBatch;
 use orrery::probe::{Prober, QUERIES, Requirement};
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::shader::id::probe_samples;
@@ -61,29 +61,29 @@ fn the_list_of_queries_matches_their_fields() {
     let prober = Prober { session: &SESSION, renderer: &renderer };
     for kind in QUERIES {
         let example: serde_json::Map<String, serde_json::Value> = serde_json::from_str(kind.example).expect("an object");
-        let ask = |fields: &serde_json::Map<String, serde_json::Value>| prober.answer(&serde_json::json!(fields).to_string());
+        let answer = |fields: &serde_json::Map<String, serde_json::Value>| prober.answer(&serde_json::json!(fields).to_string());
         assert_eq!(example["q"], kind.name);
-        ask(&example).unwrap_or_else(|e| panic!("{}: {e}", kind.example));
+        answer(&example).unwrap_or_else(|e| panic!("{}: {e}", kind.example));
         // The parser names its own fields in the error about an unknown one.
         let mut with_unknown_field = example.clone();
         with_unknown_field.remove("q");
         with_unknown_field.insert("zzz".into(), 1.into());
-        let error = (kind.ask)(&prober, with_unknown_field.into()).expect_err(kind.name).to_string();
+        let error = (kind.answer)(&prober, with_unknown_field.into()).expect_err(kind.name).to_string();
         let mut accepted: Vec<&str> = error.split('`').skip(3).step_by(2).collect();
         let mut listed: Vec<&str> = kind.fields.iter().map(|f| f.name).collect();
         accepted.sort_unstable();
         listed.sort_unstable();
         assert_eq!(accepted, listed, "{}: {error}", kind.name);
         for field in kind.fields {
-            assert!(!field.says.is_empty());
+            assert!(!field.description.is_empty());
             let mut without = example.clone();
             without.remove(field.name);
-            match field.need {
-                Requirement::Must => {
-                    let error = ask(&without).expect_err(field.name).to_string();
+            match field.requirement {
+                Requirement::Required => {
+                    let error = answer(&without).expect_err(field.name).to_string();
                     assert!(error.contains(&format!("`{}` is missing", field.name)), "{error}");
                 }
-                Requirement::Or(_) => drop(ask(&without).unwrap_or_else(|e| panic!("{} without {}: {e}", kind.name, field.name))),
+                Requirement::Optional(_) => drop(answer(&without).unwrap_or_else(|e| panic!("{} without {}: {e}", kind.name, field.name))),
                 Requirement::OneOf => {}
             }
         }
@@ -168,25 +168,25 @@ fn a_pixel_reports_the_values_of_its_draws() {
 #[test]
 fn a_star_and_a_body_have_their_pixel() {
     let prober = Prober { session: &SESSION, renderer: SESSION.renderer() };
-    let ask = |more: &str| {
+    let answer = |more: &str| {
         let look = "[0.40193385173382296,0.8619499266302462,0.3090169943749474]";
         let view =
             format!(r#"{{"position":{{"body":"earth","km":[20000,0,0]}},"look":{{"direction":{look}}},"up":"celestial","fov_deg":35}}"#);
         prober.answer(&format!(r#"{{"q":"project","view":{view},"time":"2000-01-01T00:00:00Z","size":[900,900],{more}}}"#))
     };
     let is_near = |v: &serde_json::Value, x: f64, y: f64| (v["x"].as_f64().expect("x") - x).hypot(v["y"].as_f64().expect("y") - y) < 0.1;
-    let aldebaran = ask(r#""star":"HIP 21421""#).expect("a star");
+    let aldebaran = answer(r#""star":"HIP 21421""#).expect("a star");
     assert!(is_near(&aldebaran, 354.653, 486.187) && aldebaran["in_frame"] == true && aldebaran["hidden"] == false, "{aldebaran}");
     // Antares is behind the camera.
-    let antares = ask(r#""star":"80763""#).expect("a star");
+    let antares = answer(r#""star":"80763""#).expect("a star");
     assert!(is_near(&antares, 397.066, 237.970) && antares["in_frame"] == false, "{antares}");
     // The same position by right ascension and declination, J2000, without proper motion.
-    let by_coordinates = ask(r#""ra_deg":68.98016,"dec_deg":16.50930"#).expect("a direction");
+    let by_coordinates = answer(r#""ra_deg":68.98016,"dec_deg":16.50930"#).expect("a direction");
     assert!(is_near(&by_coordinates, 354.653, 486.187), "{by_coordinates}");
     // The Earth hides objects behind it, towards -x, but not itself.
-    let behind = ask(r#""ra_deg":180.0,"dec_deg":0.0"#).expect("a direction");
+    let behind = answer(r#""ra_deg":180.0,"dec_deg":0.0"#).expect("a direction");
     assert!(behind["hidden"] == true && behind["in_frame"] == false, "{behind}");
-    assert_eq!(ask(r#""body":"earth""#).expect("a body")["hidden"], false);
+    assert_eq!(answer(r#""body":"earth""#).expect("a body")["hidden"], false);
     for (more, message_part) in [
         (r#""star":"Nemesis""#, "no star `Nemesis`"),
         (r#""body":"vulcan""#, "field `body`"),
@@ -194,7 +194,7 @@ fn a_star_and_a_body_have_their_pixel() {
         (r#""ra_deg":1.0,"dec_deg":91.0"#, "-90 to 90"),
         (r#""star":"HIP 1","body":"mars""#, "give one of"),
     ] {
-        let error = ask(more).expect_err("refused");
+        let error = answer(more).expect_err("refused");
         assert!(error.to_string().contains(message_part), "{error}");
     }
 }

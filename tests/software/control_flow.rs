@@ -132,6 +132,27 @@ fn lanes_leave_loops_independently() {
     check("", "var n = 0; loop { n++; continuing { break if f32(n) > p.x; } } return vec4f(f32(n));", 0.0, |x, _| [x.floor() + 1.0; 4]);
 }
 
+/// Lanes that leave an iteration by `continue` come back, even if none is left in that iteration; lanes that break do not.
+#[test]
+fn an_iteration_without_lanes_ends_the_loop_only_after_a_break() {
+    check(
+        "",
+        "var a = 0.0; for (var i = 0; i < 6; i++) { if (f32(i) < 3.0 + 0.0 * p.x) { continue; } a += exp(f32(i)); }
+         var b = 0.0; for (var i = 0.0; i < p.x; i += 1.0) { if (i < 2.0) { continue; } b += 1.0; }
+         var c = 0.0; var v = p.x; while (v > 1.0) { v *= 0.5; if (v > p.y) { if (v > 4.0) { c += 1.0; } else { c += 10.0; } } }
+         return vec4f(a, b, c, v);",
+        1e-5,
+        |x, y| {
+            let (mut c, mut v) = (0.0, x);
+            while v > 1.0 {
+                v *= 0.5;
+                c += if v > y { if v > 4.0 { 1.0 } else { 10.0 } } else { 0.0 };
+            }
+            [(3..6).map(|i| f64::from(i).exp()).sum(), (x.max(0.0).ceil() - 2.0).max(0.0), c, v]
+        },
+    );
+}
+
 #[test]
 fn loop_invariants_are_computed_once() {
     let body = "var sum = 0.0;

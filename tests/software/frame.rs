@@ -36,6 +36,7 @@ fn draw(label: &str, module: ModuleId, uniform_bytes: Vec<u8>, vertices: Vertice
         cull: Cull::None,
         depth: DepthState { test: true, write: true },
         scissor: [0, 0, u32::MAX, u32::MAX],
+        extent: None,
     }
 }
 

@@ -59,6 +59,44 @@ fn one_pass_gives_the_bytes_of_two() {
 }
 
 #[test]
+fn untouched_tiles_equal_shaded_ones() {
+    let library = ShaderLibrary::in_memory(lowering());
+    for clear in [[0.0, 0.0, 0.0, 1.0], [0.02, 0.5, 1e-4, 1.0], [3.0, 0.1, 40.0, 1.0]] {
+        let mut plan = scene([150, 130], Vec::new());
+        plan.passes[0].clear = clear;
+        // Apart, the second pass shades every pixel.
+        let [shaded, filled] = separate_and_fused(&plan, &library, with_threads(2));
+        assert!(shaded == filled && filled.iter().all(|p| *p == filled[0]), "{clear:?}");
+    }
+}
+
+/// The largest difference in levels between two pictures, and the share of pixels that differ.
+fn difference(a: &[[u8; 4]], b: &[[u8; 4]]) -> (u8, f64) {
+    let of_pixel = |(a, b): (&[u8; 4], &[u8; 4])| (0..4).map(|c| a[c].abs_diff(b[c])).max().unwrap_or(0);
+    let all: Vec<u8> = a.iter().zip(b).map(of_pixel).collect();
+    (all.iter().copied().max().unwrap_or(0), all.iter().filter(|d| **d > 0).count() as f64 / all.len() as f64)
+}
+
+#[test]
+fn the_tone_map_without_its_tape_is_within_a_level_of_it() {
+    let exposed = "radiance * draw.exposure";
+    let shipped = ShaderLibrary::in_memory(lowering());
+    // Another text with the same values, which the tape executes.
+    let same = with_tone_map(exposed, "radiance * (draw.exposure * 1.0)");
+    let brighter = with_tone_map(exposed, "radiance * (draw.exposure * 1.02)");
+    let mut plan = lit_sphere([333, 200]);
+    plan.passes[0].samples = 4;
+    let [_, picture] = separate_and_fused(&plan, &shipped, with_threads(2));
+    let [of_same, of_brighter] = [same, brighter].map(|library| {
+        let [_, other] = separate_and_fused(&plan, &library, with_threads(2));
+        difference(&picture, &other)
+    });
+    // Values that lie within a thousandth of a level of a half may be rounded differently.
+    assert!(of_same.0 <= 1 && of_same.1 < 0.006, "{of_same:?}");
+    assert!(of_brighter.0 > 1, "the measure must see a brighter picture: {of_brighter:?}");
+}
+
+#[test]
 fn draws_over_the_picture_are_kept() {
     let library = ShaderLibrary::in_memory(lowering());
     let mut plan = lit_sphere([150, 130]);

@@ -124,6 +124,7 @@ pub fn draw(vertices: Vertices, blend: Blend) -> PlanDraw {
         cull: Cull::None,
         depth: DepthState { test: false, write: false },
         scissor: [0, 0, u32::MAX, u32::MAX],
+        extent: None,
     }
 }
 

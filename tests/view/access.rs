@@ -322,3 +322,33 @@ fn a_kept_panel_stays_open_beside_another() {
     press(&mut harness, "6");
     assert_eq!((harness.state().tab, harness.state().kept_tab), (None, None));
 }
+
+/// A panel whose title is dragged to the other half of the window goes there and stays there; a shorter drag moves nothing.
+#[test]
+fn a_panel_is_dragged_to_the_other_side_by_its_title() {
+    let mut harness = saturn();
+    harness.event(Event::Text("6".to_owned()));
+    settle(&mut harness);
+    let close =
+        |h: &Harness<'static, Interface>| h.query_by_role_and_label(Role::Button, "Close Information").expect("open").rect().center();
+    let drag_title_by = |h: &mut Harness<'static, Interface>, by: f32| {
+        // The title begins at the panel's left edge, on a line with the button that closes the panel.
+        let panel_left = if close(h).x > 640.0 {
+            h.get_by_label_contains("The sky:").rect().right()
+        } else {
+            h.state().settings.panels.bodies_width.unwrap_or(0.0)
+        };
+        let start = egui::pos2(panel_left + 24.0, close(h).y);
+        h.drag_at(start);
+        h.run_steps(1);
+        h.hover_at(start + egui::vec2(0.5 * by, 4.0));
+        h.run_steps(1);
+        h.drop_at(start + egui::vec2(by, 4.0));
+        settle(h);
+    };
+    let at_right = close(&harness).x;
+    drag_title_by(&mut harness, -40.0);
+    assert!((close(&harness).x - at_right).abs() < 1.0 && !harness.state().settings.panels.on_left);
+    drag_title_by(&mut harness, -700.0);
+    assert!(close(&harness).x < at_right - 200.0 && harness.state().settings.panels.on_left, "it is on the left, and the settings say so");
+}

@@ -11,7 +11,7 @@ use orrery::catalog::NaifId;
 use orrery::scene::effects::Effect;
 use orrery::shader::key::{DIMENSIONS, Dimension};
 use orrery::view::app::settings::{HintsUsed, Home};
-use orrery::view::language::{Language, translated};
+use orrery::view::language::Language;
 use orrery::view::panels::{Interface, Tab};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -126,7 +126,7 @@ fn catalog_names() -> BTreeSet<String> {
     let mut all = BTreeSet::new();
     for body in catalog.bodies() {
         // A body that has a message is shown by its message.
-        if translated(&body.name) == body.name && !MESSAGE_BODIES.contains(&body.name.as_str()) {
+        if !MESSAGE_BODIES.contains(&body.name.as_str()) {
             all.insert(body.name.clone());
         }
         all.extend(body.rings.iter().map(|ring| ring.name.clone()));

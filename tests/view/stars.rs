@@ -25,7 +25,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     settle(&mut window);
     // Position of the star on the screen: the sky is the area that the panels leave.
     let sky = window.get_by_label_contains("The sky: ").rect();
-    let star = catalog.stars().place_of_hip(24_436).expect("in the catalogue");
+    let star = catalog.stars().index_of_hip(24_436).expect("in the catalogue");
     let screen_position = |window: &Window, px: glam::DVec2| {
         let drawing = window.state().shown().expect("a picture");
         let points = f64::from(sky.width()) / f64::from(drawing.width);

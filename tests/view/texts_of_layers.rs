@@ -1,4 +1,4 @@
-//! English texts of other layers have messages in the window's Fluent files: reasons of scenes, and texts of the shipped catalogs.
+//! Texts of other layers are translated: reasons of scenes by their messages, and texts of the shipped catalogs by their names.
 
 use crate::view::interface::session;
 use crate::view::marked_texts::Scan;
@@ -6,7 +6,7 @@ use orrery::catalog::NaifId;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Layers, Position, Purpose, Quality, ViewRequest};
 use orrery::time::Instant;
-use orrery::view::language::{self, Language, translated};
+use orrery::view::language::{self, Language, catalog_detail, catalog_text, message_text, reason_text};
 use std::collections::BTreeSet;
 
 /// Each body has a property that the others lack: air, rings, clouds, a shape, an invented map.
@@ -40,14 +40,14 @@ fn reasons_of_scenes_are_messages() {
                 ..ViewRequest::of(target, time)
             };
             let Ok(scene) = session().scene(&request) else { continue };
-            let mut reasons = vec![scene.exposure.reason.clone()];
+            let mut reasons = vec![reason_text(&scene.exposure.reason)];
             for decision in scene.bodies.iter().flat_map(|body| &body.decisions).chain(&scene.sky) {
                 features.insert(decision.feature);
-                reasons.push(decision.tier.map_or(decision.reason.clone(), |tier| format!("{}; {tier}", decision.reason)));
+                reasons.push(reason_text(&decision.description()));
             }
             reasons.sort();
             reasons.dedup();
-            scan.check(&format!("{target:?}"), reasons.iter().map(|text| translated(text).into_owned()));
+            scan.check(&format!("{target:?}"), reasons);
         }
     }
     assert!(features.len() > 35 && scan.checked > 2000, "{} features, {} reasons", features.len(), scan.checked);
@@ -61,18 +61,27 @@ fn texts_of_catalogs_are_messages() {
     language::set(Language::Marked);
     let mut scan = Scan::new();
     let catalog = session().catalog();
-    let mut texts: Vec<String> = catalog.moments().iter().flat_map(|moment| [moment.name.clone(), moment.about.clone()]).collect();
-    for body in catalog.bodies() {
-        texts.extend(body.estimate_notes());
-        texts.extend(body.atmosphere.iter().flat_map(|air| &air.species).map(|species| species.name.clone()));
+    let mut texts: Vec<String> = Vec::new();
+    for moment in catalog.moments() {
+        texts.push(catalog_text("moment", &moment.name).into_owned());
+        texts.push(catalog_detail("moment", &moment.name, "about", &moment.about).into_owned());
     }
+    for body in catalog.bodies() {
+        texts.extend(body.estimate_notes().iter().map(message_text));
+        let species = body.atmosphere.iter().flat_map(|air| &air.species);
+        texts.extend(species.map(|species| catalog_text("species", &species.name).into_owned()));
+    }
+    texts.extend(orrery::catalog::cities::all().iter().map(|city| catalog_text("country", city.country).into_owned()));
     for (title, about, text) in orrery_catalogs::TOURS {
         let tour: serde_json::Value = serde_json::from_str(text).expect("JSON");
-        texts.extend([title, about].map(|text| (*text).to_owned()));
-        texts.extend(tour["stops"].as_array().expect("stops").iter().filter_map(|stop| stop["text"].as_str().map(str::to_owned)));
+        texts.extend([catalog_text("tour", title), catalog_detail("tour", title, "about", about)].map(Into::into));
+        for (k, stop) in tour["stops"].as_array().expect("stops").iter().enumerate() {
+            let told = stop["text"].as_str().expect("a text");
+            texts.push(catalog_detail("tour", title, &(k + 1).to_string(), told).into_owned());
+        }
     }
     assert!(texts.len() > 100, "{} texts", texts.len());
-    scan.check("catalogs", texts.iter().map(|text| translated(text).into_owned()));
+    scan.check("catalogs", texts);
     assert!(scan.faults.is_empty(), "{:#?}", scan.faults);
     language::set(Language::English);
 }

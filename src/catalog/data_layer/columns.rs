@@ -8,32 +8,37 @@ use crate::wording::echo_within;
 
 /// The columns of latitude, longitude, time, size and colour in a table.
 pub(super) struct Columns {
-    at: [Option<usize>; 5],
+    indices: [Option<usize>; 5],
     count: usize,
-    place_names: [&'static str; 2],
+    coordinate_names: [&'static str; 2],
 }
 
 impl Columns {
     /// Finds the columns by name. Only letters and digits are compared, without regard to case.
     pub fn of(names: &[String], on_body: bool) -> Result<Self, String> {
-        let plain = |name: &String| name.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase();
-        let names: Vec<String> = names.iter().map(plain).collect();
-        let place: [&[&str]; 2] = match on_body {
+        let normalized = |name: &String| name.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase();
+        let names: Vec<String> = names.iter().map(normalized).collect();
+        let coordinates: [&[&str]; 2] = match on_body {
             true => [&["latdeg", "lat", "latitude"], &["londeg", "lon", "longitude", "lng"]],
             false => [&["decdeg", "dec", "dedeg", "deicrs", "dej2000"], &["radeg", "ra", "raicrs", "raj2000"]],
         };
-        let known: [&[&str]; 5] = [place[0], place[1], &["time", "date", "datetime"], &["sizepx", "size"], &["colour", "color"]];
-        let at = known.map(|known| names.iter().position(|name| known.contains(&name.as_str())));
-        let place_names = if on_body { ["lat_deg", "lon_deg"] } else { ["dec_deg", "ra_deg"] };
-        if at[0].is_none() || at[1].is_none() {
-            return Err(format!("names no columns {} and {}", place_names[usize::from(!on_body)], place_names[usize::from(on_body)]));
+        let known: [&[&str]; 5] =
+            [coordinates[0], coordinates[1], &["time", "date", "datetime"], &["sizepx", "size"], &["colour", "color"]];
+        let indices = known.map(|known| names.iter().position(|name| known.contains(&name.as_str())));
+        let coordinate_names = if on_body { ["lat_deg", "lon_deg"] } else { ["dec_deg", "ra_deg"] };
+        if indices[0].is_none() || indices[1].is_none() {
+            return Err(format!(
+                "names no columns {} and {}",
+                coordinate_names[usize::from(!on_body)],
+                coordinate_names[usize::from(on_body)]
+            ));
         }
-        Ok(Self { at, count: names.len(), place_names })
+        Ok(Self { indices, count: names.len(), coordinate_names })
     }
 
     /// The columns of latitude and longitude.
-    pub fn places(&self) -> impl Iterator<Item = usize> {
-        self.at[..2].iter().flatten().copied()
+    pub fn coordinate_columns(&self) -> impl Iterator<Item = usize> {
+        self.indices[..2].iter().flatten().copied()
     }
 
     /// Converts a row to a point.
@@ -42,14 +47,14 @@ impl Columns {
             return Err(format!("{} values; the table names {} columns", values.len(), self.count));
         }
         let bad = |field: &str, value: &str, allowed: &str| format!("field {field}: `{}` is not {allowed}", echo_within(value, 40));
-        let [lat, lon, time, size, colour] = self.at;
+        let [lat, lon, time, size, colour] = self.indices;
         let given = |at: Option<usize>| at.map(|at| values[at].as_str()).filter(|v| !v.is_empty());
-        let within = |field: &str, value: &str, [least, most]: [f64; 2], allowed: &str| {
-            value.parse().ok().filter(|v| (least..=most).contains(v)).ok_or_else(|| bad(field, value, allowed))
+        let within = |field: &str, value: &str, [min, max]: [f64; 2], allowed: &str| {
+            value.parse().ok().filter(|v| (min..=max).contains(v)).ok_or_else(|| bad(field, value, allowed))
         };
-        let coordinate = |k: usize, at: Option<usize>, most: f64| {
+        let coordinate = |k: usize, at: Option<usize>, max: f64| {
             let value = at.map_or("", |at| values[at].as_str());
-            within(self.place_names[k], value, [-most, most], &format!("degrees from -{most} to {most}"))
+            within(self.coordinate_names[k], value, [-max, max], &format!("degrees from -{max} to {max}"))
         };
         let time = given(time).map(|v| Instant::parse(v).map_err(|_| bad("time", v, "ISO 8601 UTC or jd_tdb:DAY")));
         let size = given(size).map(|v| within("size_px", v, [1e-3, 1000.0], "pixels above 0, at most 1000"));

@@ -4,7 +4,7 @@
 //! text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogues of earthquakes, milliseconds since 1970. Ignored: other properties. Rejected: a `crs` member that names another coordinate
 //! system than that of the standard.
 
-use super::layer::{Content, place};
+use super::layer::{Content, checked_position};
 use crate::time::Instant;
 use crate::wording::echo_within;
 use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
@@ -21,7 +21,7 @@ const LAST_JD: f64 = 5_373_484.5;
 enum Coordinates {
     Number(f64),
     /// A checked position: latitude, longitude.
-    Place([f64; 2]),
+    Position([f64; 2]),
     List(Vec<Coordinates>),
 }
 
@@ -48,9 +48,9 @@ impl<'de> Deserialize<'de> for Coordinates {
                     all.push(item);
                 }
                 match all[..] {
-                    [Coordinates::Number(lon), Coordinates::Number(lat), ..] => {
-                        place(lon, lat).map(Coordinates::Place).map_err(|why| A::Error::custom(format!("field coordinates: {why}")))
-                    }
+                    [Coordinates::Number(lon), Coordinates::Number(lat), ..] => checked_position(lon, lat)
+                        .map(Coordinates::Position)
+                        .map_err(|why| A::Error::custom(format!("field coordinates: {why}"))),
                     [Coordinates::Number(_), ..] => Err(A::Error::custom("field coordinates: a position is [longitude, latitude]")),
                     _ => Ok(Coordinates::List(all)),
                 }
@@ -62,14 +62,14 @@ impl<'de> Deserialize<'de> for Coordinates {
 
 /// The points and lines of a geometry.
 #[derive(Default)]
-struct Shapes {
+struct Geometries {
     points: Vec<[f64; 2]>,
     lines: Vec<Vec<[f64; 2]>>,
 }
 
-impl Shapes {
+impl Geometries {
     fn positions(list: Vec<Coordinates>) -> Option<Vec<[f64; 2]>> {
-        list.into_iter().map(|c| if let Coordinates::Place(p) = c { Some(p) } else { None }).collect()
+        list.into_iter().map(|c| if let Coordinates::Position(p) = c { Some(p) } else { None }).collect()
     }
 
     fn lines(list: Vec<Coordinates>) -> Option<Vec<Vec<[f64; 2]>>> {
@@ -80,7 +80,7 @@ impl Shapes {
         let points = |points| Self { points, ..Self::default() };
         let lines = |lines| Self { lines, ..Self::default() };
         match (kind, coordinates) {
-            ("Point", Coordinates::Place(p)) => Some(points(vec![p])),
+            ("Point", Coordinates::Position(p)) => Some(points(vec![p])),
             ("MultiPoint", Coordinates::List(l)) => Self::positions(l).map(points),
             ("LineString", Coordinates::List(l)) => Self::positions(l).map(|line| lines(vec![line])),
             ("MultiLineString" | "Polygon", Coordinates::List(l)) => Self::lines(l).map(lines),
@@ -133,10 +133,10 @@ fn time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Instant>, D
 
 /// The members of an object, which may be in any order.
 #[derive(Default)]
-struct Parts {
+struct Members {
     kind: Option<String>,
     coordinates: Option<Coordinates>,
-    shapes: Shapes,
+    geometries: Geometries,
     time: Option<Instant>,
     content: Content,
     has_list: bool,
@@ -144,87 +144,86 @@ struct Parts {
 
 impl<'de> Deserialize<'de> for Object {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let (shapes, content) = parts(deserializer)?;
-        let mut content = content;
-        for point in shapes.0.points {
-            content.point(point, shapes.1).map_err(D::Error::custom)?;
+        let ((geometries, time), mut content) = members(deserializer)?;
+        for point in geometries.points {
+            content.point(point, time).map_err(D::Error::custom)?;
         }
-        for line in shapes.0.lines {
-            content.line(line, shapes.1).map_err(D::Error::custom)?;
+        for line in geometries.lines {
+            content.line(line, time).map_err(D::Error::custom)?;
         }
         Ok(Self { content })
     }
 }
 
 /// A geometry within another object.
-struct Geometry(Shapes);
+struct Geometry(Geometries);
 
 impl<'de> Deserialize<'de> for Geometry {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        parts(deserializer).map(|((shapes, _), _)| Self(shapes))
+        members(deserializer).map(|((geometries, _), _)| Self(geometries))
     }
 }
 
-/// Shapes and the time of their feature.
-type Timed = (Shapes, Option<Instant>);
+/// Geometries and the time of their feature.
+type TimedGeometries = (Geometries, Option<Instant>);
 
-fn parts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(Timed, Content), D::Error> {
+fn members<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeometries, Content), D::Error> {
     struct OfObject;
     impl<'de> Visitor<'de> for OfObject {
-        type Value = (Timed, Content);
+        type Value = (TimedGeometries, Content);
         fn expecting(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
             f.write_str("an object of GeoJSON with its \"type\"")
         }
         fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-            let mut parts = Parts::default();
+            let mut members = Members::default();
             while let Some(key) = map.next_key::<String>()? {
                 match key.as_str() {
-                    "type" => parts.kind = Some(map.next_value()?),
-                    "coordinates" => parts.coordinates = Some(map.next_value()?),
+                    "type" => members.kind = Some(map.next_value()?),
+                    "coordinates" => members.coordinates = Some(map.next_value()?),
                     "geometry" => {
                         let geometry: Option<Geometry> = map.next_value()?;
-                        parts.shapes.add(geometry.map_or_else(Shapes::default, |g| g.0));
+                        members.geometries.add(geometry.map_or_else(Geometries::default, |g| g.0));
                     }
                     "geometries" => {
                         for geometry in map.next_value::<Vec<Geometry>>()? {
-                            parts.shapes.add(geometry.0);
+                            members.geometries.add(geometry.0);
                         }
                     }
-                    "properties" => parts.time = map.next_value::<Option<Properties>>()?.and_then(|p| p.time),
+                    "properties" => members.time = map.next_value::<Option<Properties>>()?.and_then(|p| p.time),
                     "features" => {
-                        parts.has_list = true;
+                        members.has_list = true;
                         for feature in map.next_value::<Vec<Object>>()? {
-                            let places =
-                                feature.content.points.len() + feature.content.lines.iter().map(|l| l.corners.len()).sum::<usize>();
-                            parts.content.count(places).map_err(A::Error::custom)?;
-                            parts.content.points.extend(feature.content.points);
-                            parts.content.lines.extend(feature.content.lines);
+                            let positions =
+                                feature.content.points.len() + feature.content.lines.iter().map(|l| l.vertices.len()).sum::<usize>();
+                            members.content.count(positions).map_err(A::Error::custom)?;
+                            members.content.points.extend(feature.content.points);
+                            members.content.lines.extend(feature.content.lines);
                         }
                     }
                     "crs" => check_crs(&map.next_value()?).map_err(A::Error::custom)?,
                     _ => drop(map.next_value::<IgnoredAny>()?),
                 }
             }
-            let kind = parts.kind.ok_or_else(|| A::Error::custom("an object without its \"type\""))?;
-            match (kind.as_str(), parts.coordinates) {
-                ("FeatureCollection", None) if parts.has_list => {}
+            let kind = members.kind.ok_or_else(|| A::Error::custom("an object without its \"type\""))?;
+            match (kind.as_str(), members.coordinates) {
+                ("FeatureCollection", None) if members.has_list => {}
                 ("Feature" | "GeometryCollection", None) => {}
                 (_, Some(coordinates)) => {
                     let wrong = || format!("field coordinates: not those of a {}; geometries are {GEOMETRIES}", echo_within(&kind, 40));
-                    let shapes = Shapes::of(&kind, coordinates).ok_or_else(|| A::Error::custom(wrong()))?;
+                    let geometries = Geometries::of(&kind, coordinates).ok_or_else(|| A::Error::custom(wrong()))?;
                     // Checked here because the reader is still in the line of the geometry, which the error then names.
-                    if let Some(short) = shapes.lines.iter().find(|l| l.len() < 2) {
+                    if let Some(short) = geometries.lines.iter().find(|l| l.len() < 2) {
                         return Err(A::Error::custom(format!(
                             "a line with {} position{}; two are needed",
                             short.len(),
                             if short.len() == 1 { "" } else { "s" }
                         )));
                     }
-                    parts.shapes.add(shapes);
+                    members.geometries.add(geometries);
                 }
                 _ => return Err(A::Error::custom(format!("field type: `{}` without its coordinates or features", echo_within(&kind, 40)))),
             }
-            Ok(((parts.shapes, parts.time), parts.content))
+            Ok(((members.geometries, members.time), members.content))
         }
     }
     deserializer.deserialize_map(OfObject)

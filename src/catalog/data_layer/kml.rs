@@ -3,8 +3,8 @@
 //! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are ignored. Not read: styles, tracks, ground overlays,
 //! links to other files, and KMZ archives.
 
-use super::layer::{Content, place};
-use super::xml::{Element, Listener, walk};
+use super::layer::{Content, checked_position};
+use super::xml::{Element, ElementHandler, walk};
 use crate::time::Instant;
 use crate::wording::echo_within;
 
@@ -19,29 +19,29 @@ struct Document {
 }
 
 /// Positions of a `coordinates` element: tuples separated by blanks, the numbers of a tuple by commas.
-fn places(text: &str) -> Result<Vec<[f64; 2]>, String> {
+fn positions(text: &str) -> Result<Vec<[f64; 2]>, String> {
     let tuple = |tuple: &str| {
         let mut numbers = tuple
             .split(',')
             .map(|n| n.parse::<f64>().map_err(|_| format!("field coordinates: `{}` is no longitude,latitude", echo_within(tuple, 40))));
         let (lon, lat) = (numbers.next(), numbers.next());
         match (lon, lat) {
-            (Some(lon), Some(lat)) => place(lon?, lat?).map_err(|why| format!("field coordinates: {why}")),
+            (Some(lon), Some(lat)) => checked_position(lon?, lat?).map_err(|why| format!("field coordinates: {why}")),
             _ => Err(format!("field coordinates: `{}` is no longitude,latitude", echo_within(tuple, 40))),
         }
     };
     text.split_whitespace().map(tuple).collect()
 }
 
-impl Listener for Document {
-    fn begins(&mut self, path: &[Element]) -> Result<(), String> {
+impl ElementHandler for Document {
+    fn start_element(&mut self, path: &[Element]) -> Result<(), String> {
         if let [root] = path {
             self.is_kml = root.name == "kml";
         }
         Ok(())
     }
 
-    fn ends(&mut self, path: &[Element]) -> Result<(), String> {
+    fn end_element(&mut self, path: &[Element]) -> Result<(), String> {
         let Some(element) = path.last() else { return Ok(()) };
         let parent = path.len().checked_sub(2).and_then(|k| path.get(k)).map_or("", |e| e.name.as_str());
         match (element.name.as_str(), parent) {
@@ -56,8 +56,8 @@ impl Listener for Document {
                 let wrong = || format!("field {}: `{}` is no date of ISO 8601", element.name, echo_within(text, 40));
                 self.time = Some(Instant::parse(&full_date).map_err(|_| wrong())?);
             }
-            ("coordinates", "Point") => self.points.extend(places(&element.text)?),
-            ("coordinates", "LineString" | "LinearRing") => self.lines.push(places(&element.text)?),
+            ("coordinates", "Point") => self.points.extend(positions(&element.text)?),
+            ("coordinates", "LineString" | "LinearRing") => self.lines.push(positions(&element.text)?),
             ("Placemark", _) => {
                 let time = self.time.take();
                 for point in std::mem::take(&mut self.points) {

@@ -7,7 +7,7 @@ use crate::time::Instant;
 use std::sync::Arc;
 
 /// Maximum number of points and line vertices of a layer together.
-pub(super) const MAX_PLACES: usize = 1_000_000;
+pub(super) const MAX_POSITIONS: usize = 1_000_000;
 
 /// A layer of data.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,7 +55,7 @@ pub struct DataPoint {
 #[derive(Clone, Debug, PartialEq)]
 pub struct DataLine {
     /// Planetographic latitude and east longitude, degrees; at least two vertices.
-    pub corners: Vec<[f64; 2]>,
+    pub vertices: Vec<[f64; 2]>,
     /// Time from which on the line is shown; `None`: always.
     pub time: Option<Instant>,
 }
@@ -65,24 +65,24 @@ pub struct DataLine {
 pub(super) struct Content {
     pub points: Vec<DataPoint>,
     pub lines: Vec<DataLine>,
-    places: usize,
+    positions: usize,
 }
 
 impl Content {
     /// Checks the number of positions before they are added.
-    pub fn count(&mut self, places: usize) -> Result<(), String> {
-        self.places += places;
-        if self.places > MAX_PLACES { Err(format!("more than {MAX_PLACES} points")) } else { Ok(()) }
+    pub fn count(&mut self, positions: usize) -> Result<(), String> {
+        self.positions += positions;
+        if self.positions > MAX_POSITIONS { Err(format!("more than {MAX_POSITIONS} points")) } else { Ok(()) }
     }
 
     /// Adds a line of at least two vertices.
-    pub fn line(&mut self, corners: Vec<[f64; 2]>, time: Option<Instant>) -> Result<(), String> {
-        self.count(corners.len())?;
-        if corners.len() < 2 {
-            let count = corners.len();
+    pub fn line(&mut self, vertices: Vec<[f64; 2]>, time: Option<Instant>) -> Result<(), String> {
+        self.count(vertices.len())?;
+        if vertices.len() < 2 {
+            let count = vertices.len();
             return Err(format!("a line with {count} position{}; two are needed", if count == 1 { "" } else { "s" }));
         }
-        self.lines.push(DataLine { corners, time });
+        self.lines.push(DataLine { vertices, time });
         Ok(())
     }
 
@@ -95,7 +95,7 @@ impl Content {
 }
 
 /// Checks a position; returns its latitude and longitude.
-pub(super) fn place(lon_deg: f64, lat_deg: f64) -> Result<[f64; 2], String> {
+pub(super) fn checked_position(lon_deg: f64, lat_deg: f64) -> Result<[f64; 2], String> {
     if !(-360.0..=360.0).contains(&lon_deg) {
         return Err(format!("longitude {lon_deg} is not degrees from -360 to 360"));
     }

@@ -16,9 +16,9 @@ mod xml;
 
 use super::fields::{is_name, word};
 use super::table::{TableReader, WithLine};
-use super::{Overlay, Problem, Projection};
+use super::{Overlay, OverlayProjection, Problem};
 use crate::wording::echo_within;
-pub use fits::{ImagePlace, PlacedImage};
+pub use fits::{ImageWcs, PlacedImage};
 use layer::{Content, hex_colour};
 pub use layer::{DataLayer, DataLine, DataPoint};
 pub use look::{ColourMap, ImageLook, Stretch};
@@ -60,27 +60,27 @@ pub fn is_layer_file(file: &str) -> bool {
 }
 
 /// The endings, for messages.
-pub fn layer_endings() -> String {
+pub fn layer_extensions() -> String {
     FORMATS.map(|(ending, _)| ending).join(", ")
 }
 
 /// Reads a `[[layer]]`: the name of its body, which the caller resolves, and the layer.
 pub(super) fn layer(mut s: TableReader) -> Option<(Option<WithLine<String>>, DataLayer)> {
-    let name = s.need("name", "a name", is_name);
-    let allowed = format!("a file name without folders that ends in one of {}", layer_endings());
-    let file = s.need::<String>("file", &allowed, |f| is_layer_file(f) && !f.contains(['/', '\\']));
-    let body = s.take("body", "the name of a body", |_: &String| true);
-    let size_px = s.take("size_px", "pixels above 0, at most 100", |x: &f64| *x > 0.0 && *x <= 100.0);
-    let colour = s.take("colour", "a colour as \"#ff8040\"", |c: &String| hex_colour(c).is_some());
-    let fade_days = s.take("fade_days", "days above 0", |x: &f64| *x > 0.0 && x.is_finite());
+    let name = s.required("name", "a name", is_name);
+    let allowed = format!("a file name without folders that ends in one of {}", layer_extensions());
+    let file = s.required::<String>("file", &allowed, |f| is_layer_file(f) && !f.contains(['/', '\\']));
+    let body = s.optional("body", "the name of a body", |_: &String| true);
+    let size_px = s.optional("size_px", "pixels above 0, at most 100", |x: &f64| *x > 0.0 && *x <= 100.0);
+    let colour = s.optional("colour", "a colour as \"#ff8040\"", |c: &String| hex_colour(c).is_some());
+    let fade_days = s.optional("fade_days", "days above 0", |x: &f64| *x > 0.0 && x.is_finite());
     let stretch =
         word(&mut s, "stretch", &[("linear", Stretch::Linear), ("sqrt", Stretch::Sqrt), ("asinh", Stretch::Asinh), ("log", Stretch::Log)]);
-    let percentiles = s.take("percentiles", "two percentages from 0 to 100, the first below the second", |p: &[f64; 2]| {
+    let percentiles = s.optional("percentiles", "two percentages from 0 to 100, the first below the second", |p: &[f64; 2]| {
         0.0 <= p[0] && p[0] < p[1] && p[1] <= 100.0
     });
     let colour_map = word(&mut s, "colour_map", &[("grey", ColourMap::Grey), ("viridis", ColourMap::Viridis), ("heat", ColourMap::Heat)]);
-    let opacity = s.take("opacity", "a number from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
-    let _ = s.take::<String>("source", "a string", |_| true);
+    let opacity = s.optional("opacity", "a number from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
+    let _ = s.optional::<String>("source", "a string", |_| true);
     s.finish();
     let mut layer = DataLayer::new(name?.value, file?.value);
     let default_look = layer.look;
@@ -141,7 +141,7 @@ impl DataLayer {
             Some(Format::VoTable) => votable::read(text, on_body),
             Some(Format::GeoJson) => on_body_only(geojson::read),
             Some(Format::Kml) => on_body_only(kml::read),
-            Some(Format::Fits) | None => Err((1, format!("`{}` ends in none of {}", echo_within(&self.file, 60), layer_endings()))),
+            Some(Format::Fits) | None => Err((1, format!("`{}` ends in none of {}", echo_within(&self.file, 60), layer_extensions()))),
         };
         let content = content.map_err(wrong)?;
         (self.points, self.lines) = (Arc::new(content.points), Arc::new(content.lines));
@@ -156,13 +156,13 @@ impl DataLayer {
     /// The image of a layer on a body, as an overlay on the ground.
     pub(super) fn overlay(&self) -> Option<Overlay> {
         let image = self.image.as_ref().filter(|_| self.body.is_some())?;
-        let ImagePlace::PlateCarree { west_deg, east_deg, south_deg, north_deg, .. } = image.place else { return None };
+        let ImageWcs::PlateCarree { west_deg, east_deg, south_deg, north_deg, .. } = image.wcs else { return None };
         Some(Overlay {
             name: self.name.clone(),
             file: self.image_name(),
             gain: [1.0; 3],
             opacity: self.look.opacity,
-            projection: Projection::Equirectangular { west_deg, east_deg, south_deg, north_deg },
+            projection: OverlayProjection::Equirectangular { west_deg, east_deg, south_deg, north_deg },
         })
     }
 }
@@ -293,7 +293,7 @@ mod tests {
         let layer = read("a.geojson", Some(NaifId::EARTH), GEOJSON).expect("read");
         let point = layer.points[0];
         assert_eq!((layer.points.len(), point.lat_deg, point.lon_deg), (1, 20.0, 10.0));
-        assert_eq!(layer.lines.iter().map(|l| l.corners.len()).collect::<Vec<_>>(), [4, 4, 2]);
+        assert_eq!(layer.lines.iter().map(|l| l.vertices.len()).collect::<Vec<_>>(), [4, 4, 2]);
         // The same instant as text and as milliseconds.
         let [text, ms] = [point.time, layer.lines[0].time].map(|t| t.expect("a time").tdb_seconds_past_j2000());
         assert!((text - ms).abs() < 1e-3, "{text} {ms}");
@@ -339,7 +339,7 @@ mod tests {
         let layer = read("a.kml", Some(NaifId::EARTH), KML).expect("read");
         assert_eq!((layer.points.len(), layer.points[0].lat_deg, layer.points[0].lon_deg), (1, 20.0, 10.0));
         assert_eq!(layer.points[0].time.map(|t| t.to_utc_iso()[..10].to_owned()).as_deref(), Some("2024-04-01"));
-        assert_eq!(layer.lines.iter().map(|l| (l.corners.len(), l.time)).collect::<Vec<_>>(), [(3, None), (4, None)]);
+        assert_eq!(layer.lines.iter().map(|l| (l.vertices.len(), l.time)).collect::<Vec<_>>(), [(3, None), (4, None)]);
         let why = |from: &str, to: &str| read("a.kml", Some(NaifId::EARTH), &KML.replace(from, to)).expect_err("a mistake");
         for (from, to, said) in [
             ("10,20,0", "10", "a.kml:3: field coordinates: `10` is no longitude,latitude"),

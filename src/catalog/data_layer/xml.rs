@@ -28,11 +28,11 @@ impl Element {
 }
 
 /// A visitor of elements; `Err` states what is wrong.
-pub(super) trait Listener {
+pub(super) trait ElementHandler {
     /// Called when an element begins: the last of `path`.
-    fn begins(&mut self, path: &[Element]) -> Result<(), String>;
+    fn start_element(&mut self, path: &[Element]) -> Result<(), String>;
     /// Called when the last element of `path` ends.
-    fn ends(&mut self, path: &[Element]) -> Result<(), String>;
+    fn end_element(&mut self, path: &[Element]) -> Result<(), String>;
 }
 
 /// Counts lines up to a byte offset; offsets must not decrease.
@@ -66,7 +66,7 @@ fn element(start: &BytesStart<'_>, line: usize) -> Result<Element, String> {
 ///
 /// # Errors
 /// The line number, and what is wrong there.
-pub(super) fn walk(document: &str, listener: &mut impl Listener) -> Result<(), (usize, String)> {
+pub(super) fn walk(document: &str, handler: &mut impl ElementHandler) -> Result<(), (usize, String)> {
     let mut reader = Reader::from_str(document.trim_start_matches('\u{feff}'));
     let mut lines = Lines { text: document.as_bytes(), at: 0, line: 1 };
     let mut path: Vec<Element> = Vec::new();
@@ -83,16 +83,16 @@ pub(super) fn walk(document: &str, listener: &mut impl Listener) -> Result<(), (
                 if path.len() > MAX_DEPTH {
                     return Err((line, format!("more than {MAX_DEPTH} elements within each other")));
                 }
-                listener.begins(&path).map_err(|why| (line, why))?;
+                handler.start_element(&path).map_err(|why| (line, why))?;
             }
             Event::Empty(start) => {
                 has_root = true;
                 path.push(element(&start, line).map_err(|why| (line, why))?);
-                listener.begins(&path).and_then(|()| listener.ends(&path)).map_err(|why| (line, why))?;
+                handler.start_element(&path).and_then(|()| handler.end_element(&path)).map_err(|why| (line, why))?;
                 path.pop();
             }
             Event::End(_) => {
-                listener.ends(&path).map_err(|why| (path.last().map_or(line, |e| e.line), why))?;
+                handler.end_element(&path).map_err(|why| (path.last().map_or(line, |e| e.line), why))?;
                 path.pop();
             }
             Event::Text(text) => {

@@ -4,7 +4,7 @@
 //! labels, 16-bit integers and 32-bit floating point, both byte orders, SCALING_FACTOR and OFFSET, metres and kilometres, simple cylindrical maps of the
 //! entire Moon. Anything else is rejected with an error that names the keyword.
 
-use super::{USUAL_SPHERE_KM, check_size};
+use super::{DEFAULT_SPHERE_KM, check_size};
 use crate::wording::echo;
 
 pub(super) struct LabelledHeights {
@@ -24,7 +24,7 @@ fn value<'t>(text: &'t str, key: &str) -> Option<&'t str> {
     })
 }
 
-fn needed<'t>(text: &'t str, key: &str) -> Result<&'t str, String> {
+fn required<'t>(text: &'t str, key: &str) -> Result<&'t str, String> {
     value(text, key).ok_or_else(|| format!("the label has no {key}"))
 }
 
@@ -32,12 +32,12 @@ fn number(key: &str, text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| format!("{key} = {}: not a number", echo(text)))
 }
 
-fn number_or(text: &str, key: &str, usual: f64) -> Result<f64, String> {
-    value(text, key).map_or(Ok(usual), |v| number(key, v))
+fn number_or(text: &str, key: &str, default: f64) -> Result<f64, String> {
+    value(text, key).map_or(Ok(default), |v| number(key, v))
 }
 
 pub(super) fn image_file(text: &str) -> Result<String, String> {
-    let named = needed(text, "^IMAGE")?;
+    let named = required(text, "^IMAGE")?;
     // Either a file name, optionally followed by a record number, or a record number in the label's own file.
     let file = named.split(',').next().unwrap_or(named).trim().trim_matches('"').trim();
     if file.is_empty() || file.chars().all(|c| c.is_ascii_digit()) {
@@ -62,7 +62,7 @@ enum Sample {
 
 impl Sample {
     fn of(text: &str) -> Result<Self, String> {
-        let (kind, bits) = (needed(text, "SAMPLE_TYPE")?.to_ascii_uppercase(), needed(text, "SAMPLE_BITS")?);
+        let (kind, bits) = (required(text, "SAMPLE_TYPE")?.to_ascii_uppercase(), required(text, "SAMPLE_BITS")?);
         Ok(match (kind.as_str(), bits) {
             ("LSB_INTEGER" | "PC_INTEGER", "16") => Self::SignedLittle,
             ("MSB_INTEGER" | "INTEGER" | "SUN_INTEGER" | "MAC_INTEGER", "16") => Self::SignedBig,
@@ -97,7 +97,7 @@ impl Sample {
 
 pub(super) fn heights(text: &str, image: &[u8]) -> Result<LabelledHeights, String> {
     let count = |key: &str| -> Result<usize, String> {
-        let value = needed(text, key)?;
+        let value = required(text, key)?;
         value.parse().map_err(|_| format!("{key} = {}: not a whole number", echo(value)))
     };
     let (rows, columns) = (count("LINES")?, count("LINE_SAMPLES")?);
@@ -123,7 +123,7 @@ pub(super) fn heights(text: &str, image: &[u8]) -> Result<LabelledHeights, Strin
         None if offset > 1e3 => 1.0,
         _ => return Err(format!("UNIT = {}: METER and KILOMETER are read", echo(unit.as_deref().unwrap_or("(none)")))),
     };
-    let sphere_km = if offset == 0.0 { USUAL_SPHERE_KM } else { offset * km_per_unit };
+    let sphere_km = if offset == 0.0 { DEFAULT_SPHERE_KM } else { offset * km_per_unit };
     let needed_bytes = columns * rows * sample.bytes();
     if image.len() < needed_bytes {
         return Err(format!("its image has {} bytes; {columns} x {rows} heights need {needed_bytes}", image.len()));

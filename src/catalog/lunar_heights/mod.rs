@@ -1,7 +1,7 @@
 //! The user's height map of the entire Moon: kilometres above a reference sphere.
 //!
 //! In: bytes of a PNG, a TIFF, or a PDS label and its image ([`HeightMap::of_picture`], [`HeightMap::of_pds`]). Out: [`HeightMap`], which gives the height
-//! in any direction. Always: every height is finite and within [`HIGHEST_KM`] of the sphere; each height belongs to the centre of its cell; between centres
+//! in any direction. Always: every height is finite and within [`MAX_HEIGHT_KM`] of the sphere; each height belongs to the centre of its cell; between centres
 //! it is interpolated linearly in longitude and latitude; poleward of the first and last row it is constant. The program ships no height map.
 //! Not supported: maps of a part of the Moon, other projections, other bodies.
 
@@ -13,9 +13,9 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Radius of the reference sphere of maps without a label: that of the LOLA maps.
-pub const USUAL_SPHERE_KM: f64 = 1737.4;
+pub const DEFAULT_SPHERE_KM: f64 = 1737.4;
 /// Limit of heights: those of the Moon lie between -9.2 and 10.8 km (LOLA).
-pub const HIGHEST_KM: f64 = 20.0;
+pub const MAX_HEIGHT_KM: f64 = 20.0;
 /// Maximum number of heights in a map: 21 per degree.
 pub const MAX_HEIGHTS: usize = 30_000_000;
 /// Maximum size of a file: [`MAX_HEIGHTS`] heights of eight bytes, and a header.
@@ -51,8 +51,8 @@ pub struct HeightMap {
     /// East longitude of the western edge of the first column, radians.
     west: f64,
     sphere_km: f64,
-    least_km: f64,
-    greatest_km: f64,
+    min_km: f64,
+    max_km: f64,
 }
 
 impl std::fmt::Debug for HeightMap {
@@ -74,17 +74,19 @@ impl HeightMap {
             return Err(failed(format!("{} heights, not {columns} x {rows}", km.len())));
         }
         if !(1700.0..1800.0).contains(&sphere_km) {
-            return Err(failed(format!("heights over a sphere of {sphere_km} km: the Moon's has about {USUAL_SPHERE_KM} km")));
+            return Err(failed(format!("heights over a sphere of {sphere_km} km: the Moon's has about {DEFAULT_SPHERE_KM} km")));
         }
-        if let Some(at) = km.iter().position(|h| h.is_nan() || f64::from(*h).abs() > HIGHEST_KM) {
+        if let Some(at) = km.iter().position(|h| h.is_nan() || f64::from(*h).abs() > MAX_HEIGHT_KM) {
             let (row, column) = (at / columns + 1, at % columns + 1);
-            let why =
-                format!("row {row}, column {column}: a height of {} km; the Moon's lie between -{HIGHEST_KM} and {HIGHEST_KM} km", km[at]);
+            let why = format!(
+                "row {row}, column {column}: a height of {} km; the Moon's lie between -{MAX_HEIGHT_KM} and {MAX_HEIGHT_KM} km",
+                km[at]
+            );
             return Err(failed(why));
         }
-        let (least, greatest) = km.iter().fold((f32::MAX, f32::MIN), |(a, b), h| (a.min(*h), b.max(*h)));
-        let (least_km, greatest_km) = (f64::from(least), f64::from(greatest));
-        Ok(Self { name: name.to_owned(), columns, rows, km, west: west_deg.to_radians(), sphere_km, least_km, greatest_km })
+        let (min, max) = km.iter().fold((f32::MAX, f32::MIN), |(a, b), h| (a.min(*h), b.max(*h)));
+        let (min_km, max_km) = (f64::from(min), f64::from(max));
+        Ok(Self { name: name.to_owned(), columns, rows, km, west: west_deg.to_radians(), sphere_km, min_km, max_km })
     }
 
     /// Reads a grey PNG of 8 or 16 bits or a TIFF of 8, 16 or 32 bits, with longitude 0 in the middle. `range`: the heights of black and white. Without a range,
@@ -95,7 +97,7 @@ impl HeightMap {
     pub fn of_picture(name: &str, bytes: &[u8], range: Option<HeightRange>) -> Result<Self, HeightMapError> {
         let failed = |why: String| HeightMapError { file: name.to_owned(), why };
         let (columns, km) = picture::heights_km(bytes, range).map_err(failed)?;
-        Self::new(name, columns, km, -180.0, USUAL_SPHERE_KM)
+        Self::new(name, columns, km, -180.0, DEFAULT_SPHERE_KM)
     }
 
     /// The name, without a folder, of the image file that a PDS label refers to.
@@ -121,7 +123,7 @@ impl HeightMap {
 
     /// The minimum and maximum height.
     pub fn range_km(&self) -> [f64; 2] {
-        [self.least_km, self.greatest_km]
+        [self.min_km, self.max_km]
     }
 
     /// Distance between two heights along a meridian, radians.
@@ -141,8 +143,8 @@ impl HeightMap {
             "{:.4} heights a degree ({km:.2} km on the ground, {:.1}\" at the limb), from {:.2} to {:.2} km over a sphere of {} km",
             self.columns as f64 / 360.0,
             (km / 384_400.0).to_degrees() * 3600.0,
-            self.least_km,
-            self.greatest_km,
+            self.min_km,
+            self.max_km,
             self.sphere_km,
         )
     }
@@ -191,7 +193,7 @@ mod tests {
         let height = |row: usize, column: usize| 0.1 * (row as f32) + if column < 36 { 0.0 } else { 2.0 };
         for west_deg in [-180.0, 0.0] {
             let km = (0..36).flat_map(|row| (0..COLUMNS).map(move |column| height(row, column))).collect();
-            let map = HeightMap::new("made", COLUMNS, km, west_deg, USUAL_SPHERE_KM).expect("a map");
+            let map = HeightMap::new("made", COLUMNS, km, west_deg, DEFAULT_SPHERE_KM).expect("a map");
             for latitude in [-80.0, -12.5, 0.0, 33.0, 80.0] {
                 let of_row = 0.1 * ((90.0 - latitude) / 5.0 - 0.5);
                 assert!((map.height_km(towards(latitude, west_deg + 90.0) * 7.0) - of_row).abs() < 1e-5);
@@ -205,13 +207,13 @@ mod tests {
 
     #[test]
     fn impossible_heights_are_rejected_with_row_and_column() {
-        let flat = |columns: usize, km: f32| HeightMap::new("made", columns, vec![km; columns * (columns / 2)], 0.0, USUAL_SPHERE_KM);
+        let flat = |columns: usize, km: f32| HeightMap::new("made", columns, vec![km; columns * (columns / 2)], 0.0, DEFAULT_SPHERE_KM);
         assert!(flat(8, 0.0).is_ok());
         assert!(flat(7, 0.0).is_err());
         for wrong in [f32::NAN, 25.0, -32768.0, f32::INFINITY] {
             let mut km = vec![0.0; 32];
             km[11] = wrong;
-            let why = HeightMap::new("made", 8, km, 0.0, USUAL_SPHERE_KM).expect_err("no height of the Moon").to_string();
+            let why = HeightMap::new("made", 8, km, 0.0, DEFAULT_SPHERE_KM).expect_err("no height of the Moon").to_string();
             assert!(why.starts_with("made: row 2, column 4:"), "{why}");
         }
         assert!(HeightMap::new("made", 8, vec![0.0; 32], 0.0, 3396.0).is_err(), "a sphere of Mars's radius must be rejected");

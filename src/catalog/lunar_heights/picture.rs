@@ -24,10 +24,10 @@ pub(super) fn heights_km(bytes: &[u8], range: Option<HeightRange>) -> Result<Hei
     }
 }
 
-/// Converts integers from `least` (black) to `greatest` (white) to kilometres.
-fn scaled(range: HeightRange, [least, greatest]: [f64; 2]) -> impl Fn(f64) -> f32 {
-    let slope = (range.white_km - range.black_km) / (greatest - least);
-    move |value| (range.black_km + (value - least) * slope) as f32
+/// Converts integers from `min` (black) to `max` (white) to kilometres.
+fn scaled(range: HeightRange, [min, max]: [f64; 2]) -> impl Fn(f64) -> f32 {
+    let slope = (range.white_km - range.black_km) / (max - min);
+    move |value| (range.black_km + (value - min) * slope) as f32
 }
 
 fn of_unsigned_16(range: Option<HeightRange>) -> Box<dyn Fn(f64) -> f32> {
@@ -41,9 +41,9 @@ fn of_png(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: 4 * MAX_HEIGHTS });
     decoder.set_transformations(png::Transformations::IDENTITY);
     let mut reader = decoder.read_info().map_err(|e| e.to_string())?;
-    let about = reader.info();
-    let (columns, rows) = (about.width as usize, about.height as usize);
-    let (colour, depth) = (about.color_type, about.bit_depth);
+    let info = reader.info();
+    let (columns, rows) = (info.width as usize, info.height as usize);
+    let (colour, depth) = (info.color_type, info.bit_depth);
     check_size(columns, rows)?;
     if colour != png::ColorType::Grayscale {
         return Err("a coloured PNG: heights are grey, of 8 or 16 bits".into());

@@ -120,10 +120,10 @@ impl SmallBodies {
     /// between 2.06 and 3.28 au with small random offsets in axis and eccentricity; the other angles are distributed uniformly.
     pub fn synthetic_belt(count: usize) -> Self {
         let axis = |o: &HeliocentricOrbit| o.perihelion_au / (1.0 - o.eccentricity);
-        let shipped = Self::embedded();
-        let models: Vec<&SmallBody> = shipped.minor_planets.iter().filter(|b| (2.06..3.28).contains(&axis(&b.orbit))).collect();
+        let embedded = Self::embedded();
+        let models: Vec<&SmallBody> = embedded.minor_planets.iter().filter(|b| (2.06..3.28).contains(&axis(&b.orbit))).collect();
         let mut random = Random::new(0);
-        let mut uniform = || random.part();
+        let mut uniform = || random.unit_interval();
         let body = |k: usize| {
             let model = models[((uniform() * models.len() as f64) as usize).min(models.len() - 1)];
             let o = &model.orbit;

@@ -21,15 +21,15 @@ struct Columns {
 }
 
 /// A column's name in the form of `Field::columns`: only letters and digits, lower case. `M` is a mean anomaly, `M1` a magnitude.
-fn plain(name: &str) -> String {
+fn normalized(name: &str) -> String {
     name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
 }
 
 impl Columns {
     /// Finds the columns by name. The error names a required column that is missing.
     fn of(names: &[String]) -> Result<Self, String> {
-        let place = |known: &[&str]| names.iter().position(|n| known.contains(&n.as_str()));
-        let of_field = FIELDS.each_ref().map(|f| place(f.columns));
+        let column_of = |known: &[&str]| names.iter().position(|n| known.contains(&n.as_str()));
+        let of_field = FIELDS.each_ref().map(|f| column_of(f.columns));
         let has = |any: &[usize]| any.iter().any(|k| of_field[*k].is_some());
         let missing = |any: &[usize]| {
             let names: Vec<_> = any.iter().map(|k| format!("`{}`", FIELDS[*k].name)).collect();
@@ -43,8 +43,8 @@ impl Columns {
         if !has(&[PASSAGE, EPOCH, EPOCH_MJD]) {
             return missing(&[EPOCH, EPOCH_MJD]);
         }
-        let designation = place(&["number", "pdes", "designation", "desig"]);
-        Ok(Self { of_field, designation, name: place(&["name"]).or(place(&["fullname"])), count: names.len() })
+        let designation = column_of(&["number", "pdes", "designation", "desig"]);
+        Ok(Self { of_field, designation, name: column_of(&["name"]).or(column_of(&["fullname"])), count: names.len() })
     }
 
     fn body(&self, cells: &[Cow<'_, str>]) -> Result<SmallBody, String> {
@@ -92,7 +92,7 @@ struct Reply {
 fn of_json(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
     let reply: Reply =
         serde_json::from_str(text).map_err(|e| (e.line().max(1), format!("no reply of the database: {}", json_error_text(&e))))?;
-    let names: Vec<String> = reply.fields.iter().map(|n| plain(n)).collect();
+    let names: Vec<String> = reply.fields.iter().map(|n| normalized(n)).collect();
     let columns = Columns::of(&names).map_err(|e| (1, e))?;
     let cell = |v: &serde_json::Value| match v {
         serde_json::Value::Null => String::new(),
@@ -116,7 +116,7 @@ fn of_table(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
             }
             continue;
         }
-        let names: Vec<String> = cells(line.trim_start_matches(['#', '\u{feff}'])).iter().map(|n| plain(n)).collect();
+        let names: Vec<String> = cells(line.trim_start_matches(['#', '\u{feff}'])).iter().map(|n| normalized(n)).collect();
         match Columns::of(&names) {
             Ok(found) => columns = Some(found),
             // A comment above the line that names the columns.

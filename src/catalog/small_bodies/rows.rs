@@ -14,20 +14,20 @@ pub(super) const OBLIQUITY: f64 = 84_381.448 * RAD_PER_ARCSEC;
 /// Julian date of the zero point of modified Julian dates.
 const JD_OF_MJD: f64 = 2_400_000.5;
 /// Defaults where the table has no value: the slope of the H,G law (IAU 1985), and a comet's magnitudes a decade (brightness by the fourth power).
-const USUAL_G: f64 = 0.15;
-const USUAL_K1: f64 = 10.0;
+const DEFAULT_G: f64 = 0.15;
+const DEFAULT_K1: f64 = 10.0;
 
 /// A quantity of a row: its name in messages, the accepted names of its column (only letters and digits, lower case), its range.
 pub(super) struct Field {
     pub name: &'static str,
     pub columns: &'static [&'static str],
-    least: f64,
-    most: f64,
+    min: f64,
+    max: f64,
     unit: &'static str,
 }
 
-const fn field(name: &'static str, columns: &'static [&'static str], [least, most]: [f64; 2], unit: &'static str) -> Field {
-    Field { name, columns, least, most, unit }
+const fn field(name: &'static str, columns: &'static [&'static str], [min, max]: [f64; 2], unit: &'static str) -> Field {
+    Field { name, columns, min, max, unit }
 }
 
 pub(super) const E: usize = 0;
@@ -70,19 +70,19 @@ pub(super) fn number(k: usize, text: &str) -> Result<Option<f64>, String> {
     if text.is_empty() {
         return Ok(None);
     }
-    let value = text.parse::<f64>().ok().filter(|v| (f.least..=f.most).contains(v));
-    let wrong = || format!("{} is `{}`; expected {} from {} to {}", f.name, echo_within(text, 40), f.unit, f.least, f.most);
+    let value = text.parse::<f64>().ok().filter(|v| (f.min..=f.max).contains(v));
+    let wrong = || format!("{} is `{}`; expected {} from {} to {}", f.name, echo_within(text, 40), f.unit, f.min, f.max);
     value.map(Some).ok_or_else(wrong)
 }
 
 /// Builds the body of a row.
 pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<SmallBody, String> {
-    let needed = |k: usize| {
+    let required = |k: usize| {
         let f = &FIELDS[k];
-        values[k].ok_or_else(|| format!("{} is empty; expected {} from {} to {}", f.name, f.unit, f.least, f.most))
+        values[k].ok_or_else(|| format!("{} is empty; expected {} from {} to {}", f.name, f.unit, f.min, f.max))
     };
-    let e = needed(E)?;
-    let (i, node, argument) = (needed(I)?, needed(NODE)?, needed(ARGUMENT)?);
+    let e = required(E)?;
+    let (i, node, argument) = (required(I)?, required(NODE)?, required(ARGUMENT)?);
     let perihelion_au = match (values[Q], values[A]) {
         (Some(q), _) => q,
         (None, Some(a)) if a * (1.0 - e) > 0.0 => a * (1.0 - e),
@@ -103,8 +103,8 @@ pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<Sma
         _ => return Err("tp_jd is empty, and so is M_deg or its epoch; give either".into()),
     };
     let brightness = match (values[M1], values[H]) {
-        (Some(m1), _) => BrightnessLaw::Comet { m1, k1: values[K1].unwrap_or(USUAL_K1) },
-        (None, Some(h)) => BrightnessLaw::Asteroid { h, g: values[G].unwrap_or(USUAL_G) },
+        (Some(m1), _) => BrightnessLaw::Comet { m1, k1: values[K1].unwrap_or(DEFAULT_K1) },
+        (None, Some(h)) => BrightnessLaw::Asteroid { h, g: values[G].unwrap_or(DEFAULT_G) },
         (None, None) => BrightnessLaw::Unknown,
     };
     let icrf_from_orbit = DMat3::from_rotation_x(OBLIQUITY)

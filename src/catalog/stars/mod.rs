@@ -71,34 +71,35 @@ static EMBEDDED: LazyLock<Arc<StarCatalog>> = LazyLock::new(|| match StarCatalog
 });
 
 /// Magnitude of the brightest embedded star, Sirius.
-pub(super) const EMBEDDED_BRIGHTEST: f32 = -1.44;
+pub(super) const EMBEDDED_BRIGHTEST_MAGNITUDE: f32 = -1.44;
 
 /// Cells per side of each of the six faces of a cube around the observer: 3 to 7 degrees each.
-const CELLS_A_SIDE: usize = 16;
+const CELLS_PER_SIDE: usize = 16;
 
 /// The cell of a direction: the face of the cube that it meets, and the position on it.
 fn cell_of(direction: DVec3) -> usize {
     let size = direction.abs();
     let (axis, along) = (0..3).map(|k| (k, size[k])).fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
     let face = 2 * axis + usize::from(direction[axis] < 0.0);
-    let place = |k: usize| (((direction[(axis + k) % 3] / along + 1.0) / 2.0 * CELLS_A_SIDE as f64) as usize).min(CELLS_A_SIDE - 1);
-    (face * CELLS_A_SIDE + place(1)) * CELLS_A_SIDE + place(2)
+    let coordinate =
+        |k: usize| (((direction[(axis + k) % 3] / along + 1.0) / 2.0 * CELLS_PER_SIDE as f64) as usize).min(CELLS_PER_SIDE - 1);
+    (face * CELLS_PER_SIDE + coordinate(1)) * CELLS_PER_SIDE + coordinate(2)
 }
 
 /// The bounds of the stars of a cell.
 fn bounds(stars: &[Star], range: Range<usize>) -> Cell {
-    let of = &stars[range.clone()];
-    let axis = of.iter().map(|s| s.direction).sum::<DVec3>().normalize();
-    let most = |value: fn(&Star) -> f64| of.iter().map(value).fold(0.0, f64::max);
+    let cell_stars = &stars[range.clone()];
+    let axis = cell_stars.iter().map(|s| s.direction).sum::<DVec3>().normalize();
+    let max = |value: fn(&Star) -> f64| cell_stars.iter().map(value).fold(0.0, f64::max);
     // A chord c spans the angle 2 asin(c / 2).
-    let chord = of.iter().map(|s| s.direction.distance(axis)).fold(0.0, f64::max);
+    let chord = cell_stars.iter().map(|s| s.direction.distance(axis)).fold(0.0, f64::max);
     Cell {
         stars: range,
         axis,
         radius_rad: 2.0 * (chord / 2.0).min(1.0).asin(),
-        brightest_magnitude: of.iter().map(|s| s.v_magnitude).fold(f32::INFINITY, f32::min),
-        motion_per_year: most(|s| s.motion_per_year.length()),
-        parallax_rad: most(|s| s.parallax_rad),
+        brightest_magnitude: cell_stars.iter().map(|s| s.v_magnitude).fold(f32::INFINITY, f32::min),
+        motion_per_year: max(|s| s.motion_per_year.length()),
+        parallax_rad: max(|s| s.parallax_rad),
     }
 }
 
@@ -147,11 +148,11 @@ impl StarCatalog {
 
     /// The star with a Hipparcos number.
     pub fn hip(&self, number: u32) -> Option<&Star> {
-        self.place_of_hip(number).map(|k| &self.stars[k])
+        self.index_of_hip(number).map(|k| &self.stars[k])
     }
 
     /// The index in [`Self::stars`] of the star with a Hipparcos number.
-    pub fn place_of_hip(&self, number: u32) -> Option<usize> {
+    pub fn index_of_hip(&self, number: u32) -> Option<usize> {
         self.stars.iter().position(|s| s.hip == number && number != 0)
     }
 
@@ -176,7 +177,7 @@ mod tests {
     fn cells_bound_their_stars() {
         let catalog = StarCatalog::embedded();
         assert_eq!(catalog.stars().len(), 15_537);
-        assert_eq!(catalog.brightest_magnitude(), EMBEDDED_BRIGHTEST);
+        assert_eq!(catalog.brightest_magnitude(), EMBEDDED_BRIGHTEST_MAGNITUDE);
         assert_eq!(catalog.cells().iter().map(|c| c.stars.len()).sum::<usize>(), 15_537);
         for cell in catalog.cells() {
             let of = &catalog.stars()[cell.stars.clone()];

@@ -20,13 +20,13 @@ const HIPPARCOS_EPOCH: f64 = 1991.25;
 struct Field {
     name: &'static str,
     columns: &'static [&'static str],
-    least: f64,
-    most: f64,
+    min: f64,
+    max: f64,
     unit: &'static str,
 }
 
-const fn field(name: &'static str, columns: &'static [&'static str], [least, most]: [f64; 2], unit: &'static str) -> Field {
-    Field { name, columns, least, most, unit }
+const fn field(name: &'static str, columns: &'static [&'static str], [min, max]: [f64; 2], unit: &'static str) -> Field {
+    Field { name, columns, min, max, unit }
 }
 
 const RA: usize = 0;
@@ -103,8 +103,8 @@ impl Columns {
 
 /// Parses the number of a field and checks its range.
 fn number(f: &Field, text: &str) -> Result<f64, String> {
-    let value = text.trim().parse::<f64>().ok().filter(|v| (f.least..=f.most).contains(v));
-    value.ok_or_else(|| format!("{} is `{}`; expected {} from {} to {}", f.name, echo_within(text.trim(), 40), f.unit, f.least, f.most))
+    let value = text.trim().parse::<f64>().ok().filter(|v| (f.min..=f.max).contains(v));
+    value.ok_or_else(|| format!("{} is `{}`; expected {} from {} to {}", f.name, echo_within(text.trim(), 40), f.unit, f.min, f.max))
 }
 
 /// A star from its fields; the required fields must be present.
@@ -138,7 +138,7 @@ fn of_table(line: &str, columns: &Columns) -> Result<Star, String> {
         if !text.is_empty() {
             values[k] = Some(number(f, text)?);
         } else if k < REQUIRED {
-            return Err(format!("{} is empty; expected {} from {} to {}", f.name, f.unit, f.least, f.most));
+            return Err(format!("{} is empty; expected {} from {} to {}", f.name, f.unit, f.min, f.max));
         }
     }
     Ok(star(&values))

@@ -12,15 +12,15 @@ const SHIPPED_TO: f64 = 7.0;
 impl StarCatalog {
     /// The embedded stars and fainter invented stars, `count` in total. Invented stars are uniform over the sky, at rest, without distance, with embedded stars' colours.
     pub fn synthetic(count: usize) -> Self {
-        let shipped = Self::embedded();
-        let mut stars = shipped.stars.clone();
+        let embedded = Self::embedded();
+        let mut stars = embedded.stars.clone();
         let mut random = Random::new(0);
-        let decades_beyond_shipped = (count.max(1) as f64 / shipped.stars.len() as f64).log10().max(0.0);
+        let decades_beyond_shipped = (count.max(1) as f64 / embedded.stars.len() as f64).log10().max(0.0);
         while stars.len() < count {
             // Inverse transform sampling of N(m), which grows as 10^(0.48 m), beyond the limit of the embedded stars.
-            let (least, most) = (1.0, 10_f64.powf(decades_beyond_shipped));
-            let v_magnitude = SHIPPED_TO + random.between(least, most).log10() / DECADES_PER_MAGNITUDE;
-            let b_v = random.of(&shipped.stars).b_v;
+            let (min, max) = (1.0, 10_f64.powf(decades_beyond_shipped));
+            let v_magnitude = SHIPPED_TO + random.between(min, max).log10() / DECADES_PER_MAGNITUDE;
+            let b_v = random.choose(&embedded.stars).b_v;
             stars.push(Star {
                 hip: 0,
                 direction: random.direction(),
@@ -30,7 +30,7 @@ impl StarCatalog {
                 b_v,
             });
         }
-        Self::new(shipped.epoch_jd, stars)
+        Self::new(embedded.epoch_jd, stars)
     }
 }
 

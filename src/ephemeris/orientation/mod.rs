@@ -16,20 +16,19 @@ use glam::{DMat3, DVec3};
 pub use orrery_catalogs::PLANETARY_CONSTANTS as EMBEDDED_PCK;
 
 /// Right-handed rotation of the axes by `angle_rad` about z: R3 of the literature.
-fn axes_turned_about_z(angle_rad: f64) -> DMat3 {
+fn r3(angle_rad: f64) -> DMat3 {
     DMat3::from_rotation_z(-angle_rad)
 }
 
-fn axes_turned_about_x(angle_rad: f64) -> DMat3 {
+/// Right-handed rotation of the axes by `angle_rad` about x: R1 of the literature.
+fn r1(angle_rad: f64) -> DMat3 {
     DMat3::from_rotation_x(-angle_rad)
 }
 
 impl PoleAndMeridian {
     /// R3(W) R1(90° - dec) R3(90° + ra), as WGCCRE defines it.
     pub fn body_from_icrf(&self) -> DMat3 {
-        axes_turned_about_z(self.w_deg.to_radians())
-            * axes_turned_about_x((90.0 - self.pole_dec_deg).to_radians())
-            * axes_turned_about_z((90.0 + self.pole_ra_deg).to_radians())
+        r3(self.w_deg.to_radians()) * r1((90.0 - self.pole_dec_deg).to_radians()) * r3((90.0 + self.pole_ra_deg).to_radians())
     }
 
     /// The three angles of a rotation, for display. At a pole along ICRF z, right ascension is 0.

@@ -74,10 +74,10 @@ impl Elements {
     }
 }
 
-/// Factor by which a bound grows with the date: 1 within `held_years` of 2000, then the square of the time: an assumption.
-fn growth(t: Instant, held_years: f64) -> f64 {
-    let share = (t.tdb_seconds_past_j2000() / (held_years * 365.25 * SECONDS_PER_DAY)).abs().max(1.0);
-    share * share
+/// Factor by which a bound grows with the date: 1 within `valid_years` of 2000, then the square of the time: an assumption.
+fn growth(t: Instant, valid_years: f64) -> f64 {
+    let ratio = (t.tdb_seconds_past_j2000() / (valid_years * 365.25 * SECONDS_PER_DAY)).abs().max(1.0);
+    ratio * ratio
 }
 
 /// TT days past a Julian date, without the loss that a Julian date in one f64 has (40 microseconds: a metre for Io).

@@ -10,14 +10,13 @@ mod page;
 
 use super::report::{Figures, figures};
 use super::revision::{Revision, RevisionError};
-use super::sample::{Sample, SampleRenderer};
+use super::sample::{Sample, SampleRenderer, make_all};
 use crate::files::{FileAccess, WriteError, write_atomic};
 use crate::image::write_png;
 use crate::session::SessionError;
 use crate::shader::library::file_name;
 use crate::shader::{Lowering, ModuleId, ShaderModule};
 use lines::LineTable;
-use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -72,13 +71,13 @@ fn stem(id: &ModuleId) -> String {
 }
 
 fn module_output(sampler: &SampleRenderer, revision: &Revision, id: &ModuleId, lowering: &Lowering) -> Result<ModuleOutput, AtlasError> {
-    let wrong = |why: String| AtlasError::Module { module: id.to_string(), why };
-    let module = Arc::new(revision.module(id, lowering)?.ok_or_else(|| wrong("not in the library".into()))?);
+    let failed = |why: String| AtlasError::Module { module: id.to_string(), why };
+    let module = Arc::new(revision.module(id, lowering)?.ok_or_else(|| failed("not in the library".into()))?);
     let picture = match id {
         ModuleId::Planet(key) => Some(sampler.draw(&module, key)?),
         _ => None,
     };
-    let figures = figures(&module, picture.as_ref()).map_err(wrong)?;
+    let figures = figures(&module, picture.as_ref()).map_err(failed)?;
     Ok(ModuleOutput { module, figures, picture })
 }
 
@@ -106,18 +105,11 @@ pub fn write(
     let mut table = LineTable::default();
     let mut entries = Vec::new();
     for batch in ids.chunks(BATCH) {
-        let samplers = || SampleRenderer::new(SIDE);
-        let build = |sampler: &mut Result<SampleRenderer, SessionError>, id: &ModuleId| {
-            let module_output = match sampler {
-                Ok(sampler) => module_output(sampler, revision, id, lowering),
-                Err(e) => Err(AtlasError::Module { module: id.to_string(), why: e.to_string() }),
-            };
-            done();
-            module_output
-        };
-        let outputs: Vec<Result<ModuleOutput, AtlasError>> = batch.par_iter().map_init(samplers, build).collect();
-        for (id, module_output) in batch.iter().zip(outputs) {
-            let ModuleOutput { module, figures, picture } = module_output?;
+        let make = |sampler: &SampleRenderer, id: &ModuleId| module_output(sampler, revision, id, lowering);
+        let no_renderer = |id: &ModuleId, e: &SessionError| AtlasError::Module { module: id.to_string(), why: e.to_string() };
+        let outputs = make_all(SIDE, batch, make, no_renderer, &done);
+        for (id, output) in batch.iter().zip(outputs) {
+            let ModuleOutput { module, figures, picture } = output?;
             let name = id.to_string();
             let stem = &names[&name];
             let is_count = matches!(id, ModuleId::Planet(key) if key.instructions_per_read().is_some());
@@ -136,8 +128,8 @@ pub fn write(
                 figures,
                 module: name.clone(),
             };
-            let steps = neighbours_of.get(name.as_str()).map(Vec::as_slice).unwrap_or_default();
-            let linked: Vec<(String, &str)> = steps.iter().map(|s| (s.change.clone(), names[s.to].as_str())).collect();
+            let neighbours = neighbours_of.get(name.as_str()).map(Vec::as_slice).unwrap_or_default();
+            let linked: Vec<(String, &str)> = neighbours.iter().map(|n| (n.change.clone(), names[n.key].as_str())).collect();
             write_file(&folder.join(&entry.page), page::of_module(&entry, stem, &runs, &linked).as_bytes())?;
             entries.push(entry);
         }

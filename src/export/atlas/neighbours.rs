@@ -1,48 +1,48 @@
 //! Neighbouring keys: those that differ by one part added, removed or replaced.
 //!
-//! In: key texts, whose parts are separated by dots. Out: for each key its steps, sorted. Always: each step
-//! has an inverse.
+//! In: key texts, whose parts are separated by dots. Out: for each key its neighbours, sorted. Always: a neighbour has the key as a
+//! neighbour too.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// A step from one key to another.
+/// A neighbouring key, and how to reach it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Step<'a> {
+pub(crate) struct Neighbour<'a> {
     /// `+clouds`, `-clouds` or `sun1 -> sun2`.
     pub change: String,
-    pub to: &'a str,
+    pub key: &'a str,
 }
 
-fn without(parts: &[&str], k: usize) -> String {
+fn joined_without(parts: &[&str], k: usize) -> String {
     let rest: Vec<&str> = parts.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, p)| *p).collect();
     rest.join(".")
 }
 
-/// The steps from each key to others of the set.
-pub(crate) fn of<'a>(keys: impl IntoIterator<Item = &'a str>) -> BTreeMap<&'a str, Vec<Step<'a>>> {
+/// The neighbours of each key within the set.
+pub(crate) fn of<'a>(keys: impl IntoIterator<Item = &'a str>) -> BTreeMap<&'a str, Vec<Neighbour<'a>>> {
     let keys: BTreeSet<&str> = keys.into_iter().collect();
     // Key texts with one part removed, and the keys and parts that they come from.
     let mut by_rest: HashMap<String, Vec<(&str, &str)>> = HashMap::new();
     for key in &keys {
         let parts: Vec<&str> = key.split('.').collect();
         for (k, part) in parts.iter().enumerate().filter(|_| parts.len() > 1) {
-            by_rest.entry(without(&parts, k)).or_default().push((key, part));
+            by_rest.entry(joined_without(&parts, k)).or_default().push((key, part));
         }
     }
-    let mut steps: BTreeMap<&str, BTreeSet<Step<'_>>> = keys.iter().map(|k| (*k, BTreeSet::new())).collect();
-    for (rest, with) in &by_rest {
+    let mut neighbours: BTreeMap<&str, BTreeSet<Neighbour<'_>>> = keys.iter().map(|k| (*k, BTreeSet::new())).collect();
+    for (rest, keys_and_parts) in &by_rest {
         let shorter = keys.get(rest.as_str()).copied();
-        for (key, part) in with {
+        for (key, part) in keys_and_parts {
             if let Some(shorter) = shorter {
-                steps.entry(key).or_default().insert(Step { change: format!("-{part}"), to: shorter });
-                steps.entry(shorter).or_default().insert(Step { change: format!("+{part}"), to: key });
+                neighbours.entry(key).or_default().insert(Neighbour { change: format!("-{part}"), key: shorter });
+                neighbours.entry(shorter).or_default().insert(Neighbour { change: format!("+{part}"), key });
             }
-            for (other, its_part) in with.iter().filter(|(other, _)| other != key) {
-                steps.entry(key).or_default().insert(Step { change: format!("{part} -> {its_part}"), to: other });
+            for (other, other_part) in keys_and_parts.iter().filter(|(other, _)| other != key) {
+                neighbours.entry(key).or_default().insert(Neighbour { change: format!("{part} -> {other_part}"), key: other });
             }
         }
     }
-    steps.into_iter().map(|(key, steps)| (key, steps.into_iter().collect())).collect()
+    neighbours.into_iter().map(|(key, of_key)| (key, of_key.into_iter().collect())).collect()
 }
 
 #[cfg(test)]
@@ -50,14 +50,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_step_adds_removes_or_replaces_one_part() {
-        let near = of(["a.sun1", "a.clouds.sun1", "a.sun2", "b.sun2"]);
-        let changes = |key: &str| near[key].iter().map(|s| format!("{} {}", s.change, s.to)).collect::<Vec<_>>();
+    fn a_neighbour_adds_removes_or_replaces_one_part() {
+        let neighbours = of(["a.sun1", "a.clouds.sun1", "a.sun2", "b.sun2"]);
+        let changes = |key: &str| neighbours[key].iter().map(|n| format!("{} {}", n.change, n.key)).collect::<Vec<_>>();
         assert_eq!(changes("a.sun1"), ["+clouds a.clouds.sun1", "sun1 -> sun2 a.sun2"]);
         assert_eq!(changes("a.clouds.sun1"), ["-clouds a.sun1"]);
         assert_eq!(changes("b.sun2"), ["b -> a a.sun2"]);
-        for (key, steps) in &near {
-            assert!(steps.iter().all(|s| near[s.to].iter().any(|back| back.to == *key)), "{key}");
+        for (key, of_key) in &neighbours {
+            assert!(of_key.iter().all(|n| neighbours[n.key].iter().any(|back| back.key == *key)), "{key}");
         }
     }
 }

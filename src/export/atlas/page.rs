@@ -16,12 +16,12 @@ fn head(title: &str, root: &str) -> String {
     )
 }
 
-fn light(of: Option<f64>) -> String {
-    of.map_or(String::new(), |v| format!("{v:.4}"))
+fn number_or_empty(value: Option<f64>) -> String {
+    value.map_or(String::new(), |v| format!("{v:.4}"))
 }
 
-/// The page of one module. `runs`: its lines in the table; `steps`: descriptions and file stems of neighbouring modules.
-pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, steps: &[(String, &str)]) -> String {
+/// The page of one module. `runs`: its lines in the table; `neighbours`: the change that leads to each neighbouring module, and its file stem.
+pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, neighbours: &[(String, &str)]) -> String {
     let name = escaped(&entry.module);
     let mut html = head(&entry.module, "../");
     let _ = write!(html, "<p><a href=\"../index.html\">All modules</a></p>\n<h1>{name}</h1>\n<div class=\"about\">\n");
@@ -39,17 +39,17 @@ pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, steps: &[(String,
         ("Operations per pixel, loops once", f.operations.to_string()),
         ("Texture reads", f.texture_reads.to_string()),
         ("Slots of a lane", f.slots.to_string()),
-        ("Mean luminance of the picture", light(f.mean_luminance)),
-        ("f32 to f64 at most, levels of 255", light(f.rounding_levels)),
+        ("Mean luminance of the picture", number_or_empty(f.mean_luminance)),
+        ("f32 to f64 at most, levels of 255", number_or_empty(f.rounding_levels)),
     ];
     for (what, value) in rows.iter().filter(|(_, value)| !value.is_empty()) {
         let _ = writeln!(html, "<tr><th>{what}</th><td>{value}</td></tr>");
     }
     html.push_str("</table>\n");
-    if !steps.is_empty() {
+    if !neighbours.is_empty() {
         html.push_str("<div><h2>One step away</h2>\n<ul class=\"steps\">\n");
-        for (words, stem) in steps {
-            let _ = writeln!(html, "<li><a href=\"{}.html\">{}</a></li>", escaped(stem), escaped(words));
+        for (change, stem) in neighbours {
+            let _ = writeln!(html, "<li><a href=\"{}.html\">{}</a></li>", escaped(stem), escaped(change));
         }
         html.push_str("</ul></div>\n");
     }

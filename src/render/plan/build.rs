@@ -1,9 +1,11 @@
 //! Builds the plan of a scene: its passes, the modules of its draws and their uniform bytes.
 //!
 //! In: the scene, the layouts reflected from the modules, and the decoded maps. Out: a [`Plan`]. Always: uniform fields are filled by name from
-//! [`DrawUniforms`]; a field of the module that the scene does not supply is an error, not zero. Not here: the choice of what is drawn (scene).
+//! `DrawUniforms`; a field of the module that the scene does not supply is an error, not zero. Not here: the choice of what is drawn (scene).
 
+use super::coarse_air;
 use super::error::PlanError;
+use super::extent::Extent;
 use super::graph::{self, Step, Target, Write};
 use super::labels;
 use super::maps;
@@ -13,15 +15,12 @@ use super::scissor::scissor;
 use super::shared;
 use super::sky;
 use super::small_bodies;
+use super::uniform_bytes::uniforms_of;
 use crate::scene::Scene;
-use crate::scene::draw::uniforms::UniformValue;
-use crate::scene::draw::{Draw, DrawFeatures, DrawUniforms, Part, PixelView, Shape};
+use crate::scene::draw::{Draw, DrawFeatures, Part, PixelView, Shape};
 use crate::scene::request::Quality;
-use crate::scene::uniform_value;
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
-use crate::shader::reflect::{FieldType, LayoutError};
-use crate::shader::{Layout, UniformWriter};
 use std::sync::Arc;
 
 /// Samples per pixel and anisotropic filtering.
@@ -48,6 +47,7 @@ impl SamplingQuality {
 pub fn modules(scene: &Scene) -> Vec<ModuleId> {
     let module_of = |d: &Draw| ModuleId::Planet(ShaderKey::for_draw(&d.features));
     let mut all: Vec<_> = scene.draws.iter().chain(&scene.outlined).map(module_of).collect();
+    all.extend(coarse_air::modules(&scene.draws));
     all.extend(shared::modules(scene).into_iter().map(ModuleId::Simple));
     all.sort();
     all.dedup();
@@ -72,7 +72,7 @@ fn step_name(draw: &Draw) -> &'static str {
     if draw.part == Part::Globe { "opaque bodies" } else { "rings and shells" }
 }
 
-/// The steps of one frame, in drawing order:
+/// The steps of one frame, in drawing order, after the passes of the coarse picture of the air, which bodies read:
 /// 1. The sky and its stars, because everything else is in front of them.
 /// 2. Opaque bodies, translucent layers (rings, shells) and the corona, from far to near: an antialiased limb is blended over the object behind it,
 ///    which may be a ring. Of a body's refracted limb, the occlusion of the unbent Sun precedes the body, and the added light follows it.
@@ -113,13 +113,15 @@ pub(super) fn light_steps(
         clear: background,
         depth: true,
     };
+    let format = hdr.format;
     let over_hdr = |name, draws| Step { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };
     let [.., opacity] = background;
     let background = Step { name: "background", reads: vec![], writes: Write::New(hdr), draws: vec![] };
     let sky = over_hdr("sky", sky::background(scene, provider, opacity)?);
     let sky_lines = over_hdr("sky lines", shared::lines_without_depth("sky lines", &scene.sky_lines, scene, provider)?);
     let sky_images = over_hdr("sky images", sky::images(scene, provider)?);
-    let mut steps = vec![background, sky, sky_images, sky_lines, over_hdr("stars", shared::stars(scene, provider)?)];
+    let mut steps = coarse_air::steps(&scene.draws, [width, height], format, provider)?;
+    steps.extend([background, sky, sky_images, sky_lines, over_hdr("stars", shared::stars(scene, provider)?)]);
     steps.extend(faces_draw.map(|draw| over_hdr("faces", vec![draw])));
     let belongs_to = |body| move |d: &Draw| d.body == body;
     let add_bodies = |steps: &mut Vec<Step>, first_draw: usize, draws: &[Draw]| -> Result<(), PlanError> {
@@ -133,9 +135,13 @@ pub(super) fn light_steps(
             let limb = scene.limbs.iter().find(|l| l.body == body);
             let (occlusion, refraction) = limb.map(|l| shared::refracted_limb(scene, l, provider)).transpose()?.unzip();
             steps.extend(occlusion.flatten().filter(|_| is_first).map(|draw| over_hdr("unbent Sun", vec![draw])));
+            let mut index = end - run.len();
             for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
-                let draws = layers.iter().map(|draw| body_draw(draw, width, height, provider, sampling)).collect::<Result<Vec<_>, _>>()?;
-                steps.push(over_hdr(step_name(&layers[0]), draws));
+                let placed = |k| coarse_air::placed(&scene.draws, k, [width, height]);
+                let draws = (index..index + layers.len()).map(|k| body_draw(&placed(k), width, height, provider, sampling));
+                let step = over_hdr(step_name(&layers[0]), draws.collect::<Result<Vec<_>, _>>()?);
+                steps.push(Step { reads: coarse_air::reads_of(layers), ..step });
+                index += layers.len();
                 let ground_lines = scene.ground_lines.iter().find(|(id, _)| *id == body && layers[0].part == Part::Globe);
                 if let Some((_, segments)) = ground_lines {
                     steps.push(over_hdr("ground lines", shared::lines_without_depth("ground lines", segments, scene, provider)?));
@@ -176,30 +182,6 @@ fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Samp
         steps.push(Step { name: "labels", reads: vec![], writes: Write::Over(DISPLAY_TARGET), draws: labels::labels(scene, provider)? });
     }
     Ok(steps)
-}
-
-/// Writes each field of the layout by name; fails on a name that the draw does not supply. `map_taps`: maximum number of taps on a map.
-pub fn uniforms_of(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
-    let mut w = layout.writer();
-    for field in &layout.fields {
-        let rows = if let FieldType::Vec4Array(rows) = field.ty { rows as usize } else { 0 };
-        match field.name.as_str() {
-            name @ "map_taps" => w.f32(name, f32::from(map_taps))?,
-            name => write_value(&mut w, name, &uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?)?,
-        }
-    }
-    w.finish()
-}
-
-fn write_value(w: &mut UniformWriter<'_>, name: &str, value: &UniformValue<'_>) -> Result<(), LayoutError> {
-    match value {
-        UniformValue::F32(v) => w.f32(name, *v),
-        UniformValue::Vec2(v) => w.vec2(name, *v),
-        UniformValue::Vec3(v) => w.vec3(name, *v),
-        UniformValue::Vec4(v) => w.vec4(name, *v),
-        UniformValue::Mat4(v) => w.mat4(name, *v),
-        UniformValue::Rows(rows) => w.vec4_array(name, rows),
-    }
 }
 
 /// Back faces of a closed mesh are culled: its front always hides them.
@@ -261,5 +243,6 @@ fn body_draw(
         cull,
         depth: depth_of(draw.part),
         scissor: scissor(draw.uniforms.rect_in_clip, width, height),
+        extent: Extent::of(draw, [width, height]),
     })
 }

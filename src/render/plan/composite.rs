@@ -129,13 +129,14 @@ fn plan_faces(
 ) -> Result<Plan, PlanError> {
     let mut combined = Plan { passes: Vec::new() };
     let mut hdr_passes = Vec::new();
-    for (scene, used) in composite.scenes.iter().zip(&faces.used) {
+    for (scene, visible_rect) in composite.scenes.iter().zip(&faces.visible_rects) {
         // The background is transparent, because the stars are drawn behind the faces.
         let mut face_plan = graph::compile(&light_steps(scene, provider, sampling, [0.0; 4], None)?, HDR_TARGET)?;
-        for draw in face_plan.passes.iter_mut().flat_map(|p| &mut p.draws) {
+        // Pictures that the face reads, such as that of the air, have pixels of their own.
+        for draw in face_plan.passes.iter_mut().filter(|p| p.name == HDR_TARGET).flat_map(|p| &mut p.draws) {
             let [x0, y0, x1, y1] = draw.scissor;
-            let [x0, y0] = [x0.max(used[0]), y0.max(used[1])];
-            draw.scissor = [x0, y0, x1.min(used[2]).max(x0), y1.min(used[3]).max(y0)];
+            let [x0, y0] = [x0.max(visible_rect[0]), y0.max(visible_rect[1])];
+            draw.scissor = [x0, y0, x1.min(visible_rect[2]).max(x0), y1.min(visible_rect[3]).max(y0)];
         }
         append(&mut combined, face_plan.passes);
         hdr_passes.push(combined.passes.len() - 1);

@@ -51,7 +51,7 @@ fn body_labels(labels: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<Gly
             let pen = [centre[0] - 0.5, centre[1] - 0.5];
             all.push(glyph_quad(&glyphs.marker, pen, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
         }
-        let side = mark.named.or_else(|| is_selected.then_some(LabelSide::DEFAULT));
+        let side = mark.name_side.or_else(|| is_selected.then_some(LabelSide::DEFAULT));
         if let Some(side) = side
             && mark.radius_px < FILLS_PICTURE * f64::from(height)
         {
@@ -88,11 +88,11 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let block = glyphs.block;
     let side = block.size[0].max(1);
     // Coordinates in an image fit into u32.
-    let [width, height] = (bar.rect.most - bar.rect.least).round().to_array().map(|v| v.max(0.0) as u32);
+    let [width, height] = (bar.rect.max - bar.rect.min).round().to_array().map(|v| v.max(0.0) as u32);
     let (columns, rows) = (width.div_ceil(side), height.div_ceil(side));
     let tile = |k: u32| {
         let [x, y] = [k % columns * side, k / columns * side];
-        let corner_px = [bar.rect.least.x.round() as f32 + x as f32, bar.rect.least.y.round() as f32 + y as f32];
+        let corner_px = [bar.rect.min.x.round() as f32 + x as f32, bar.rect.min.y.round() as f32 + y as f32];
         let cell = [block.at[0], block.at[1], (width - x).min(side), (height - y).min(side)].map(|v| v as f32);
         GlyphQuad { corner_px, cell, colour: [r, g, b, bar.opacity as f32] }
     };
@@ -107,7 +107,7 @@ fn margin_labels(labels: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let text = |t: &TextMark| text_quads(&t.text, t.left_px.to_array(), colour(t.colour).to_array(), t.opacity as f32, glyphs, shadow_px);
     let shadow = |bar: &Bar| {
         let offset = glam::DVec2::splat(shadow_px);
-        let rect = Rect { least: bar.rect.least + offset, most: bar.rect.most + offset };
+        let rect = Rect { min: bar.rect.min + offset, max: bar.rect.max + offset };
         filled_bar(&Bar { rect, colour: [0; 3], opacity: f64::from(NAME_SHADOW) * bar.opacity }, glyphs)
     };
     let bars = margin.bars.iter().flat_map(shadow).chain(margin.bars.iter().flat_map(|bar| filled_bar(bar, glyphs)));

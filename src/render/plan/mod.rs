@@ -1,8 +1,10 @@
 //! The render plan: passes in order, with their draws and uniform bytes. Plain values for every renderer.
 
 mod build;
+mod coarse_air;
 mod composite;
 mod error;
+mod extent;
 pub mod graph;
 mod interface;
 mod labels;
@@ -13,9 +15,12 @@ mod scissor;
 mod shared;
 mod sky;
 mod small_bodies;
-pub use build::{SamplingQuality, modules, plan, steps, uniforms_of};
+mod uniform_bytes;
+pub use build::{SamplingQuality, modules, plan, steps};
+pub use coarse_air::{COARSE_AIR_TEXTURE, coarse_air_size};
 pub use composite::{composite, composite_modules};
 pub use error::PlanError;
+pub use extent::Extent;
 pub use interface::{INTERFACE_MODULE, UiPrimitive, interface, interface_step, warm_up_interface};
 pub use maps::{LIMB_TABLE, RING_PROFILE, RING_SHINE, limb_table, map_decoding, map_format, ring_profile, ring_shine, role_of};
 pub use passes::{
@@ -24,3 +29,4 @@ pub use passes::{
 };
 pub use provider::ResourceProvider;
 pub(crate) use sky::SKY_DECODING;
+pub use uniform_bytes::uniforms_of;

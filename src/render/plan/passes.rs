@@ -1,5 +1,6 @@
 //! The render plan as plain values: passes, draws, bindings.
 
+use super::extent::Extent;
 use crate::image::SharedTexture;
 use crate::shader::ModuleId;
 use crate::shader::{ShaderError, ShaderLibrary, ShaderModule};
@@ -111,6 +112,8 @@ pub struct PlanDraw {
     pub depth: DepthState,
     /// Pixels that may be drawn: x0, y0, x1, y1 (exclusive).
     pub scissor: [u32; 4],
+    /// Which of them the draw can change, if that is known; a renderer may leave the others out.
+    pub extent: Option<Extent>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -107,6 +107,7 @@ pub(super) fn full_screen_draw(
         cull: Cull::None,
         depth: DepthState { test: false, write: false },
         scissor: [0, 0, width, height],
+        extent: None,
     })
 }
 
@@ -198,7 +199,7 @@ fn segment_draws(
             (3, |p| p.ends[1].to_array().to_vec()),
             (2, |p| p.across[0].to_array().to_vec()),
             (2, |p| p.across[1].to_array().to_vec()),
-            (2, |p| p.strength.to_vec()),
+            (2, |p| p.opacity.to_vec()),
             (3, |p| p.colour.to_array().to_vec()),
         ],
     );
@@ -223,7 +224,7 @@ pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<
         w.vec3("colour", corona.colour)?;
         w.f32("outer_cosine", corona.outer_cosine)?;
         w.f32("per_cosine", corona.per_cosine)?;
-        w.f32("least", corona.least)
+        w.f32("least", corona.cutoff)
     })?;
     let scissor = scissor(corona.rect_in_clip, scene.camera.width, scene.camera.height);
     Ok(vec![PlanDraw { blend: Blend::Add, scissor, ..draw }])
@@ -233,9 +234,9 @@ pub(super) fn glow(scene: &Scene, provider: &impl ResourceProvider) -> Result<Ve
     let Some(glow) = &scene.glow else { return Ok(Vec::new()) };
     let draw = simple_draw("glow", scene, provider, |w| {
         w.vec3("sun_direction", glow.sun_direction)?;
-        w.f32("least_sq", glow.least_sq)?;
+        w.f32("least_sq", glow.core_angle_sq)?;
         w.vec3("strength", glow.strength)?;
-        w.f32("least", glow.least)?;
+        w.f32("least", glow.cutoff)?;
         w.vec2("tan_half_fov", glow.tan_half_fov)
     })?;
     let scissor = scissor(glow.rect_in_clip, scene.camera.width, scene.camera.height);

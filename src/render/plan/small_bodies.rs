@@ -9,7 +9,7 @@ use super::provider::ResourceProvider;
 use super::shared::{DEPTH_TESTED, STAR_SPRITE, instanced_rectangles, simple_draw, sprites};
 use crate::scene::camera::NEAR_DEPTH_KM;
 use crate::scene::orbits::{self, OrbitArc};
-use crate::scene::sky::comets::TailPiece;
+use crate::scene::sky::comets::TailSegment;
 use crate::scene::sky::minor_planets::{LIGHT_TIME, NEAR_AU};
 use crate::scene::{CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, Scene};
 use std::sync::Arc;
@@ -49,10 +49,10 @@ pub(super) fn orbits(scene: &Scene, provider: &impl ResourceProvider) -> Result<
         &scene.orbits,
         &[
             (3, |a| a.point.to_array().to_vec()),
-            (3, |a| a.slope.to_array().to_vec()),
-            (3, |a| a.bend.to_array().to_vec()),
+            (3, |a| a.first_derivative.to_array().to_vec()),
+            (3, |a| a.second_derivative.to_array().to_vec()),
             (3, |a| vec![a.alpha, a.range[0], a.range[1]]),
-            (2, |a| a.strength.to_vec()),
+            (2, |a| a.opacity.to_vec()),
             (3, |a| a.colour.to_array().to_vec()),
         ],
     );
@@ -60,10 +60,10 @@ pub(super) fn orbits(scene: &Scene, provider: &impl ResourceProvider) -> Result<
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         w.f32("half_width_px", orbits::HALF_WIDTH_PX)?;
         w.f32("radiance", orbits::LEVEL / scene.exposure.factor_f32())?;
-        w.f32("pieces", orbits::PIECES as f32)?;
+        w.f32("pieces", orbits::CHORDS_PER_ARC as f32)?;
         w.f32("near", NEAR_DEPTH_KM as f32)
     })?;
-    let vertices = Vertices::Count(6 * orbits::PIECES);
+    let vertices = Vertices::Count(6 * orbits::CHORDS_PER_ARC);
     Ok(vec![PlanDraw { label: "orbits".into(), vertices, instances, blend: Blend::PremultipliedOver, depth: DEPTH_TESTED, ..draw }])
 }
 
@@ -72,7 +72,7 @@ pub(super) fn comets(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     let heads = sprites("comets", &scene.comets.heads, &STAR_SPRITE, scene, provider)?;
     let mut draws: Vec<PlanDraw> = heads.into_iter().map(|draw| PlanDraw { depth: DEPTH_TESTED, ..draw }).collect();
     if !scene.comets.tails.is_empty() {
-        let (vertices, instances) = instanced_rectangles::<TailPiece>(
+        let (vertices, instances) = instanced_rectangles::<TailSegment>(
             &scene.comets.tails,
             &[
                 (3, |p| p.ends[0].to_array().to_vec()),

@@ -4,7 +4,7 @@ use super::fragment_plan::FragmentPlan;
 use super::math::Real;
 use super::raster::setup::Geometry;
 use super::stage::{LANES, LaneProgram};
-use crate::render::plan::Blend;
+use crate::render::plan::{Blend, Extent};
 
 /// Number of quads in a batch.
 pub(super) const QUADS: usize = LANES / 4;
@@ -25,6 +25,8 @@ pub(crate) struct DrawJob<'a, R: Real> {
     pub fragment: &'a dyn LaneProgram<R>,
     pub fragment_plan: FragmentPlan,
     pub blend: Blend,
+    /// The pixels that the draw may change, if it is known.
+    pub extent: Option<Extent>,
     /// `Some` in the pixel view of shading cost, which stores instruction counts in place of colour: the instructions that a texture read counts as.
     pub instructions_per_read: Option<f64>,
 }

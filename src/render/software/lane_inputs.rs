@@ -14,6 +14,7 @@ use super::raster::coverage::{TilePixels, quad_position};
 use super::raster::setup::{Plane, SourceTriangle};
 use super::stage::{LANES, LaneRun};
 use smallvec::SmallVec;
+use std::ops::Range;
 
 /// Number of lanes in a quad.
 const QUAD_LANES: usize = 4;
@@ -62,12 +63,21 @@ impl Span<'_> {
 
     #[inline(always)]
     fn fill<R: Real>(&self, lanes: &mut [R; LANES], value: R) {
+        if self.to - self.from == QUADS {
+            return lanes.fill(value);
+        }
         self.lanes(lanes).fill([value; QUAD_LANES]);
     }
 
     /// Sets lane = combine(lane, other) for the lanes of this span.
     #[inline(always)]
     fn combine<R: Real>(&self, lanes: &mut [R; LANES], other: &[R; LANES], combine: impl Fn(R, R) -> R) {
+        if self.to - self.from == QUADS {
+            for i in 0..LANES {
+                lanes[i] = combine(lanes[i], other[i]);
+            }
+            return;
+        }
         let other = &other.as_chunks::<QUAD_LANES>().0[self.from..self.to];
         for (lanes, other) in self.lanes(lanes).iter_mut().zip(other) {
             for i in 0..QUAD_LANES {
@@ -77,24 +87,55 @@ impl Span<'_> {
     }
 }
 
-/// Fills the lane inputs of a batch. `tile`: the tile's top-left pixel.
+/// One coordinate of a block's pixels less `offset`.
 #[inline(always)]
-pub(super) fn fill<R: Real>(job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quads: &[Quad; QUADS], pixels: &TilePixels, tile: [u32; 2]) {
-    let (pixels_x, pixels_y) = (pixels.x.as_chunks::<QUAD_LANES>().0, pixels.y.as_chunks::<QUAD_LANES>().0);
+fn offset_block<R: Real>(lanes: &mut [R; LANES], pixels: &[f32], first_quad: usize, offset: f32) {
+    let Some(pixels) = pixels.get(first_quad * QUAD_LANES..).and_then(|pixels| pixels.first_chunk::<LANES>()) else { return };
+    for i in 0..LANES {
+        lanes[i] = R::from_f32_bits((pixels[i] - offset).to_bits());
+    }
+}
+
+/// One coordinate of the pixels of some quads less `offset`.
+#[inline(always)]
+fn offset_quads<R: Real>(lanes: &mut [R; LANES], pixels: &[f32], quads: &[Quad; QUADS], range: Range<usize>, offset: f32) {
+    let pixels = pixels.as_chunks::<QUAD_LANES>().0;
+    for (lanes, quad) in lanes.as_chunks_mut::<QUAD_LANES>().0[range.clone()].iter_mut().zip(&quads[range]) {
+        let pixels = &pixels[usize::from(quad.index)];
+        for i in 0..QUAD_LANES {
+            lanes[i] = R::from_f32_bits((pixels[i] - offset).to_bits());
+        }
+    }
+}
+
+/// Fills the lane inputs of a batch. `block`: the first quad, if the quads are those of a block that one triangle covers; `tile`: the tile's top-left
+/// pixel.
+#[inline(always)]
+pub(super) fn fill<R: Real>(
+    job: &DrawJob<'_, R>,
+    run: &mut dyn LaneRun<R>,
+    quads: &[Quad; QUADS],
+    block: Option<usize>,
+    pixels: &TilePixels,
+    tile: [u32; 2],
+) {
     // Pixel centres relative to the first quad of their span, because plane equations round least at small offsets.
     let (mut x, mut y) = ([R::ZERO; LANES], [R::ZERO; LANES]);
     let mut spans = SmallVec::<[Span<'_>; QUADS]>::new();
     let mut from = 0;
     while let Some(first) = quads.get(from) {
-        let to = from + quads[from..].iter().take_while(|q| q.source_triangle == first.source_triangle).count();
+        let same_triangle = || quads[from..].iter().take_while(|q| q.source_triangle == first.source_triangle).count();
+        let to = if block.is_some() { QUADS } else { from + same_triangle() };
         let corner = quad_position(first.index.into());
-        let [x0, y0] = corner.map(|v| v as f32);
-        let lanes = x.as_chunks_mut::<QUAD_LANES>().0[from..to].iter_mut().zip(&mut y.as_chunks_mut::<QUAD_LANES>().0[from..to]);
-        for ((x, y), quad) in lanes.zip(&quads[from..to]) {
-            let (quad_x, quad_y) = (&pixels_x[usize::from(quad.index)], &pixels_y[usize::from(quad.index)]);
-            for i in 0..QUAD_LANES {
-                x[i] = R::from_f32_bits((quad_x[i] - x0).to_bits());
-                y[i] = R::from_f32_bits((quad_y[i] - y0).to_bits());
+        let offsets = corner.map(|v| v as f32);
+        match block {
+            Some(first) => {
+                offset_block(&mut x, &pixels.x, first, offsets[0]);
+                offset_block(&mut y, &pixels.y, first, offsets[1]);
+            }
+            None => {
+                offset_quads(&mut x, &pixels.x, quads, from..to, offsets[0]);
+                offset_quads(&mut y, &pixels.y, quads, from..to, offsets[1]);
             }
         }
         let triangle = &job.geometry.source_triangles[first.source_triangle as usize];

@@ -4,7 +4,9 @@
 //! triangles into covered quads of pixels.
 //!
 //! [`vertex`] turns a draw into triangles, [`pass`] sorts them into tiles and distributes the tiles over the cores, [`shade`] fills batches of lanes
-//! (`lane_inputs`) and runs them, and [`tiles`] stores a tile's colour and depth. `pass_fusion` lets the tone map read a tile before it is stored.
+//! (`lane_inputs`) and runs them, [`tiles`] stores a tile's colour and depth, and `tile_rows` writes it
+//! into the image. `pass_fusion` lets the tone map read a tile before it is stored,
+//! `tone_map` is the shipped tone map without its tape.
 
 pub mod blend;
 mod draw_job;
@@ -26,8 +28,12 @@ pub mod sample;
 pub mod shade;
 pub mod stage;
 pub mod tape;
+mod tape_stage;
+mod tile_rows;
 pub mod tiles;
 pub mod timings;
+pub mod tone_map;
+mod tone_map_run;
 pub mod vertex;
 
 pub use error::RenderError;

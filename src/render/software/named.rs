@@ -65,7 +65,7 @@ impl SoftwareRenderer {
         if !(x0..x1).contains(&x) || !(y0..y1).contains(&y) {
             return Ok(None);
         }
-        let entry_points = EntryPoints { vertex: without_named_outputs(vertex), fragment: fragment.program };
+        let entry_points = EntryPoints { vertex: without_named_outputs(vertex), fragment: fragment.program, tone_map: None };
         let bound = self.bind::<R>(draw, &entry_points, &[])?;
         let single_pixel = PlanDraw {
             vertices: nearest_triangle(draw, &bound.vertex, [width, height], [x, y])?.unwrap_or_else(|| draw.vertices.clone()),

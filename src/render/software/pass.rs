@@ -14,8 +14,10 @@ use super::pass_fusion::TileTexture;
 use super::raster::coverage::{TILE, TILE_BLOCKS, TilePixels, block_position, covers_all};
 use super::shade::{Batch, TileShader};
 use super::stage::{LaneProgram, LaneRun};
-use super::tiles::{TileTarget, unorm8};
+use super::tile_rows::{Rows, unorm8};
+use super::tiles::TileTarget;
 use super::timings::PassTimings;
+use super::tone_map::ToneMap;
 use super::vertex::{AssembledDraw, assemble};
 use crate::render::plan::{ColourFormat, Pass, PlanDraw};
 use crate::shader::ModuleId;
@@ -52,8 +54,17 @@ struct FusedPass<'a, R: Real> {
     overlay: PassJobs<'a, R>,
     /// The full-screen draw's result for the first pass's clear colour, if that result is the same at every pixel.
     mapped_clear_colour: Option<[f32; 4]>,
+    /// The full-screen draw as a function of a block, if it is the shipped tone map; its result does not depend on the position.
+    tone_map: Option<ToneMap>,
     /// Set if the full-screen draw has read pixels other than its own, which makes the image invalid.
     read_other_pixels: AtomicBool,
+}
+
+impl<R: Real> FusedPass<'_, R> {
+    /// The tone map that makes a tile's display bytes at once, if nothing is drawn over them.
+    fn direct_tone_map(&self, [tx, ty]: [usize; 2]) -> Option<&ToneMap> {
+        self.tone_map.as_ref().filter(|_| self.mapped_clear_colour.is_some() && self.overlay.bins.tile(tx, ty).is_empty())
+    }
 }
 
 /// The triangles of every tile, in draw order, one tile after the other.
@@ -106,12 +117,15 @@ impl Bins {
 pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(PassImage, PassTimings), RenderError> {
     let start = Instant::now();
     let (jobs, mut timings) = prepare_pass(pass, stages)?;
+    let all_timings = [&mut timings, &mut PassTimings::default()];
     let image = match pass.format {
         ColourFormat::Hdr | ColourFormat::HdrF32 => {
-            PassImage::Float(draw_tiles(&jobs, None, "a pass of f32 colour", |c| c, [&mut timings, &mut PassTimings::default()])?)
+            let write = |worker: &Worker<'_, R>, rows: Rows<'_, '_, [f32; 4]>, _| worker.first.target.write_to(rows, |c| c);
+            PassImage::Float(draw_tiles(&jobs, None, "a pass of f32 colour", Some(pass.clear), write, all_timings)?)
         }
         ColourFormat::Rgba8Unorm => {
-            PassImage::Unorm(draw_tiles(&jobs, None, "a pass of display bytes", unorm8, [&mut timings, &mut PassTimings::default()])?)
+            let write = |worker: &Worker<'_, R>, rows: Rows<'_, '_, [u8; 4]>, _| worker.first.target.write_to(rows, unorm8);
+            PassImage::Unorm(draw_tiles(&jobs, None, "a pass of display bytes", Some(unorm8(pass.clear)), write, all_timings)?)
         }
     };
     timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
@@ -140,8 +154,15 @@ pub(crate) fn execute_fused<R: Real>(
     overlay.bins = Bins::new(second.width, second.height, &overlay.jobs)?;
     let mapped_clear_colour =
         full_screen.fragment.is_position_independent().then(|| Worker::new(&first_jobs, None).map_clear_colour(&first_jobs, &full_screen));
-    let fused = FusedPass { full_screen, overlay, mapped_clear_colour, read_other_pixels: AtomicBool::new(false) };
-    let image = draw_tiles(&first_jobs, Some(&fused), "a pass of display bytes", unorm8, [&mut first_timings, &mut second_timings])?;
+    let tone_map = full_screen.fragment.tone_map();
+    let fused = FusedPass { full_screen, overlay, mapped_clear_colour, tone_map, read_other_pixels: AtomicBool::new(false) };
+    let untouched = unorm8(mapped_clear_colour.unwrap_or_default());
+    let write = |worker: &Worker<'_, R>, rows: Rows<'_, '_, [u8; 4]>, tile| match fused.direct_tone_map(tile) {
+        Some(tone_map) => worker.first.target.write_tone_mapped(rows, tone_map, untouched),
+        None => worker.final_target().write_to(rows, unorm8),
+    };
+    let timings = [&mut first_timings, &mut second_timings];
+    let image = draw_tiles(&first_jobs, Some(&fused), "a pass of display bytes", mapped_clear_colour.map(unorm8), write, timings)?;
     first_timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
     Ok((!fused.read_other_pixels.into_inner()).then_some((PassImage::Unorm(image), [first_timings, second_timings])))
 }
@@ -193,16 +214,25 @@ fn prepare_draw<'a, R: Real>(
     timings.clipped += geometry.clipped;
     timings.triangles += geometry.triangles.len();
     let fragment_plan = FragmentPlan::new(fragment.inputs(), fragment.outputs(), fragment.uses_discard(), draw.depth, pass.depth);
-    Ok(DrawJob { geometry, fragment, fragment_plan, blend: draw.blend, instructions_per_read: instructions_per_read(&draw.module) })
+    Ok(DrawJob {
+        geometry,
+        fragment,
+        fragment_plan,
+        blend: draw.blend,
+        extent: draw.extent,
+        instructions_per_read: instructions_per_read(&draw.module),
+    })
 }
 
 /// Draws the image of a pass, or of the second of two fused passes. The memory is not initialised first, to save one write of the image;
-/// each pixel is written once, by the thread that draws its tile.
+/// each pixel is written once, by the thread that draws its tile. `empty_tile_colour`: colour of a tile without triangles; `None` if it differs between
+/// pixels, in which case such tiles are shaded too. `write` writes a drawn tile, given by column and row.
 fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     first: &PassJobs<'_, R>,
     fused: Option<&FusedPass<'_, R>>,
     allocation: &'static str,
-    convert: impl Fn([f32; 4]) -> T + Sync,
+    empty_tile_colour: Option<T>,
+    write: impl Fn(&Worker<'_, R>, Rows<'_, '_, T>, [usize; 2]) + Sync,
     timings: [&mut PassTimings; 2],
 ) -> Result<Vec<T>, RenderError> {
     let pass = first.pass;
@@ -210,8 +240,6 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     let mut image = Vec::new();
     super::try_grow(&mut image, count, allocation)?;
     let pixels = TilePixels::new();
-    // Colour of a tile without triangles; `None` if it differs between pixels, in which case such tiles are shaded too.
-    let empty_tile_colour = fused.map_or(Some(pass.clear), |f| f.mapped_clear_colour).map(&convert);
     let idle_workers: Mutex<Vec<Worker<'_, R>>> = Mutex::new(Vec::new());
     let tile_px = TILE as usize;
     image.spare_capacity_mut()[..count].par_chunks_mut(tile_px * pass.width as usize).enumerate().for_each(|(ty, band)| {
@@ -234,7 +262,7 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
             let mut worker = idle_worker.unwrap_or_else(|| Worker::new(first, fused));
             worker.draw_tile(first, fused, [tx, ty], &pixels);
             let start = Instant::now();
-            worker.final_target().write_to(rows, &convert);
+            write(&worker, rows, [tx, ty]);
             worker.resolve_seconds += start.elapsed().as_secs_f64();
             idle_workers.lock().push(worker);
         });
@@ -315,7 +343,9 @@ impl<'a, R: Real> Worker<'a, R> {
         let start = Instant::now();
         self.first.target.merge_samples();
         self.resolve_seconds += start.elapsed().as_secs_f64();
-        if let (Some(fused), Some((second, full_screen_run))) = (fused, &mut self.second) {
+        if let (Some(fused), Some((second, full_screen_run))) =
+            (fused.filter(|f| f.direct_tone_map(tile_index).is_none()), &mut self.second)
+        {
             let start = Instant::now();
             if fused.mapped_clear_colour.is_none() {
                 self.first.target.touch_all();

@@ -12,9 +12,11 @@ use super::pass_fusion::can_fuse_with_next_pass;
 use super::program::{Program, Stage};
 use super::sample::texels::Texels;
 use super::sample::{BoundTexture, Textures};
-use super::stage::TapeStage;
+use super::tape_stage::TapeStage;
 use super::timings::{PassTimings, Timings};
+use super::tone_map::ToneMapFields;
 use crate::image::TexelFormat;
+use crate::memo::RecentMap;
 use crate::render::frame::Frame;
 use crate::render::plan::{ModuleProvider, Pass, Plan, PlanDraw, TextureSource};
 use crate::shader::ModuleId;
@@ -52,6 +54,8 @@ impl Default for Options {
 pub(super) struct EntryPoints {
     pub vertex: Program,
     pub fragment: Program,
+    /// Set if this is the shipped tone map.
+    pub tone_map: Option<ToneMapFields>,
 }
 
 /// Executes plans on the CPU.
@@ -60,7 +64,7 @@ pub struct SoftwareRenderer {
     pool: rayon::ThreadPool,
     options: Options,
     /// The decoded programs of each module.
-    entry_points: Mutex<HashMap<ModuleId, Arc<EntryPoints>>>,
+    entry_points: Mutex<RecentMap<ModuleId, Arc<EntryPoints>>>,
 }
 
 /// Both stages of a draw, bound to its uniforms and textures.
@@ -68,6 +72,9 @@ pub(super) struct BoundStages<'a, R: Real> {
     pub vertex: TapeStage<'a, R>,
     pub fragment: TapeStage<'a, R>,
 }
+
+/// Largest number of modules whose programs are kept, as many as the library keeps modules.
+const PROGRAMS_KEPT: usize = 96;
 
 impl SoftwareRenderer {
     /// # Errors
@@ -81,7 +88,7 @@ impl SoftwareRenderer {
             .thread_name(|k| format!("draw-{k}"))
             .build()
             .map_err(|e| RenderError::Threads(e.to_string()))?;
-        Ok(Self { pool, options, entry_points: Mutex::default() })
+        Ok(Self { pool, options, entry_points: Mutex::new(RecentMap::with_capacity(PROGRAMS_KEPT)) })
     }
 
     /// Runs `work` inside the renderer's thread pool.
@@ -211,7 +218,7 @@ impl SoftwareRenderer {
     /// The programs of the draw's module.
     fn entry_points(&self, draw: &PlanDraw, modules: &impl ModuleProvider) -> Result<Arc<EntryPoints>, RenderError> {
         if let Some(known) = self.entry_points.lock().get(&draw.module) {
-            return Ok(Arc::clone(known));
+            return Ok(known);
         }
         let module_error = |what: String| RenderError::Module { draw: draw.label.clone(), what };
         let module = modules.module(&draw.module).map_err(|e| module_error(e.to_string()))?;
@@ -226,7 +233,7 @@ impl SoftwareRenderer {
         let (Some(vertex), Some(fragment)) = (vertex, fragment) else {
             return Err(module_error(format!("module {} lacks a vertex or a fragment stage", draw.module)));
         };
-        let entry_points = Arc::new(EntryPoints { vertex, fragment });
+        let entry_points = Arc::new(EntryPoints { vertex, fragment, tone_map: ToneMapFields::of(&module) });
         self.entry_points.lock().insert(draw.module.clone(), Arc::clone(&entry_points));
         Ok(entry_points)
     }
@@ -243,7 +250,8 @@ impl SoftwareRenderer {
             TapeStage::new(program, &draw.uniform_bytes, Box::new(textures), self.options.kernels)
                 .map_err(|what| RenderError::Module { draw: draw.label.clone(), what })
         };
-        Ok(BoundStages { vertex: stage(&entry_points.vertex)?, fragment: stage(&entry_points.fragment)? })
+        let tone_map = entry_points.tone_map.and_then(|fields| fields.bind(&draw.uniform_bytes));
+        Ok(BoundStages { vertex: stage(&entry_points.vertex)?, fragment: stage(&entry_points.fragment)?.with_tone_map(tone_map) })
     }
 }
 

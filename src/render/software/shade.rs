@@ -9,7 +9,10 @@ use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::fragment_plan::FragmentPlan;
 use super::lane_inputs;
 use super::math::Real;
-use super::raster::coverage::{BLOCK_QUADS, TilePixels, full_coverage, sample_positions, walk_tile};
+use super::raster::coverage::{
+    BLOCK_HEIGHT, BLOCK_QUADS, BLOCK_WIDTH, TILE_BLOCKS, TilePixels, block_position, full_coverage, quad_position, sample_positions,
+    walk_tile,
+};
 use super::raster::setup::{SUBPIXEL, SourceTriangle};
 use super::stage::{LANES, LaneRun};
 use super::tiles::TileTarget;
@@ -99,6 +102,12 @@ fn drop_zero_quads(quads: &mut [Quad], colour: [&[f32]; 4]) {
     }
 }
 
+/// Left, top, right and bottom edge of the block whose first quad has this index, on the screen.
+fn block_on_screen([tile_x, tile_y]: [u32; 2], first: usize) -> [u32; 4] {
+    let [x, y] = block_position(first / QUADS);
+    [tile_x + x, tile_y + y, tile_x + x + BLOCK_WIDTH, tile_y + y + BLOCK_HEIGHT]
+}
+
 impl TileShader<'_> {
     /// Draws the given triangles of one draw, in order.
     pub(crate) fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
@@ -110,7 +119,19 @@ impl TileShader<'_> {
             let samples = self.samples;
             let early_depth = (plan.early_depth_test && plan.uses_depth()).then(|| self.depth_at_samples(source_triangle));
             let [tile_x, tile_y] = self.tile;
+            // Blocks that an edge of the draw's extent crosses. They come last, so that their quads fill batches of their own.
+            let mut edge_blocks = 0_u64;
             walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
+                if let Some(extent) = job.extent.as_ref().filter(|_| count == QUADS) {
+                    let block = block_on_screen([tile_x, tile_y], first);
+                    if extent.misses(block) {
+                        return;
+                    }
+                    if !extent.covers(block) {
+                        edge_blocks |= 1 << (first / QUADS);
+                        return;
+                    }
+                }
                 if count == QUADS && batch.count == 0 && early_depth.is_none() {
                     self.shade_block(job, first, triangle.source_triangle, run, batch);
                     return;
@@ -120,15 +141,35 @@ impl TileShader<'_> {
                     if coverage == 0 {
                         continue;
                     }
-                    batch.quads[batch.count] = Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle };
-                    batch.count += 1;
-                    if batch.count == QUADS {
-                        self.flush(job, run, batch, None);
-                    }
+                    self.gather(job, Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle }, run, batch);
                 }
             });
+            let Some(extent) = job.extent.as_ref().filter(|_| edge_blocks != 0) else { continue };
+            for block in (0..TILE_BLOCKS).filter(|b| edge_blocks >> b & 1 == 1) {
+                for index in block * QUADS..(block + 1) * QUADS {
+                    let [x, y] = quad_position(index);
+                    if extent.misses([tile_x + x, tile_y + y, tile_x + x + 2, tile_y + y + 2]) {
+                        continue;
+                    }
+                    let full = full_coverage(samples);
+                    let coverage = early_depth.as_ref().map_or(full, |depth| self.test_quad(index, full, depth, plan.depth));
+                    if coverage != 0 {
+                        self.gather(job, Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle }, run, batch);
+                    }
+                }
+            }
         }
         self.flush(job, run, batch, None);
+    }
+
+    /// Adds a quad to the batch, which is shaded when it is full.
+    #[inline(always)]
+    fn gather<R: Real>(&mut self, job: &DrawJob<'_, R>, quad: Quad, run: &mut dyn LaneRun<R>, batch: &mut Batch) {
+        batch.quads[batch.count] = quad;
+        batch.count += 1;
+        if batch.count == QUADS {
+            self.flush(job, run, batch, None);
+        }
     }
 
     /// The depth plane relative to the tile's top-left corner: one constant per sample, and the derivatives in x and y. In f64, because near a
@@ -225,7 +266,7 @@ impl TileShader<'_> {
         let quads = &batch.quads;
         // Uncovered pixels of a quad run as helper lanes for derivatives.
         let active = LaneMask::MAX >> (LANES - 4 * count);
-        lane_inputs::fill(job, run, quads, self.pixels, self.tile);
+        lane_inputs::fill(job, run, quads, block, self.pixels, self.tile);
         let remaining = run.run(active);
         let plan = &job.fragment_plan;
         let outputs = plan.colour_outputs.map(|output| output.map(|o| run.output(o)));
@@ -248,7 +289,11 @@ impl TileShader<'_> {
                 return;
             }
             let written_depth = plan.depth_output.map(|o| run.output(o));
-            fully_drawn_block = block.filter(|first| remaining == LaneMask::MAX && self.test_block_depth(plan, written_depth, *first));
+            // No closure: it would be compiled without this function's instruction set.
+            fully_drawn_block = match block {
+                Some(first) if remaining == LaneMask::MAX && self.test_block_depth(plan, written_depth, first) => Some(first),
+                _ => None,
+            };
             if fully_drawn_block.is_none() {
                 self.late_depth_test(job, written_depth, remaining, &mut batch.quads[..count]);
             }
@@ -277,8 +322,9 @@ impl TileShader<'_> {
         }
         let Some(values) = depth else { return false };
         let mut new = [0.0; LANES];
-        for (new, value) in new.iter_mut().zip(values) {
-            *new = (value.f64() as f32).clamp(0.0, 1.0);
+        match R::as_f32(values) {
+            Some(values) => new.iter_mut().zip(values).for_each(|(new, value)| *new = value.clamp(0.0, 1.0)),
+            None => new.iter_mut().zip(values).for_each(|(new, value)| *new = (value.f64() as f32).clamp(0.0, 1.0)),
         }
         self.target.test_depth_of_all(first * 4, &new, plan.depth.test, plan.depth.write)
     }

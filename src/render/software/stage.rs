@@ -1,14 +1,13 @@
 //! The interface between the rasteriser and a shader stage: lanes in, lanes out.
 //!
 //! The rasteriser does not depend on the tape. A [`LaneProgram`] is one entry point bound to one draw's uniforms and textures; each thread
-//! creates its own [`LaneRun`], fills the inputs of a batch, runs it and reads the outputs. `TapeStage` runs lowered programs; tests supply
+//! creates its own [`LaneRun`], fills the inputs of a batch, runs it and reads the outputs. `tape_stage` runs lowered programs; tests supply
 //! hand-written stages, so that they check coverage, interpolation and blending without a shader compiler.
 
-use super::exec::{ExecutionCounts, Executor, LaneMask, Prepared, TextureUnit};
-use super::kernels::KernelClass;
+use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::math::Real;
-use super::program::{LaneInput, LaneOutput, Program};
-use std::sync::atomic::{AtomicBool, Ordering};
+use super::program::{LaneInput, LaneOutput};
+use super::tone_map::ToneMap;
 
 pub use super::exec::LANES;
 
@@ -21,6 +20,10 @@ pub trait LaneProgram<R: Real>: Sync {
     /// Whether the result at a pixel depends only on the texels loaded at that pixel, and not on the pixel's position.
     fn is_position_independent(&self) -> bool {
         false
+    }
+    /// The tone map, if this is the shipped one, bound to its uniforms.
+    fn tone_map(&self) -> Option<ToneMap> {
+        None
     }
     /// Creates the working state of one thread.
     fn start(&self) -> Box<dyn LaneRun<R> + Send + '_>;
@@ -42,86 +45,5 @@ pub trait LaneRun<R: Real> {
     /// Instructions and texture reads of the last run, if the stage counts them.
     fn counts(&self) -> ExecutionCounts {
         ExecutionCounts::default()
-    }
-}
-
-/// An entry point of a lowered module, bound to a draw.
-pub(crate) struct TapeStage<'a, R: Real> {
-    program: &'a Program,
-    prepared: Prepared<R>,
-    textures: Box<dyn TextureUnit<R> + Sync + 'a>,
-    class: KernelClass,
-    /// A batch was stopped at the loop limit; no further batch is run.
-    hit_loop_limit: AtomicBool,
-}
-
-impl<'a, R: Real> TapeStage<'a, R> {
-    /// # Errors
-    /// An invalid program, or a kernel class that this machine lacks.
-    pub(crate) fn new(
-        program: &'a Program,
-        uniform_bytes: &[u8],
-        textures: Box<dyn TextureUnit<R> + Sync + 'a>,
-        class: KernelClass,
-    ) -> Result<Self, String> {
-        Executor::<R>::with_class(program, class)?;
-        Ok(Self { program, prepared: program.prepare_for(uniform_bytes, class), textures, class, hit_loop_limit: AtomicBool::new(false) })
-    }
-
-    /// Whether a batch was stopped at the loop limit: the image is then incomplete.
-    pub(crate) fn hit_loop_limit(&self) -> bool {
-        self.hit_loop_limit.load(Ordering::Relaxed)
-    }
-}
-
-impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
-    fn inputs(&self) -> &[LaneInput] {
-        &self.program.inputs
-    }
-    fn outputs(&self) -> &[LaneOutput] {
-        &self.program.outputs
-    }
-    fn uses_discard(&self) -> bool {
-        self.program.uses_discard
-    }
-    fn is_position_independent(&self) -> bool {
-        self.program.is_position_independent()
-    }
-    fn start(&self) -> Box<dyn LaneRun<R> + Send + '_> {
-        match Executor::with_class(self.program, self.class) {
-            Ok(executor) => Box::new(TapeRun { stage: self, executor }),
-            Err(what) => unreachable!("TapeStage::new has bound this program: {what}"),
-        }
-    }
-}
-
-struct TapeRun<'a, R: Real> {
-    stage: &'a TapeStage<'a, R>,
-    executor: Executor<R>,
-}
-
-impl<R: Real> LaneRun<R> for TapeRun<'_, R> {
-    fn input(&mut self, k: usize) -> &mut [R; LANES] {
-        self.executor.input_mut(k)
-    }
-    fn run(&mut self, active: LaneMask) -> LaneMask {
-        let stage = self.stage;
-        self.run_with_textures(active, stage.textures.as_ref())
-    }
-    fn run_with_textures(&mut self, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
-        if self.stage.hit_loop_limit() {
-            return 0;
-        }
-        let remaining = self.executor.run(&self.stage.prepared, active, textures);
-        if self.executor.hit_loop_limit() {
-            self.stage.hit_loop_limit.store(true, Ordering::Relaxed);
-        }
-        remaining
-    }
-    fn output(&self, k: usize) -> &[R; LANES] {
-        self.executor.output(k)
-    }
-    fn counts(&self) -> ExecutionCounts {
-        self.executor.counts()
     }
 }

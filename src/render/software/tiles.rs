@@ -5,13 +5,10 @@
 //! f64.
 
 use super::blend::{blend_lanes, blended};
-use super::raster::coverage::{self, BLOCK_PIXELS, TILE, TILE_BLOCKS, block_position};
+use super::raster::coverage::{BLOCK_PIXELS, TILE, TILE_BLOCKS};
 use crate::render::plan::Blend;
-use std::mem::MaybeUninit;
 
 const PIXELS: usize = (TILE * TILE) as usize;
-const BLOCK_WIDTH: usize = coverage::BLOCK_WIDTH as usize;
-const BLOCK_HEIGHT: usize = coverage::BLOCK_HEIGHT as usize;
 /// Entry of [`TileTarget::split_index`] for a pixel whose samples are all equal.
 const UNSPLIT: u16 = u16::MAX;
 
@@ -214,6 +211,11 @@ impl TileTarget {
         }
     }
 
+    /// The colour of the pixels of a block that was not written.
+    pub(crate) fn clear_colour(&self) -> [f32; 4] {
+        self.clear_colour
+    }
+
     /// The colours of a block's pixels, one array per component. Valid once the tile is resolved, for a block that was written.
     pub(crate) fn block(&self, block: usize) -> Option<[&[f32; BLOCK_PIXELS]; 4]> {
         let [r, g, b, a] = &self.colour.each_ref().map(|plane| plane.as_chunks::<BLOCK_PIXELS>().0.get(block));
@@ -224,72 +226,6 @@ impl TileTarget {
     pub(crate) fn is_touched(&self, block: usize) -> bool {
         self.touched_blocks >> block & 1 == 1
     }
-
-    /// Writes every pixel of a resolved tile; `rows[y]` is the part of the tile's row `y` that lies inside the target.
-    pub(crate) fn write_to<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
-        #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") {
-            // SAFETY: AVX2 was detected.
-            return unsafe { self.write_avx2(rows, convert) };
-        }
-        self.write(rows, convert);
-    }
-
-    /// [`TileTarget::write`] compiled for AVX2: wider vectors, the same rounding.
-    /// # Safety
-    /// The machine has AVX2.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    unsafe fn write_avx2<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
-        self.write(rows, convert);
-    }
-
-    #[inline(always)]
-    fn write<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
-        // Block by block, because a converted block stays in the L1 cache.
-        let mut converted = [const { MaybeUninit::<T>::uninit() }; BLOCK_PIXELS];
-        for block in 0..TILE_BLOCKS {
-            let [x0, y0] = block_position(block).map(|v| v as usize);
-            let Some([r, g, b, a]) = self.block(block).filter(|_| y0 < rows.len()) else { continue };
-            if self.is_touched(block) {
-                for ((((to, r), g), b), a) in converted.iter_mut().zip(r).zip(g).zip(b).zip(a) {
-                    to.write(convert([*r, *g, *b, *a]));
-                }
-            } else {
-                converted.fill(MaybeUninit::new(convert(self.clear_colour)));
-            }
-            // The pixels of a quad are two pairs, one in each of two rows.
-            let (pairs, _) = converted.as_chunks::<2>();
-            for (y, row) in rows.iter_mut().skip(y0).take(BLOCK_HEIGHT).enumerate() {
-                let Some(pairs_of_rows) = pairs[y / 2 * BLOCK_WIDTH..].first_chunk::<BLOCK_WIDTH>() else { continue };
-                match row.get_mut(x0..).and_then(|row| row.first_chunk_mut::<BLOCK_WIDTH>()) {
-                    Some(to) => {
-                        for x in 0..BLOCK_WIDTH {
-                            to[x] = pairs_of_rows[x / 2 * 2 + y % 2][x % 2];
-                        }
-                    }
-                    // The last columns, if the width is not a multiple of a block's width.
-                    None => {
-                        let row_pixels = pairs_of_rows.iter().skip(y % 2).step_by(2).flatten();
-                        row.iter_mut().skip(x0).zip(row_pixels).for_each(|(to, from)| *to = *from);
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// Converts values 0..=1 to bytes, rounding to nearest, ties to even; NaN becomes 0. Avoids saturating conversions, which would keep loops from being
-/// vectorised.
-#[inline(always)]
-pub(crate) fn unorm8(colour: [f32; 4]) -> [u8; 4] {
-    let byte = |v: f32| {
-        let v = if v > 0.0 { v } else { 0.0 };
-        let v = if v < 1.0 { v } else { 1.0 };
-        // Adding 1.5 * 2^23 leaves the rounded integer in the low bits.
-        (v * 255.0 + 12_582_912.0).to_bits() & 0xff
-    };
-    (byte(colour[0]) | byte(colour[1]) << 8 | byte(colour[2]) << 16 | byte(colour[3]) << 24).to_le_bytes()
 }
 
 #[cfg(test)]
@@ -321,29 +257,6 @@ mod tests {
         t.store(7, 0b0001, Blend::Replace, [9.0; 4]);
         t.clear([0.25; 4], false);
         assert_eq!(pixel(&t, 7), [0.25; 4]);
-    }
-
-    #[test]
-    fn every_pixel_is_written_where_it_belongs() {
-        let pixels = coverage::TilePixels::new();
-        let mut t = TileTarget::new(1);
-        t.clear([-1.0, -1.0, 0.0, 0.0], false);
-        for (p, (x, y)) in pixels.x.iter().zip(&pixels.y).enumerate().filter(|(p, _)| p / BLOCK_PIXELS != 9) {
-            t.store(p, 1, Blend::Replace, [*x, *y, 0.0, 0.0]);
-        }
-        let [x9, y9] = block_position(9).map(|v| v as usize);
-        for (width, height) in [(64, 64), (33, 64), (64, 9), (1, 1), (50, 47)] {
-            let mut room = vec![MaybeUninit::uninit(); width * height];
-            t.write_to(&mut room.chunks_mut(width).collect::<Vec<_>>(), |c| c);
-            for (k, pixel) in room.into_iter().enumerate() {
-                // SAFETY: every pixel has been written.
-                let [x, y, ..] = unsafe { pixel.assume_init() };
-                let (column, row) = (k % width, k / width);
-                let untouched = (x9..x9 + BLOCK_WIDTH).contains(&column) && (y9..y9 + BLOCK_HEIGHT).contains(&row);
-                let expected = if untouched { [-1.0; 2] } else { [column as f32 + 0.5, row as f32 + 0.5] };
-                assert_eq!([x, y], expected, "{width}x{height}: {column}, {row}");
-            }
-        }
     }
 
     #[test]
@@ -407,16 +320,6 @@ mod tests {
                 let depths = |t: &TileTarget| t.depth[8..12].to_vec();
                 assert_eq!(depths(&one), if at_once { depths(&four) } else { depths(&start) }, "{new:?}");
             }
-        }
-    }
-
-    #[test]
-    fn bytes_round_to_nearest() {
-        assert_eq!(unorm8([0.0, 1.0, 0.5, 2.0]), [0, 255, 128, 255]);
-        assert_eq!(unorm8([-1.0, f32::NAN, f32::INFINITY, -0.0]), [0, 0, 255, 0]);
-        for byte in 0..=255_u8 {
-            let [below, at, above] = [-0.49, 0.0, 0.49].map(|d| (f32::from(byte) + d) / 255.0);
-            assert_eq!(unorm8([below, at, above, 0.0]), [byte, byte, byte, 0]);
         }
     }
 }

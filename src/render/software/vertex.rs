@@ -159,24 +159,37 @@ impl<'a, R: Real> VertexStage<'a, R> {
     fn run(&self, run: &mut dyn LaneRun<R>, first: usize, rows: &mut [f64]) {
         let row_length = self.outputs.len();
         let count = rows.len() / row_length;
+        // Instance and vertex of each lane; lanes past the end repeat the last vertex.
+        let [mut instances, mut vertices] = [[0_u32; LANES]; 2];
+        let (mut instance, mut vertex) = (first / self.count, first % self.count);
+        for (lane, (to_instance, to_vertex)) in instances.iter_mut().zip(&mut vertices).enumerate() {
+            (*to_instance, *to_vertex) = (instance as u32, vertex as u32);
+            if lane + 1 < count {
+                vertex += 1;
+                if vertex == self.count {
+                    (instance, vertex) = (instance + 1, 0);
+                }
+            }
+        }
         for (k, source) in self.sources.iter().enumerate() {
             let lanes = run.input(k);
-            // Lanes past the end repeat the last vertex.
-            let (mut instance, mut vertex) = (first / self.count, first % self.count);
-            for (lane, value) in lanes.iter_mut().enumerate() {
-                *value = match source {
-                    InputSource::VertexIndex => R::from_lane_bits(vertex as u32),
-                    InputSource::InstanceIndex => R::from_lane_bits(instance as u32),
-                    InputSource::Attribute { values, stride, component, per_instance } => {
-                        let row = if *per_instance { instance } else { vertex };
-                        R::from_f64(values[row * stride + component].into())
+            match *source {
+                InputSource::VertexIndex => lanes.iter_mut().zip(&vertices).for_each(|(lane, vertex)| *lane = R::from_lane_bits(*vertex)),
+                InputSource::InstanceIndex => lanes.iter_mut().zip(&instances).for_each(|(lane, k)| *lane = R::from_lane_bits(*k)),
+                InputSource::Constant(value) => lanes.fill(R::from_f64(value)),
+                InputSource::Attribute { values, stride, component, per_instance: false } => {
+                    for (lane, vertex) in lanes.iter_mut().zip(&vertices) {
+                        *lane = R::from_f32_bits(values[*vertex as usize * stride + component].to_bits());
                     }
-                    InputSource::Constant(value) => R::from_f64(*value),
-                };
-                if lane + 1 < count {
-                    vertex += 1;
-                    if vertex == self.count {
-                        (instance, vertex) = (instance + 1, 0);
+                }
+                InputSource::Attribute { values, stride, component, per_instance: true } => {
+                    // The vertices of an instance are consecutive.
+                    let mut from = 0;
+                    while from < LANES {
+                        let to = if instances[from] == instances[LANES - 1] { LANES } else { from + self.count - vertices[from] as usize };
+                        let value = R::from_f32_bits(values[instances[from] as usize * stride + component].to_bits());
+                        lanes[from..to].fill(value);
+                        from = to;
                     }
                 }
             }

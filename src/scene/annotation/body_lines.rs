@@ -4,6 +4,7 @@
 //! depth test, so that lines do not flicker. Nearer bodies are drawn later. Not modelled: relief, shape models, and the effect of three unequal axes on
 //! latitude.
 
+use crate::message::{Reason, reason};
 use crate::scene::annotation::grids::{Cap, GridLineKind, angle_text, grid_lines};
 use crate::scene::annotation::line_texts::SkyText;
 use crate::scene::annotation::sky_lines::SkyLines;
@@ -96,12 +97,12 @@ fn curve_point(line: &GroundLine, t: f64) -> DVec3 {
 
 impl GroundLineBuilder<'_, '_> {
     /// Draws the visible part of a circle in a parameter range. Returns the midpoint of its first run inside the frame, for the label.
-    fn draw_circle(&mut self, circle: &Circle, part: [f64; 2], opacity: &dyn Fn(f64) -> f64, colour: DVec3) -> Option<DVec3> {
+    fn draw_circle(&mut self, circle: &Circle, range: [f64; 2], opacity: &dyn Fn(f64) -> f64, colour: DVec3) -> Option<DVec3> {
         let placement = &self.p.placement;
         let point = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (circle.at(t) * placement.radii_km);
         let curve = Curve { camera: self.camera, point: &point, derivative_bound: placement.radii_km.max_element(), tolerance_factor: 1.0 };
         let mut first = None;
-        for [from, to] in circle.visible_intervals(placement.camera_in_unit_sphere(), part) {
+        for [from, to] in circle.visible_intervals(placement.camera_in_unit_sphere(), range) {
             let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
             let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
             for run in curve.runs(&parameters, 0) {
@@ -143,19 +144,19 @@ impl GroundLineBuilder<'_, '_> {
         let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
         for k in 0..spans {
             let (from, to) = (k as f64, (k + 1) as f64);
-            let part = match (height_over_horizon(from) > 0.0, height_over_horizon(to) > 0.0) {
+            let range = match (height_over_horizon(from) > 0.0, height_over_horizon(to) > 0.0) {
                 (true, true) => [from, to],
                 (true, false) => [from, limb(from, to)],
                 (false, true) => [limb(to, from), to],
                 (false, false) => continue,
             };
-            for run in curve.runs(&part.map(|t| t * POINT_STEP), 0) {
+            for run in curve.runs(&range.map(|t| t * POINT_STEP), 0) {
                 self.all.segments.extend(segments(self.camera, &run, depth, |_| opacity, colour));
             }
         }
     }
 
-    pub(super) fn decide(&mut self, feature: &'static str, on: bool, reason: String) {
+    pub(super) fn decide(&mut self, feature: &'static str, on: bool, reason: Reason) {
         self.all.decisions.push(Decision { feature, on, reason, tier: None });
     }
 
@@ -173,7 +174,7 @@ impl GroundLineBuilder<'_, '_> {
         let axis_ratio = radii.z / radii.x;
         let mut count = 0;
         for line in grid_lines(cap, pixel_deg) {
-            let (circle, part) = match line.kind {
+            let (circle, range) = match line.kind {
                 GridLineKind::Parallel => {
                     // The latitude on the unit sphere that corresponds to the planetographic latitude.
                     let on_sphere = (axis_ratio * line.at_deg.to_radians().tan()).atan();
@@ -185,7 +186,7 @@ impl GroundLineBuilder<'_, '_> {
                 let latitude_deg = if line.kind == GridLineKind::Meridian { t.to_degrees() } else { line.at_deg };
                 GRID_OPACITY * line.opacity(latitude_deg, pixel_deg)
             };
-            let Some(place) = self.draw_circle(&circle, part, &opacity, GRID_COLOUR) else { continue };
+            let Some(place) = self.draw_circle(&circle, range, &opacity, GRID_COLOUR) else { continue };
             count += 1;
             let text = match line.kind {
                 GridLineKind::Parallel => angle_text(line.at_deg, true),
@@ -196,7 +197,7 @@ impl GroundLineBuilder<'_, '_> {
                 self.all.texts.push(SkyText { text, at_px: self.camera.pixel_from_clip(clip), colour: GRID_COLOUR, is_tick: true });
             }
         }
-        let reason = format!("{count} lines of {} in the frame, planetographic latitudes", self.p.body.name);
+        let reason = reason!("lines-body", count = count, body = &self.p.body.name);
         self.all.decisions.push(Decision { feature: "grid-body", on: count > 0, reason, tier: None });
     }
 
@@ -208,7 +209,7 @@ impl GroundLineBuilder<'_, '_> {
         let a = pole.any_orthonormal_vector();
         let circle = Circle { centre: DVec3::ZERO, a, b: pole.cross(a) };
         let drawn = self.draw_circle(&circle, [-PI, PI], &|_| TERMINATOR_OPACITY, TERMINATOR_COLOUR).is_some();
-        let reason = if drawn { format!("of {}: the Sun's centre in the horizon", self.p.body.name) } else { "not in the frame".into() };
+        let reason = if drawn { reason!("lines-terminator", body = &self.p.body.name) } else { reason!("lines-not-in-frame") };
         self.all.decisions.push(Decision { feature: "terminator", on: drawn, reason, tier: None });
     }
 }
@@ -222,10 +223,10 @@ mod tests {
     fn lines_end_at_the_limb() {
         for (k, camera) in [DVec3::new(3.0, 0.4, 0.2), DVec3::new(-0.3, 1.02, 0.1), DVec3::new(0.1, 0.2, 40.0)].into_iter().enumerate() {
             for circle in [Circle::of_latitude(0.3), Circle::of_latitude(-0.99), Circle::of_longitude(77.0), Circle::of_longitude(310.0)] {
-                let part = [-1.5, 4.0];
-                let found = circle.visible_intervals(camera, part);
+                let range = [-1.5, 4.0];
+                let found = circle.visible_intervals(camera, range);
                 for n in 0..=5000 {
-                    let t = part[0] + (part[1] - part[0]) * f64::from(n) / 5000.0;
+                    let t = range[0] + (range[1] - range[0]) * f64::from(n) / 5000.0;
                     let height_over_horizon = camera.dot(circle.at(t)) - 1.0;
                     let is_in = found.iter().any(|[from, to]| (*from..=*to).contains(&t));
                     assert!(

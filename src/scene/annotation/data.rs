@@ -38,9 +38,9 @@ pub(super) fn opacity_at(layer: &DataLayer, time: Option<Instant>, now: Instant)
 /// Whether a body nearer than `distance_km` covers a direction.
 fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> bool {
     bodies.iter().any(|b| {
-        let place = &b.placement;
-        let (camera, along) = (place.camera_in_unit_sphere(), place.direction_in_unit_sphere(line_of_sight).normalize());
-        b.distance_km < distance_km && !place.camera_is_inside() && camera.dot(along) < 0.0 && camera.cross(along).length() < 1.0
+        let placement = &b.placement;
+        let (camera, along) = (placement.camera_in_unit_sphere(), placement.direction_in_unit_sphere(line_of_sight).normalize());
+        b.distance_km < distance_km && !placement.camera_is_inside() && camera.dot(along) < 0.0 && camera.cross(along).length() < 1.0
     })
 }
 
@@ -58,10 +58,10 @@ pub(crate) fn dots(picture: &impl ImageProjection, catalog: &Catalog, bodies: &[
             let Some(opacity) = opacity_at(&layer, point.time, now) else { continue };
             let (line_of_sight, distance_km) = match body.flatten() {
                 Some(body) => {
-                    let place = &body.placement;
-                    let (ground, normal) = ground_point_km(place.radii_km, point.lat_deg, point.lon_deg, 0.0);
-                    let line_of_sight = place.centre_km + place.body_from_icrf.transpose() * ground;
-                    if (place.body_from_icrf.transpose() * normal).dot(line_of_sight) >= 0.0 {
+                    let placement = &body.placement;
+                    let (ground, normal) = ground_point_km(placement.radii_km, point.lat_deg, point.lon_deg, 0.0);
+                    let line_of_sight = placement.centre_km + placement.body_from_icrf.transpose() * ground;
+                    if (placement.body_from_icrf.transpose() * normal).dot(line_of_sight) >= 0.0 {
                         continue;
                     }
                     (line_of_sight, body.distance_km * (1.0 - 1e-9))

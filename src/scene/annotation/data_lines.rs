@@ -7,6 +7,7 @@
 
 use crate::catalog::DataLayer;
 use crate::ephemeris::topocentric::ground_point_km;
+use crate::message::{Reason, reason};
 use crate::scene::annotation::body_lines::GroundLineBuilder;
 use crate::scene::annotation::data::opacity_at;
 use crate::scene::annotation::strokes::{Curve, segments};
@@ -122,7 +123,7 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
         let before = builder.all.segments.len();
         for line in layer.lines.iter() {
             let Some(opacity) = opacity_at(layer, line.time, now) else { continue };
-            let path = Path::of(&line.corners, radii_km, merge_distance);
+            let path = Path::of(&line.vertices, radii_km, merge_distance);
             if path.vertices.len() < 2 {
                 continue;
             }
@@ -136,9 +137,10 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
             }
         }
         count += builder.all.segments.len() - before;
-        descriptions.push(format!("{} lines of {}", layer.lines.len(), layer.name));
+        descriptions.push(reason!("lines-of", count = layer.lines.len(), layer = &layer.name));
     }
-    let reason = if count > 0 { descriptions.join("; ") } else { format!("{}: none in the frame now", descriptions.join("; ")) };
+    let layers: Reason = descriptions.into_iter().collect();
+    let reason = if count > 0 { layers } else { reason!("lines-none-now", layers = layers) };
     builder.decide("data", count > 0, reason);
 }
 

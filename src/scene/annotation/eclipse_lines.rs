@@ -3,6 +3,7 @@
 //! In: the placed target and the bodies between it and the Sun. Out: line segments and decisions. Always: the geometry is that of the drawn shadow
 //! (`eclipse::shadow_cone`); no line is drawn on the night side. Cones are depth-tested against the bodies. Ignores relief and shape models.
 
+use crate::message::{Argument, reason};
 use crate::scene::annotation::body_lines::GroundLineBuilder;
 use crate::scene::annotation::strokes::{Curve, LineSegment, segments};
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM};
@@ -33,7 +34,7 @@ const CONE_SECTIONS: u32 = 4;
 pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Context<'_>) {
     const FEATURE: &str = "eclipse-path";
     let Some((receiver, sun, candidates)) = sun_occluders::receiver(context, builder.p) else {
-        return builder.decide(FEATURE, false, "it has no Sun".into());
+        return builder.decide(FEATURE, false, reason!("lines-no-sun"));
     };
     let mut descriptions = Vec::new();
     for occluder in candidates {
@@ -46,40 +47,44 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Contex
                 builder.draw_line(line, opacity, PATH_COLOUR);
             }
             if path.centre_line.is_some() || !path.limits.is_empty() {
-                descriptions.push(format!("path of {name}'s shadow, in its middle at {}", path.middle.to_utc_iso()));
+                let middle = Argument::Time(path.middle.to_utc_iso());
+                descriptions.push(reason!("lines-shadow-path", body = name, time = middle));
             }
         }
-        for (kind, colour, opacity, what) in
-            [(ConeKind::Penumbra, PENUMBRA_COLOUR, PENUMBRA_OPACITY, "penumbra"), (ConeKind::Umbra, UMBRA_COLOUR, UMBRA_OPACITY, "umbra")]
+        for (kind, colour, opacity) in
+            [(ConeKind::Penumbra, PENUMBRA_COLOUR, PENUMBRA_OPACITY), (ConeKind::Umbra, UMBRA_COLOUR, UMBRA_OPACITY)]
         {
             let lines = cone.outline(kind);
             lines.iter().for_each(|line| builder.draw_line(line, opacity, colour));
             if !lines.is_empty() {
-                let behind_apex = kind == ConeKind::Umbra && cone.is_antumbra();
-                descriptions.push(format!("{name}'s {}", if behind_apex { "antumbra" } else { what }));
+                descriptions.push(match kind {
+                    ConeKind::Penumbra => reason!("lines-penumbra", body = name),
+                    ConeKind::Umbra if cone.is_antumbra() => reason!("lines-antumbra", body = name),
+                    ConeKind::Umbra => reason!("lines-umbra", body = name),
+                });
             }
         }
     }
     let on = !descriptions.is_empty();
-    let reason = if on { descriptions.join("; ") } else { "no shadow on its ground within six hours".into() };
+    let reason = if on { descriptions.into_iter().collect() } else { reason!("lines-no-shadow") };
     builder.decide(FEATURE, on, reason);
 }
 
 /// Collects the cone lines of one body.
-struct Cones<'a, 'b> {
+struct ConeBuilder<'a, 'b> {
     camera: &'a Camera,
     placed: &'a PlacedBody<'b>,
     segments: Vec<LineSegment>,
 }
 
-impl Cones<'_, '_> {
+impl ConeBuilder<'_, '_> {
     /// Draws a curve in space, in body axes and units of the equatorial radius. `derivative_bound`: upper bound of its first and second derivative.
-    fn draw_line(&mut self, point: &dyn Fn(f64) -> DVec3, parts: u32, derivative_bound: f64, colour: DVec3) {
+    fn draw_line(&mut self, point: &dyn Fn(f64) -> DVec3, spans: u32, derivative_bound: f64, colour: DVec3) {
         let placement = &self.placed.placement;
         let radius_km = placement.radii_km.x;
         let in_icrf = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (point(t) * radius_km);
         let curve = Curve { camera: self.camera, point: &in_icrf, derivative_bound: derivative_bound * radius_km, tolerance_factor: 1.0 };
-        let parameters: Vec<f64> = (0..=parts).map(|k| f64::from(k) / f64::from(parts)).collect();
+        let parameters: Vec<f64> = (0..=spans).map(|k| f64::from(k) / f64::from(spans)).collect();
         for run in curve.runs(&parameters, 0) {
             let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
             self.segments.extend(segments(self.camera, &run, depth, |_| CONE_OPACITY, colour));
@@ -88,21 +93,21 @@ impl Cones<'_, '_> {
 
     /// Draws a cone from the body that casts the shadow; `length` returns the length of the generating line at an angle.
     fn draw_cone(&mut self, cone: &ShadowCone, kind: ConeKind, length: &dyn Fn(f64) -> f64, colour: DVec3) {
-        let at = |turns: f64, part: f64| {
+        let at = |turns: f64, fraction: f64| {
             let angle = TAU * turns;
             let line = cone.line_at(kind, angle);
-            line.from + line.along * (part * length(angle))
+            line.from + line.along * (fraction * length(angle))
         };
         for k in 0..CONE_SIDES {
             let turns = f64::from(k) / f64::from(CONE_SIDES);
             self.draw_line(&|t| at(turns, t), 1, length(TAU * turns), colour);
         }
         for k in 0..CONE_SECTIONS {
-            let part = f64::from(k) / f64::from(CONE_SECTIONS);
+            let fraction = f64::from(k) / f64::from(CONE_SECTIONS);
             // The derivatives of a section are bounded by the largest distance of its points from its centre.
-            let middle = 0.5 * (at(0.0, part) + at(0.5, part));
-            let reach = (0..8).map(|k| at(f64::from(k) / 8.0, part).distance(middle)).fold(0.0, f64::max);
-            self.draw_line(&|t| at(t, part), 8, 1.2 * TAU * TAU * reach, colour);
+            let middle = 0.5 * (at(0.0, fraction) + at(0.5, fraction));
+            let radius = (0..8).map(|k| at(f64::from(k) / 8.0, fraction).distance(middle)).fold(0.0, f64::max);
+            self.draw_line(&|t| at(t, fraction), 8, 1.2 * TAU * TAU * radius, colour);
         }
     }
 }
@@ -112,16 +117,16 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBod
     let decided = |on, reason| Decision { feature: "eclipse-cones", on, reason, tier: None };
     let receiver_axis_candidates =
         sun_occluders::receiver(context, placed).and_then(|(receiver, sun, all)| Some((receiver, Axis::of(receiver, sun)?, all)));
-    let Some((receiver, axis, candidates)) = receiver_axis_candidates else { return (Vec::new(), decided(false, "it has no Sun".into())) };
-    let mut cones = Cones { camera, placed, segments: Vec::new() };
-    let mut casters = vec![receiver.body.name.as_str()];
+    let Some((receiver, axis, candidates)) = receiver_axis_candidates else { return (Vec::new(), decided(false, reason!("lines-no-sun"))) };
+    let mut cones = ConeBuilder { camera, placed, segments: Vec::new() };
+    let mut casters = vec![receiver.body.name.clone()];
     target_shadow(&mut cones, axis, receiver);
     for occluder in candidates {
         let cone = ShadowCone::of(axis, occluder, receiver);
         if occluder.across.length() > 1.0 + cone.radius(ConeKind::Penumbra) {
             continue;
         }
-        casters.push(&occluder.body.name);
+        casters.push(occluder.body.name.clone());
         for (kind, colour) in [(ConeKind::Penumbra, PENUMBRA_COLOUR), (ConeKind::Umbra, UMBRA_COLOUR)] {
             let to_target_centre = occluder.along;
             let length = |angle: f64| {
@@ -133,12 +138,12 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBod
         }
     }
     let on = !cones.segments.is_empty();
-    let reason = format!("shadows of {}{}", casters.join(", "), if on { "" } else { ": outside of the frame" });
+    let reason = if on { reason!("lines-cones", bodies = casters) } else { reason!("lines-cones-outside", bodies = casters) };
     (cones.segments, decided(on, reason))
 }
 
 /// The target's own shadow, to the apex of its umbra.
-fn target_shadow(cones: &mut Cones<'_, '_>, axis: Axis, receiver: &Receiver<'_>) {
+fn target_shadow(cones: &mut ConeBuilder<'_, '_>, axis: Axis, receiver: &Receiver<'_>) {
     let cone = ShadowCone::own_shadow(axis, receiver);
     let length = cone.umbra_length();
     if length.is_finite() {

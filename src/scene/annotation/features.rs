@@ -40,22 +40,22 @@ pub(crate) fn features(
     let letter_px = lettering.size_px();
     let pixels_per_radian = picture.disc_radius_px(1e-6) * 1e6;
     let (mut names, mut sites) = (Vec::new(), Vec::new());
-    let mut seen: Vec<&BodyInView> = bodies.iter().filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0).collect();
-    seen.sort_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
-    for (k, body) in seen.iter().enumerate() {
-        let place = &body.placement;
-        let body_px = 2.0 * place.radii_km.max_element() / body.distance_km * pixels_per_radian;
-        if body_px < 4.0 * letter_px || place.camera_is_inside() {
+    let mut nearest_first: Vec<&BodyInView> = bodies.iter().filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0).collect();
+    nearest_first.sort_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
+    for (k, body) in nearest_first.iter().enumerate() {
+        let placement = &body.placement;
+        let body_px = 2.0 * placement.radii_km.max_element() / body.distance_km * pixels_per_radian;
+        if body_px < 4.0 * letter_px || placement.camera_is_inside() {
             continue;
         }
-        let camera = place.camera_in_unit_sphere() * place.radii_km;
+        let camera = placement.camera_in_unit_sphere() * placement.radii_km;
         for feature in nomenclature::features(&body.name) {
             if names.len() >= MAX_NAMES {
                 return (names, sites);
             }
             // The point where the ray from the centre meets the ellipsoid.
-            let ground = feature.direction / (feature.direction / place.radii_km).length();
-            let normal = (ground / (place.radii_km * place.radii_km)).normalize();
+            let ground = feature.direction / (feature.direction / placement.radii_km).length();
+            let normal = (ground / (placement.radii_km * placement.radii_km)).normalize();
             let to_camera = camera - ground;
             let distance_km = to_camera.length();
             let mut opacity = rise(LIMB_FADE, to_camera.dot(normal) / distance_km);
@@ -65,16 +65,16 @@ pub(crate) fn features(
             if opacity < 0.02 {
                 if !feature.is_landing_site && feature_px < FEATURE_FADE.0 * letter_px {
                     // The remaining features are smaller, and no part of the ground is much nearer than `nearest_km`.
-                    let nearest_km = (body.distance_km - place.radii_km.max_element()).max(1e-3);
+                    let nearest_km = (body.distance_km - placement.radii_km.max_element()).max(1e-3);
                     if feature.prominence_km / nearest_km * pixels_per_radian < FEATURE_FADE.0 * letter_px {
                         break;
                     }
                 }
                 continue;
             }
-            let line_of_sight = place.body_from_icrf.transpose() * -to_camera;
+            let line_of_sight = placement.body_from_icrf.transpose() * -to_camera;
             let Some(at) = picture.pixel_of(line_of_sight) else { continue };
-            let hidden = seen[..k].iter().any(|o| {
+            let hidden = nearest_first[..k].iter().any(|o| {
                 let radius = (o.placement.radii_km.max_element() / o.distance_km).min(1.0).asin();
                 !o.placement.camera_is_inside() && crate::ephemeris::angle_rad(o.placement.centre_km, line_of_sight) < radius
             });
@@ -92,13 +92,12 @@ pub(crate) fn features(
                 false => vec![centred],
             };
             let fits = |corner: &DVec2| {
-                let rect = Rect { least: *corner, most: *corner + extent };
-                let inside = rect.least.cmpge(DVec2::ZERO).all() && rect.most.cmple(size).all();
+                let rect = Rect { min: *corner, max: *corner + extent };
                 let around = rect.padded(DVec2::new(0.6, 0.3) * letter_px);
-                inside && !occupied.iter().any(|t| t.overlaps(&around))
+                rect.is_in_picture(size) && !occupied.iter().any(|t| t.overlaps(&around))
             };
             let Some(corner) = corners.into_iter().find(fits) else { continue };
-            let rect = Rect { least: corner, most: corner + extent };
+            let rect = Rect { min: corner, max: corner + extent };
             occupied.push(rect);
             sites.extend(feature.is_landing_site.then_some(at));
             let left_px = DVec2::new(corner.x, corner.y + 0.5 * lettering.line_height_px);

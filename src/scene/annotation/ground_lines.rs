@@ -4,6 +4,7 @@
 //! decisions give the reason.
 
 use crate::catalog::DataLayer;
+use crate::message::reason;
 use crate::scene::annotation::body_lines::GroundLineBuilder;
 use crate::scene::annotation::sky_lines::SkyLines;
 use crate::scene::annotation::{data_lines, eclipse_lines};
@@ -20,15 +21,16 @@ const MIN_DIAMETER_PX: f64 = 16.0;
 pub(crate) fn ground_lines(context: Context<'_>, camera: &Camera, body: Option<&PlacedBody<'_>>, data: &[Arc<DataLayer>]) -> SkyLines {
     let layers = context.request.layers;
     let has_lines = layers.data && body.is_some_and(|p| data.iter().any(|l| l.body == Some(p.body.id) && !l.lines.is_empty()));
-    let wanted =
+    let requested =
         [(layers.grid_body, "grid-body"), (layers.terminator, "terminator"), (layers.eclipse_path, "eclipse-path"), (has_lines, "data")];
     let diameter_px = body.map_or(0.0, |p| 2.0 * (p.placement.radii_km.x / p.distance_km).min(1.0).asin().tan() / camera.pixel_tangent());
     let Some(p) = body.filter(|p| diameter_px >= MIN_DIAMETER_PX && !p.placement.camera_is_inside()) else {
         let reason = || {
-            if body.is_none() { "nothing is looked at".to_owned() } else { format!("{diameter_px:.1} px across against {MIN_DIAMETER_PX}") }
+            let size = || reason!("lines-small", size = format_args!("{diameter_px:.1}"), least = MIN_DIAMETER_PX);
+            if body.is_none() { reason!("lines-no-target") } else { size() }
         };
         let left_out = |(_, feature): (bool, &'static str)| Decision { feature, on: false, reason: reason(), tier: None };
-        let decisions = wanted.into_iter().filter(|(on, _)| *on).map(left_out).collect();
+        let decisions = requested.into_iter().filter(|(on, _)| *on).map(left_out).collect();
         return SkyLines { decisions, ..SkyLines::default() };
     };
     let mut builder = GroundLineBuilder { camera, p, all: SkyLines::default() };

@@ -4,7 +4,8 @@
 //! target, or on the middle of the picture if the target is not in it; sides of a rectangle are great circles; an instrument whose field is wider than
 //! the picture, or smaller than a few pixels, has no frame.
 
-use crate::catalog::{Field, Instrument};
+use crate::catalog::{FieldOfView, Instrument};
+use crate::message::reason;
 use crate::scene::annotation::line_texts::SkyText;
 use crate::scene::annotation::sky_lines::SkyLines;
 use crate::scene::annotation::strokes::{Curve, segments};
@@ -71,7 +72,9 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
     let in_picture = |v: &DVec3| camera.clip(*v).is_some_and(|clip| clip.abs().max_element() < 1.0);
     let target = target.and_then(DVec3::try_normalize);
     // A face of a composed picture has no fallback, because its middle is not the middle of the picture.
-    let Some(out) = target.filter(|v| camera.one_of_several || in_picture(v)).or((!camera.one_of_several).then_some(camera.forward)) else {
+    let Some(out) =
+        target.filter(|v| camera.is_part_of_composite || in_picture(v)).or((!camera.is_part_of_composite).then_some(camera.forward))
+    else {
         return all;
     };
     let max_tan = camera.tan_half_fov.max_element();
@@ -79,8 +82,8 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
     for instrument in instruments {
         let axes = FrameAxes::of(out, instrument.position_angle_deg);
         let half = match instrument.field {
-            Field::Circle { diameter_deg } => DVec2::splat((0.5 * diameter_deg).to_radians()),
-            Field::Rectangle { width_deg, height_deg } => 0.5 * DVec2::new(width_deg, height_deg).map(f64::to_radians),
+            FieldOfView::Circle { diameter_deg } => DVec2::splat((0.5 * diameter_deg).to_radians()),
+            FieldOfView::Rectangle { width_deg, height_deg } => 0.5 * DVec2::new(width_deg, height_deg).map(f64::to_radians),
         };
         let tan = half.map(f64::tan);
         if 2.0 * tan.max_element() / camera.pixel_tangent() < MIN_SIZE_PX || tan.min_element() > max_tan {
@@ -89,8 +92,8 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
         }
         let before = all.segments.len();
         match instrument.field {
-            Field::Circle { .. } => draw_arc(camera, &mut all, &|t| axes.on_circle(half.x, t), [0.0, TAU], half.x.sin()),
-            Field::Rectangle { .. } => {
+            FieldOfView::Circle { .. } => draw_arc(camera, &mut all, &|t| axes.on_circle(half.x, t), [0.0, TAU], half.x.sin()),
+            FieldOfView::Rectangle { .. } => {
                 let corners = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]].map(|[l, u]| axes.corner(l * tan.x, u * tan.y));
                 (0..4).for_each(|k| draw_great_circle(camera, &mut all, corners[k], corners[(k + 1) % 4]));
             }
@@ -99,17 +102,18 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
             left_out += 1;
             continue;
         }
-        drawn.push(instrument.name.as_str());
+        drawn.push(instrument.name.clone());
         if let Some(clip) = camera.clip(axes.corner(0.0, tan.y)) {
             let at_px = camera.pixel_from_clip(clip) - DVec2::new(0.0, NAME_OFFSET * size_px);
             all.texts.push(SkyText { text: instrument.name.clone(), at_px, colour: COLOUR, is_tick: false });
         }
     }
-    let mut reason = if drawn.is_empty() { "none".to_owned() } else { drawn.join(", ") };
+    let on = !drawn.is_empty();
+    let mut reason = if on { reason!("lines-instruments", names = drawn) } else { reason!("lines-none") };
     if left_out > 0 {
-        reason.push_str(&format!("; {left_out} too small or wider than the picture"));
+        reason = reason.and(reason!("lines-instruments-left", count = left_out));
     }
-    all.decisions.push(Decision { feature: "instruments", on: !drawn.is_empty(), reason, tier: None });
+    all.decisions.push(Decision { feature: "instruments", on, reason, tier: None });
     all
 }
 
@@ -117,7 +121,7 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
 mod tests {
     use super::*;
 
-    fn instrument(field: Field, position_angle_deg: f64) -> Instrument {
+    fn instrument(field: FieldOfView, position_angle_deg: f64) -> Instrument {
         Instrument { name: "own".into(), field, position_angle_deg }
     }
 
@@ -128,7 +132,7 @@ mod tests {
         let ray = |end: glam::Vec3| camera.ray(DVec2::new(f64::from(end.x), f64::from(end.y))).normalize();
         let target = DVec3::new(1.0, 0.05, 0.03).normalize();
         for diameter_deg in [1.0, 6.5, 20.0] {
-            let found = frames(&[instrument(Field::Circle { diameter_deg }, 0.0)], &camera, Some(target), 13.0);
+            let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, 0.0)], &camera, Some(target), 13.0);
             assert!(found.decisions[0].on && found.texts.len() == 1, "{:?}", found.decisions);
             for piece in &found.segments {
                 let off = piece.ends.map(|end| ray(end).cross(target).length().asin().to_degrees() - 0.5 * diameter_deg);
@@ -136,7 +140,7 @@ mod tests {
             }
         }
         // A quarter turn exchanges width and height. North is up here, east is left.
-        let field = Field::Rectangle { width_deg: 12.0, height_deg: 4.0 };
+        let field = FieldOfView::Rectangle { width_deg: 12.0, height_deg: 4.0 };
         for (angle, wide, high) in [(0.0, 6.0, 2.0), (90.0, 2.0, 6.0)] {
             let found = frames(&[instrument(field, angle)], &camera, Some(DVec3::X), 13.0);
             let rays: Vec<DVec3> = found.segments.iter().flat_map(|p| p.ends).map(ray).collect();
@@ -153,9 +157,9 @@ mod tests {
     fn frames_that_show_nothing_are_left_out() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 30.0, 800, 600);
         for diameter_deg in [0.01, 100.0] {
-            let found = frames(&[instrument(Field::Circle { diameter_deg }, 0.0)], &camera, None, 13.0);
+            let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, 0.0)], &camera, None, 13.0);
             assert!(found.segments.is_empty() && !found.decisions[0].on, "{diameter_deg}");
-            assert!(found.decisions[0].reason.contains("1 too small or wider than the picture"));
+            assert!(found.decisions[0].reason.to_string().contains("1 too small or wider than the picture"));
         }
     }
 }

@@ -27,8 +27,8 @@ pub struct Label {
     pub centre_px: DVec2,
     /// Radius of its disc.
     pub radius_px: f64,
-    /// The side of its name; `None` if the name does not fit.
-    pub named: Option<LabelSide>,
+    /// The side on which its name is placed; `None` if the name does not fit.
+    pub name_side: Option<LabelSide>,
 }
 
 /// The side of its body on which a name is placed.
@@ -111,12 +111,9 @@ impl LabelLayer {
             let parent = |id: NaifId| catalog.body(id).and_then(|b| b.parent);
             layer.marks = marks(picture, bodies, layer.selected, parent, &metrics);
             for mark in &mut layer.marks {
-                let rect = |side| {
-                    let (least, most) = label_rect(mark.centre_px, mark.radius_px, &mark.name, &metrics, side);
-                    Rect { least, most }
-                };
-                mark.named = mark.named.filter(|side| !occupied.iter().any(|t| t.overlaps(&rect(*side))));
-                occupied.extend(mark.named.map(rect));
+                let rect = |side| label_rect(mark.centre_px, mark.radius_px, &mark.name, &metrics, side);
+                mark.name_side = mark.name_side.filter(|side| !occupied.iter().any(|t| t.overlaps(&rect(*side))));
+                occupied.extend(mark.name_side.map(rect));
             }
         }
         if layers.features {
@@ -163,7 +160,7 @@ pub(crate) fn marks(
     lettering: &LabelMetrics,
 ) -> Vec<Label> {
     let size = camera.size_px();
-    let mut seen: Vec<(&BodyInView, DVec2, f64)> = bodies
+    let mut visible: Vec<(&BodyInView, DVec2, f64)> = bodies
         .iter()
         .filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0)
         .filter_map(|b| {
@@ -180,34 +177,31 @@ pub(crate) fn marks(
             .iter()
             .any(|(o, centre, r)| o.id != b.id && o.distance_km < b.distance_km && *r > 3.0 && centre.distance(at) + radius_px < 0.97 * r)
     };
-    let all = seen.clone();
-    seen.retain(|(b, at, r)| !hidden(b, *at, *r, &all));
-    seen.sort_by(|a, b| {
+    let all = visible.clone();
+    visible.retain(|(b, at, r)| !hidden(b, *at, *r, &all));
+    visible.sort_by(|a, b| {
         let (x, y) = (rank(a.0, selected, &parent), rank(b.0, selected, &parent));
         x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then(a.0.id.cmp(&b.0.id))
     });
     let mut kept: Vec<Label> = Vec::new();
-    let mut names: Vec<(DVec2, DVec2)> = Vec::new();
-    for (b, centre_px, radius_px) in seen {
+    let mut names: Vec<Rect> = Vec::new();
+    for (b, centre_px, radius_px) in visible {
         if kept.iter().any(|k| k.centre_px.distance(centre_px) < CROWDED_PX.max(0.5 * k.radius_px.min(40.0))) {
             continue;
         }
         let of_side = |side: LabelSide| (side, label_rect(centre_px, radius_px, &b.name, lettering, side));
-        let apart = |a: &(DVec2, DVec2), b: &(DVec2, DVec2)| a.1.cmplt(b.0).any() || a.0.cmpgt(b.1).any();
-        let fits = |(_, place): &(LabelSide, (DVec2, DVec2))| {
-            names.iter().all(|n| apart(place, n)) && place.0.cmpge(DVec2::ZERO).all() && place.1.cmple(size).all()
-        };
-        let named = LabelSide::ALL.map(of_side).into_iter().find(fits);
-        names.extend(named.map(|(_, place)| place));
-        kept.push(Label { body: b.id, name: b.name.clone(), centre_px, radius_px, named: named.map(|(side, _)| side) });
+        let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_picture(size) && !names.iter().any(|n| n.overlaps(rect));
+        let name = LabelSide::ALL.map(of_side).into_iter().find(fits);
+        names.extend(name.map(|(_, rect)| rect));
+        kept.push(Label { body: b.id, name: b.name.clone(), centre_px, radius_px, name_side: name.map(|(side, _)| side) });
     }
     kept
 }
 
-/// Top left and bottom right corner of a body's name beside its disc or marker.
-pub fn label_rect(centre_px: DVec2, radius_px: f64, name: &str, lettering: &LabelMetrics, side: LabelSide) -> (DVec2, DVec2) {
+/// The rectangle of a body's name beside its disc or marker.
+pub fn label_rect(centre_px: DVec2, radius_px: f64, name: &str, lettering: &LabelMetrics, side: LabelSide) -> Rect {
     let width_px = name.chars().count() as f64 * lettering.glyph_width_px;
     let near_end = centre_px + side.offset_px(lettering.gap_px(radius_px));
     let corner = near_end - DVec2::new(if side.left { width_px } else { 0.0 }, 0.5 * lettering.line_height_px);
-    (corner, corner + DVec2::new(width_px, lettering.line_height_px))
+    Rect { min: corner, max: corner + DVec2::new(width_px, lettering.line_height_px) }
 }

@@ -74,16 +74,17 @@ pub(crate) fn legend(view: PixelView, exposure: &Exposure) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::message::Reason;
     use crate::scene::light::exposure::COST_STOPS;
 
     #[test]
     fn each_view_says_what_it_shows_and_what_white_is() {
-        let exposure = Exposure::of(-2.0, "");
+        let exposure = Exposure::of(-2.0, Reason::default());
         for view in PixelView::ALL {
             let text = legend(view, &exposure);
             assert!(text.starts_with(&format!("{}: ", view.name())) && text.contains("white") && !text.contains('\n'), "{text}");
         }
         assert!(legend(PixelView::OpticalDepth, &exposure).contains("white 4.000000"));
-        assert!(legend(PixelView::Cost, &Exposure::of(COST_STOPS, "")).contains("white 16384"));
+        assert!(legend(PixelView::Cost, &Exposure::of(COST_STOPS, Reason::default())).contains("white 16384"));
     }
 }

@@ -5,6 +5,7 @@
 //! draw letters.
 
 use crate::scene::annotation::labels::{LabelLayer, LabelMetrics, label_rect};
+use crate::scene::annotation::text::Rect;
 use crate::scene::camera::narrow_scalar;
 use crate::units::linear_to_srgb;
 use glam::{DVec2, DVec3};
@@ -46,27 +47,25 @@ const WHITE_FRACTION: f64 = 0.35;
 const MAX_TEXTS: usize = 400;
 
 /// Places the texts that overlap neither each other nor the labels of bodies.
-pub(crate) fn place_texts(mut wanted: Vec<SkyText>, labels: Option<&LabelLayer>, size_px: f64, picture_px: DVec2) -> TextLayer {
+pub(crate) fn place_texts(mut candidates: Vec<SkyText>, labels: Option<&LabelLayer>, size_px: f64, picture_px: DVec2) -> TextLayer {
     let metrics = LabelMetrics::of_size(size_px);
     let body_rects = labels.into_iter().flat_map(|layer| {
         let lettering = LabelMetrics::of_size(layer.size_px);
-        layer.marks.iter().filter_map(move |m| Some(label_rect(m.centre_px, m.radius_px, &m.name, &lettering, m.named?)))
+        layer.marks.iter().filter_map(move |m| Some(label_rect(m.centre_px, m.radius_px, &m.name, &lettering, m.name_side?)))
     });
-    let mut occupied: Vec<(DVec2, DVec2)> = body_rects.collect();
-    occupied.extend(labels.into_iter().flat_map(|layer| layer.occupied(&metrics).map(|rect| (rect.least, rect.most)).collect::<Vec<_>>()));
-    wanted.sort_by_key(|t| t.is_tick);
+    let mut occupied: Vec<Rect> = body_rects.collect();
+    occupied.extend(labels.into_iter().flat_map(|layer| layer.occupied(&metrics).collect::<Vec<_>>()));
+    candidates.sort_by_key(|t| t.is_tick);
     let mut texts = Vec::new();
-    for text in wanted {
+    for text in candidates {
         let size = DVec2::new(text.text.chars().count() as f64 * metrics.glyph_width_px, metrics.line_height_px);
         let inset = INSET * size_px;
         let mut corner = text.at_px - 0.5 * size;
         if text.is_tick {
             corner = corner.clamp(DVec2::splat(inset), (picture_px - size - inset).max(DVec2::splat(inset)));
         }
-        let rect = (corner, corner + size);
-        let is_disjoint = |other: &(DVec2, DVec2)| rect.1.cmplt(other.0).any() || rect.0.cmpgt(other.1).any();
-        let inside = rect.0.cmpge(DVec2::ZERO).all() && rect.1.cmple(picture_px).all();
-        if inside && texts.len() < MAX_TEXTS && occupied.iter().all(is_disjoint) {
+        let rect = Rect { min: corner, max: corner + size };
+        if rect.is_in_picture(picture_px) && texts.len() < MAX_TEXTS && !occupied.iter().any(|o| o.overlaps(&rect)) {
             occupied.push(rect);
             let colour = text.colour.to_array().map(|c| narrow_scalar(linear_to_srgb(WHITE_FRACTION + (1.0 - WHITE_FRACTION) * c)));
             let left_px = DVec2::new(corner.x, corner.y + 0.5 * size.y);

@@ -53,7 +53,7 @@ impl Margin {
         let by = DVec2::new(right_px, 0.0);
         self.texts.iter_mut().for_each(|t| t.left_px += by);
         self.rings.iter_mut().for_each(|r| *r += by);
-        self.bars.iter_mut().for_each(|b| (b.rect.least, b.rect.most) = (b.rect.least + by, b.rect.most + by));
+        self.bars.iter_mut().for_each(|b| (b.rect.min, b.rect.max) = (b.rect.min + by, b.rect.max + by));
         self
     }
 
@@ -61,7 +61,7 @@ impl Margin {
     pub fn occupied<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
         let half = DVec2::new(0.0, 0.5 * metrics.line_height_px);
         let of_text =
-            move |t: &TextMark| Rect { least: t.left_px - half, most: t.left_px + half + DVec2::new(metrics.width_px(&t.text), 0.0) };
+            move |t: &TextMark| Rect { min: t.left_px - half, max: t.left_px + half + DVec2::new(metrics.width_px(&t.text), 0.0) };
         self.texts.iter().map(of_text).chain(self.bars.iter().map(|b| b.rect))
     }
 
@@ -69,8 +69,8 @@ impl Margin {
         self.texts.push(TextMark { text, left_px, colour: NAME_COLOUR, opacity: 1.0 });
     }
 
-    fn bar(&mut self, least: DVec2, size: DVec2) {
-        self.bars.push(Bar { rect: Rect { least, most: least + size }, colour: NAME_COLOUR, opacity: 0.9 });
+    fn bar(&mut self, min: DVec2, size: DVec2) {
+        self.bars.push(Bar { rect: Rect { min, max: min + size }, colour: NAME_COLOUR, opacity: 0.9 });
     }
 
     fn caption(
@@ -104,23 +104,23 @@ impl Margin {
     fn scale_bar(&mut self, picture: &impl ImageProjection, target: Option<&BodyInView>, metrics: &LabelMetrics) {
         let (size, letter) = (picture.size_px(), metrics.size_px());
         let pixels_per_radian = picture.disc_radius_px(1e-6) * 1e6;
-        let most_rad = MAX_BAR_FRACTION * size.x / pixels_per_radian;
+        let max_rad = MAX_BAR_FRACTION * size.x / pixels_per_radian;
         let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * pixels_per_radian;
         let (text, angle) = match target.filter(|t| disc_px(t) >= DISC_PX) {
             Some(t) => {
-                let km = round_below(most_rad * t.distance_km);
+                let km = round_below(max_rad * t.distance_km);
                 (length_text(km), km / t.distance_km)
             }
-            None => angle_below(most_rad),
+            None => angle_below(max_rad),
         };
         let length = (angle * pixels_per_radian).round();
-        let thick = (letter / 9.0).round().max(1.0);
+        let thickness = (letter / 9.0).round().max(1.0);
         let tick = (0.45 * letter).round();
         let left = (size.x - 0.9 * letter - length).round();
         let base = (size.y - 0.9 * letter).round();
-        self.bar(DVec2::new(left, base), DVec2::new(length, thick));
-        self.bar(DVec2::new(left, base - tick), DVec2::new(thick, tick));
-        self.bar(DVec2::new(left + length - thick, base - tick), DVec2::new(thick, tick));
+        self.bar(DVec2::new(left, base), DVec2::new(length, thickness));
+        self.bar(DVec2::new(left, base - tick), DVec2::new(thickness, tick));
+        self.bar(DVec2::new(left + length - thickness, base - tick), DVec2::new(thickness, tick));
         let middle = left + 0.5 * (length - metrics.width_px(&text));
         let middle = middle.min(size.x - 0.6 * letter - metrics.width_px(&text));
         self.text(text, DVec2::new(middle, base - 1.1 * letter));
@@ -138,20 +138,20 @@ impl Margin {
         };
         let middle = DVec2::new(size.x - 3.0 * letter, 3.0 * letter).round();
         self.rings.push(middle);
-        let thick = (letter / 9.0).round().max(1.0);
+        let thickness = (letter / 9.0).round().max(1.0);
         for k in 0..=10 {
             let at = middle + north * letter * (0.5 + 0.07 * f64::from(k));
-            self.bar((at - 0.5 * thick).round(), DVec2::splat(thick));
+            self.bar((at - 0.5 * thickness).round(), DVec2::splat(thickness));
         }
         let at = middle + north * 1.9 * letter;
         self.text("N".into(), at - DVec2::new(0.5 * metrics.width_px("N"), 0.0));
     }
 }
 
-/// The largest number of the form 1, 2 or 5 times a power of ten that is not above `most`.
-fn round_below(most: f64) -> f64 {
-    let power = 10_f64.powf(most.max(1e-300).log10().floor());
-    [5.0, 2.0, 1.0].into_iter().map(|m| m * power).find(|v| *v <= most * (1.0 + 1e-12)).unwrap_or(power)
+/// The largest number of the form 1, 2 or 5 times a power of ten that is not above `max`.
+fn round_below(max: f64) -> f64 {
+    let power = 10_f64.powf(max.max(1e-300).log10().floor());
+    [5.0, 2.0, 1.0].into_iter().map(|m| m * power).find(|v| *v <= max * (1.0 + 1e-12)).unwrap_or(power)
 }
 
 /// An integer with its digits in groups of three.
@@ -179,10 +179,10 @@ fn significant(number: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// The largest round angle not above `most_rad`: its text, and its value in radians.
-fn angle_below(most_rad: f64) -> (String, f64) {
+/// The largest round angle not above `max_rad`: its text, and its value in radians.
+fn angle_below(max_rad: f64) -> (String, f64) {
     let round = |value: f64, steps: &[f64]| steps.iter().rev().copied().find(|s| *s <= value).unwrap_or(steps[0]);
-    let deg = most_rad.to_degrees();
+    let deg = max_rad.to_degrees();
     let (value, unit, per_deg) = match deg {
         _ if deg >= 1.0 => (round(deg, &[1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 60.0, 90.0]), "°", 1.0),
         _ if deg >= 1.0 / 60.0 => (round(60.0 * deg, &[1.0, 2.0, 5.0, 10.0, 20.0, 30.0]), "'", 60.0),
@@ -199,11 +199,11 @@ mod tests {
     #[test]
     fn lengths_are_round_and_fit() {
         for k in -60..60 {
-            let most = 10_f64.powf(f64::from(k) / 7.0) * 1.01;
-            let round = round_below(most);
-            assert!(round <= most && round > most / 2.6, "{round} below {most}");
-            let (text, angle) = angle_below(most.min(3.0) * 1e-3);
-            assert!(angle <= most.min(3.0) * 1e-3 * (1.0 + 1e-12) && angle > most.min(3.0) * 1e-3 / 3.1, "{text}");
+            let max = 10_f64.powf(f64::from(k) / 7.0) * 1.01;
+            let round = round_below(max);
+            assert!(round <= max && round > max / 2.6, "{round} below {max}");
+            let (text, angle) = angle_below(max.min(3.0) * 1e-3);
+            assert!(angle <= max.min(3.0) * 1e-3 * (1.0 + 1e-12) && angle > max.min(3.0) * 1e-3 / 3.1, "{text}");
         }
         let texts = [(20_000.0, "20 000 km"), (0.5, "500 m"), (5.0, "5 km"), (1_234_567.0, "1 234 567 km"), (149_597_870.7, "1 au")];
         for (km, text) in texts {

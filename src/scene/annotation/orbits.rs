@@ -2,12 +2,15 @@
 //!
 //! In: a state relative to the parent and the body's apparent position. Out: [`OrbitArc`]s. The first vertex is the body's position, so that the line passes
 //! through the disc at any distance. An arc is a point of the conic in camera axes with its first and second derivative, computed in f64 and narrowed. It
-//! is subdivided until its `PIECES` chords deviate by less than `MAX_BEND_PX` and it is not much larger than the frame, so that f32 is precise to
+//! is subdivided until its `CHORDS_PER_ARC` chords deviate by less than `MAX_CHORD_ERROR_PX` and it is not much larger than the frame, so that f32 is precise to
 //! hundredths of a pixel, or until it is outside the frame. At distances from a metre to a hundred au, this gives some dozen arcs. Ellipse, parabola and
 //! hyperbola share one formula (`ephemeris::conic`). Perturbations are not modelled; traces show them.
 
+use crate::catalog::Body;
 use crate::ephemeris::conic::stumpff;
 use crate::ephemeris::{Ephemeris, State};
+use crate::message::{Reason, reason};
+use crate::scene::annotation::strokes::MARGIN_PX;
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar};
 use crate::scene::decision::Decision;
 use crate::scene::numeric::smoothstep;
@@ -16,30 +19,28 @@ use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
 
 /// Largest deviation of a chord from its arc, pixels.
-pub(crate) const MAX_BEND_PX: f64 = 0.1;
+pub(crate) const MAX_CHORD_ERROR_PX: f64 = 0.1;
 /// Chords per arc.
-pub(crate) const PIECES: u32 = 8;
+pub(crate) const CHORDS_PER_ARC: u32 = 8;
 /// Half the width of a line, pixels.
 pub(crate) const HALF_WIDTH_PX: f32 = 0.6;
 /// Radiance of a white line relative to the radiance that is shown as white.
 pub(crate) const LEVEL: f32 = 0.3;
-/// Margin around the frame in which arcs are kept, pixels: more than half the width of a line.
-const MARGIN_PX: f64 = 4.0;
 /// Half length in pixels at which an orbit starts to appear, and at which it is opaque.
 const FADE_PX: (f64, f64) = (3.0, 12.0);
 /// Ratios of an orbit's size to that of the frame at the target's distance, at which the orbit starts to fade, and at which it is invisible. It does not
 /// fade if its body is in the frame and nearer than the second value times the target's distance.
-const FADE_BEYOND: (f64, f64) = (8.0, 32.0);
+const SIZE_FADE: (f64, f64) = (8.0, 32.0);
 /// Maximum number of halvings: at 100 au an arc is then 30 metres long.
 const MAX_HALVINGS: u32 = 40;
 /// Largest alpha u^2 of an arc, required by the shader's series for Stumpff's functions.
 const MAX_STUMPFF: f64 = 0.65;
 /// Largest half length of an arc across the line of sight, in half diagonals of the frame at its distance.
-const MAX_FRAMES: f64 = 2.0;
+const MAX_HALF_LENGTH: f64 = 2.0;
 /// Opacity one revolution behind the body relative to the opacity at the body: the line fades backwards along the body's past path.
-const MIN_STRENGTH: f64 = 0.25;
+const MIN_OPACITY: f64 = 0.25;
 /// Length of an open path: the larger of these multiples of its periapsis distance and of the body's distance.
-const OPEN_REACH: (f64, f64) = (40.0, 3.0);
+const OPEN_PATH_LENGTH: (f64, f64) = (40.0, 3.0);
 
 /// An arc of a conic.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,25 +48,25 @@ pub struct OrbitArc {
     /// Position at u = 0, and its first two derivatives with respect to u: camera axes (right, up, forward), km, x and y divided by the tangents of half the
     /// field of view.
     pub point: Vec3,
-    pub slope: Vec3,
-    pub bend: Vec3,
+    pub first_derivative: Vec3,
+    pub second_derivative: Vec3,
     /// Argument of Stumpff's functions, per u squared.
     pub alpha: f32,
     /// First and last u.
     pub range: [f32; 2],
     /// Opacity at the first and last u.
-    pub strength: [f32; 2],
+    pub opacity: [f32; 2],
     /// Linear RGB.
     pub colour: Vec3,
 }
 
 impl OrbitArc {
     /// Clip x and y and reversed depth at a fraction of the arc, 0 to 1, computed from the narrowed values.
-    pub fn clip(&self, part: f64) -> DVec3 {
+    pub fn clip(&self, fraction: f64) -> DVec3 {
         let [first, last] = self.range.map(f64::from);
-        let u = first + (last - first) * part;
+        let u = first + (last - first) * fraction;
         let [_, c1, c2, _] = stumpff(f64::from(self.alpha) * u * u);
-        let p = self.point.as_dvec3() + self.slope.as_dvec3() * (u * c1) + self.bend.as_dvec3() * (u * u * c2);
+        let p = self.point.as_dvec3() + self.first_derivative.as_dvec3() * (u * c1) + self.second_derivative.as_dvec3() * (u * u * c2);
         DVec3::new(p.x / p.z, p.y / p.z, NEAR_DEPTH_KM / p.z)
     }
 }
@@ -74,8 +75,8 @@ impl OrbitArc {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Conic {
     /// First and second derivative of the position with respect to s, at the body.
-    slope: DVec3,
-    bend: DVec3,
+    first_derivative: DVec3,
+    second_derivative: DVec3,
     /// GM over the semi-major axis, km^2/s^2: negative on a hyperbola.
     alpha: f64,
     gm: f64,
@@ -89,8 +90,14 @@ impl Conic {
         let (r, v) = (state.pos_km, state.vel_km_s);
         let distance = r.length();
         let alpha = 2.0 * gm_km3_s2 / distance - v.length_squared();
-        let found = Self { slope: v * distance, bend: v * r.dot(v) - r * (gm_km3_s2 / distance), alpha, gm: gm_km3_s2, body_km: r };
-        let is_valid = gm_km3_s2 > 0.0 && r.cross(v).length() > 0.0 && alpha.is_finite() && found.bend.is_finite();
+        let found = Self {
+            first_derivative: v * distance,
+            second_derivative: v * r.dot(v) - r * (gm_km3_s2 / distance),
+            alpha,
+            gm: gm_km3_s2,
+            body_km: r,
+        };
+        let is_valid = gm_km3_s2 > 0.0 && r.cross(v).length() > 0.0 && alpha.is_finite() && found.second_derivative.is_finite();
         is_valid.then_some(found)
     }
 
@@ -101,34 +108,37 @@ impl Conic {
 
     /// Whether the conic is an ellipse short enough to be drawn completely.
     fn is_closed(&self) -> bool {
-        self.alpha > 0.0 && self.gm / self.alpha < OPEN_REACH.0 * 10.0 * self.body_km.length()
+        self.alpha > 0.0 && self.gm / self.alpha < OPEN_PATH_LENGTH.0 * 10.0 * self.body_km.length()
     }
 
     /// Vector from the body to the point at s; exact for small s.
     pub(crate) fn offset_from_body_km(&self, s: f64) -> DVec3 {
         let [_, c1, c2, _] = stumpff(self.alpha * s * s);
-        self.slope * (s * c1) + self.bend * (s * s * c2)
+        self.first_derivative * (s * c1) + self.second_derivative * (s * s * c2)
     }
 
     /// First and second derivative at s.
     fn derivatives(&self, s: f64) -> [DVec3; 2] {
         let [c0, c1, ..] = stumpff(self.alpha * s * s);
-        [self.slope * c0 + self.bend * (s * c1), self.bend * c0 - self.slope * (self.alpha * s * c1)]
+        [
+            self.first_derivative * c0 + self.second_derivative * (s * c1),
+            self.second_derivative * c0 - self.first_derivative * (self.alpha * s * c1),
+        ]
     }
 
-    /// Range of s that is drawn: half a turn back and ahead, or the ends of an open path.
-    pub(crate) fn reach(&self) -> [f64; 2] {
+    /// Range of s that is drawn: half a revolution back and ahead, or the ends of an open path.
+    pub(crate) fn drawn_range(&self) -> [f64; 2] {
         if self.is_closed() {
             let half = PI / self.alpha.sqrt();
             return [-half, half];
         }
         // The periapsis distance q follows from q (1 + e) = angular momentum squared over GM.
         let distance = self.body_km.length();
-        let momentum_sq = self.body_km.cross(self.slope / distance).length_squared();
+        let momentum_sq = self.body_km.cross(self.first_derivative / distance).length_squared();
         let e = (1.0 - self.alpha * momentum_sq / (self.gm * self.gm)).max(0.0).sqrt();
-        let limit = (OPEN_REACH.0 * momentum_sq / (self.gm * (1.0 + e))).max(OPEN_REACH.1 * distance);
+        let limit = (OPEN_PATH_LENGTH.0 * momentum_sq / (self.gm * (1.0 + e))).max(OPEN_PATH_LENGTH.1 * distance);
         let end = |sign: f64| {
-            let mut s = sign * distance / self.slope.length();
+            let mut s = sign * distance / self.first_derivative.length();
             while (self.body_km + self.offset_from_body_km(s)).length() < limit && s.abs() < 1e30 {
                 s *= 1.25;
             }
@@ -141,7 +151,7 @@ impl Conic {
 /// Half the orbit's length on the screen in pixels, for a camera outside the orbit; an orbit around the camera counts as large as the frame.
 pub(crate) fn half_length_px(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3) -> f64 {
     let size_km = conic.size_km();
-    let middle = if conic.is_closed() { 0.5 * conic.offset_from_body_km(conic.reach()[1]) } else { DVec3::ZERO };
+    let middle = if conic.is_closed() { 0.5 * conic.offset_from_body_km(conic.drawn_range()[1]) } else { DVec3::ZERO };
     size_km / (body_from_camera_km + middle).length().max(size_km) / camera.pixel_tangent()
 }
 
@@ -150,50 +160,46 @@ struct Subdivision<'a> {
     conic: &'a Conic,
     body_km: DVec3,
     colour: DVec3,
-    strength: f64,
-    reach: [f64; 2],
+    opacity: f64,
+    drawn_range: [f64; 2],
     arcs: Vec<OrbitArc>,
 }
 
 impl Subdivision<'_> {
-    fn in_camera_axes(&self, v: DVec3) -> DVec3 {
-        DVec3::new(v.dot(self.camera.right), v.dot(self.camera.up), v.dot(self.camera.forward))
-    }
-
     /// Opacity at s. The part `ahead` of the body continues the fading of the part behind it, so that the opacity jumps from highest to lowest at the body.
-    fn strength_at(&self, s: f64, ahead: bool) -> f32 {
-        let [back, ahead_end] = self.reach;
-        let turn = if !self.conic.is_closed() {
+    fn opacity_at(&self, s: f64, ahead: bool) -> f32 {
+        let [back, ahead_end] = self.drawn_range;
+        let fading = if !self.conic.is_closed() {
             if ahead { 0.0 } else { 1.0 - s / back }
         } else if ahead {
             0.5 * s / ahead_end
         } else {
             1.0 - 0.5 * s / back
         };
-        narrow_scalar(self.strength * (MIN_STRENGTH + (1.0 - MIN_STRENGTH) * turn))
+        narrow_scalar(self.opacity * (MIN_OPACITY + (1.0 - MIN_OPACITY) * fading))
     }
 
     fn arc(&mut self, from: f64, to: f64, halvings: u32) {
         let (middle_s, half) = (0.5 * (from + to), 0.5 * (to - from));
-        let [slope, bend] = self.conic.derivatives(middle_s);
-        let middle = self.in_camera_axes(self.body_km + self.conic.offset_from_body_km(middle_s));
+        let [first_derivative, second_derivative] = self.conic.derivatives(middle_s);
+        let middle = self.camera.in_axes(self.body_km + self.conic.offset_from_body_km(middle_s));
         // The second derivative of an ellipse is bounded by GM; that of an open path is largest at an end.
         let max_curvature = if self.conic.alpha > 0.0 {
             self.conic.gm
         } else {
             [from, to].map(|s| self.conic.derivatives(s)[1].length()).into_iter().fold(0.0, f64::max)
         };
-        let radius = slope.length() * half + 0.5 * max_curvature * half * half;
-        if !self.camera.may_show_ball(middle, radius, MARGIN_PX) {
+        let radius = first_derivative.length() * half + 0.5 * max_curvature * half * half;
+        if !self.camera.sphere_may_be_in_frame(middle, radius, MARGIN_PX) {
             return;
         }
         // An arc along the line of sight may be long, because it is short in the frame.
-        let across = self.in_camera_axes(slope).reject_from(middle).length() * half + 0.5 * max_curvature * half * half;
+        let across = self.camera.in_axes(first_derivative).reject_from(middle).length() * half + 0.5 * max_curvature * half * half;
         let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
-        let deviation_km = max_curvature * (2.0 * half / f64::from(PIECES)).powi(2) / 8.0;
-        let is_fine_enough = deviation_km < MAX_BEND_PX * self.camera.pixel_tangent() * nearest
+        let deviation_km = max_curvature * (2.0 * half / f64::from(CHORDS_PER_ARC)).powi(2) / 8.0;
+        let is_fine_enough = deviation_km < MAX_CHORD_ERROR_PX * self.camera.pixel_tangent() * nearest
             && self.conic.alpha.abs() * (2.0 * half).powi(2) < MAX_STUMPFF
-            && across < MAX_FRAMES * self.camera.tan_half_fov.length() * nearest
+            && across < MAX_HALF_LENGTH * self.camera.tan_half_fov.length() * nearest
             && radius < 0.9 * middle.length();
         let ahead_of_camera = middle.z - radius > NEAR_DEPTH_KM;
         if is_fine_enough && ahead_of_camera {
@@ -206,17 +212,18 @@ impl Subdivision<'_> {
                 (middle_s, [-0.5, 0.5])
             };
             let unit = to - from;
-            let [slope, bend] = if anchor == middle_s { [slope, bend] } else { self.conic.derivatives(anchor) };
-            let point = self.in_camera_axes(self.body_km + self.conic.offset_from_body_km(anchor));
+            let [first_derivative, second_derivative] =
+                if anchor == middle_s { [first_derivative, second_derivative] } else { self.conic.derivatives(anchor) };
+            let point = self.camera.in_axes(self.body_km + self.conic.offset_from_body_km(anchor));
             let over_tangents = |v: DVec3| narrow((v.truncate() / self.camera.tan_half_fov).extend(v.z));
             let ahead = to > 0.0;
             self.arcs.push(OrbitArc {
                 point: over_tangents(point),
-                slope: over_tangents(self.in_camera_axes(slope) * unit),
-                bend: over_tangents(self.in_camera_axes(bend) * (unit * unit)),
+                first_derivative: over_tangents(self.camera.in_axes(first_derivative) * unit),
+                second_derivative: over_tangents(self.camera.in_axes(second_derivative) * (unit * unit)),
                 alpha: narrow_scalar(self.conic.alpha * unit * unit),
                 range,
-                strength: [self.strength_at(from, ahead), self.strength_at(to, ahead)],
+                opacity: [self.opacity_at(from, ahead), self.opacity_at(to, ahead)],
                 colour: narrow(self.colour),
             });
         } else if halvings < MAX_HALVINGS {
@@ -226,32 +233,42 @@ impl Subdivision<'_> {
     }
 }
 
-/// The arcs of one orbit. `body_km`: the body's apparent position from the camera, ICRF; `strength`: opacity at the body.
-pub(crate) fn arcs(camera: &Camera, conic: &Conic, body_km: DVec3, strength: f64, colour: DVec3) -> Vec<OrbitArc> {
-    let strength = strength * smoothstep((half_length_px(camera, conic, body_km) - FADE_PX.0) / (FADE_PX.1 - FADE_PX.0));
-    if strength <= 0.0 || !body_km.is_finite() {
+/// The arcs of one orbit. `body_km`: the body's apparent position from the camera, ICRF; `opacity`: opacity at the body.
+pub(crate) fn arcs(camera: &Camera, conic: &Conic, body_km: DVec3, opacity: f64, colour: DVec3) -> Vec<OrbitArc> {
+    let opacity = opacity * smoothstep((half_length_px(camera, conic, body_km) - FADE_PX.0) / (FADE_PX.1 - FADE_PX.0));
+    if opacity <= 0.0 || !body_km.is_finite() {
         return Vec::new();
     }
-    let reach = conic.reach();
-    let mut subdivision = Subdivision { camera, conic, body_km, colour, strength, reach, arcs: Vec::new() };
+    let drawn_range = conic.drawn_range();
+    let mut subdivision = Subdivision { camera, conic, body_km, colour, opacity, drawn_range, arcs: Vec::new() };
     // Split at the body, so that the line is exact there.
-    for [from, to] in [[reach[0], 0.5 * reach[0]], [0.5 * reach[0], 0.0], [0.0, 0.5 * reach[1]], [0.5 * reach[1], reach[1]]] {
+    for [from, to] in [
+        [drawn_range[0], 0.5 * drawn_range[0]],
+        [0.5 * drawn_range[0], 0.0],
+        [0.0, 0.5 * drawn_range[1]],
+        [0.5 * drawn_range[1], drawn_range[1]],
+    ] {
         subdivision.arc(from, to, 2);
     }
     subdivision.arcs
 }
 
 /// Opacity of a line at its body.
-const STRENGTH: f64 = 0.9;
+const OPACITY: f64 = 0.9;
 
 /// The remaining fraction of an orbit's opacity, and the ratio of the orbit's size to the frame's size at the target's distance.
 fn fade_at_target(camera: &Camera, conic: &Conic, body_km: DVec3, target_distance_km: Option<f64>) -> (f64, f64) {
     let Some(distance_km) = target_distance_km else { return (1.0, 0.0) };
     let size_ratio = conic.size_km() / (distance_km * camera.tan_half_fov.length());
-    let is_near = body_km.length() < FADE_BEYOND.1 * distance_km;
+    let is_near = body_km.length() < SIZE_FADE.1 * distance_km;
     let in_frame = is_near && camera.clip(body_km).is_some_and(|clip: DVec2| clip.abs().max_element() < 1.0);
-    let remaining = smoothstep((FADE_BEYOND.1 - size_ratio) / (FADE_BEYOND.1 - FADE_BEYOND.0));
+    let remaining = smoothstep((SIZE_FADE.1 - size_ratio) / (SIZE_FADE.1 - SIZE_FADE.0));
     (if in_frame { 1.0 } else { remaining }, size_ratio)
+}
+
+/// The colour of a body's orbit and trace: the body's colour, mixed with an equal part of white. Linear RGB.
+pub(crate) fn line_colour(body: &Body) -> DVec3 {
+    body.colour.as_dvec3() / f64::from(body.colour.max_element()) * 0.5 + 0.5
 }
 
 /// The orbit of one body and the decision about it. `None`: the body has no parent. `target_distance_km`: distance of the target.
@@ -263,28 +280,23 @@ pub(crate) fn line(
 ) -> Option<(Vec<OrbitArc>, Decision)> {
     let parent = p.catalog.body(p.body.parent?)?;
     let feature = "orbit";
-    let without = |reason: String| Some((Vec::new(), Decision { feature, on: false, reason, tier: None }));
+    let without = |reason: Reason| Some((Vec::new(), Decision { feature, on: false, reason, tier: None }));
     let state = match ephemeris.state(p.body.id, parent.id, p.emitted_at, None) {
         Ok(answer) => answer.state,
-        Err(e) => return without(e.to_string()),
+        Err(e) => return without(reason!("quoted", text = &e.to_string())),
     };
     let gm = parent.gm_km3_s2.unwrap_or(0.0) + p.body.gm_km3_s2.unwrap_or(0.0);
-    let Some(conic) = Conic::of(&state, gm) else { return without(format!("its path about {} is no conic", parent.name)) };
+    let Some(conic) = Conic::of(&state, gm) else { return without(reason!("orbit-no-conic", body = &parent.name)) };
     let (remaining, size_ratio) = fade_at_target(camera, &conic, p.placement.centre_km, target_distance_km);
     if remaining <= 0.0 {
-        return without(format!(
-            "{size_ratio:.0} times as large as what the frame shows at the target, of {} up to which it is drawn",
-            FADE_BEYOND.1
-        ));
+        return without(reason!("orbit-large", times = format_args!("{size_ratio:.0}"), limit = SIZE_FADE.1));
     }
-    // The body's colour mixed with an equal part of white.
-    let colour = p.body.colour.as_dvec3() / f64::from(p.body.colour.max_element()) * 0.5 + 0.5;
-    let all = arcs(camera, &conic, p.placement.centre_km, STRENGTH * remaining, colour);
+    let all = arcs(camera, &conic, p.placement.centre_km, OPACITY * remaining, line_colour(p.body));
     let size_px = half_length_px(camera, &conic, p.placement.centre_km);
     let reason = match all.len() {
-        0 if size_px < FADE_PX.0 => format!("half its length is {size_px:.1} px, of {} that a line is drawn from", FADE_PX.0),
-        0 => "outside the frame".into(),
-        n => format!("about {}: half its length is {size_px:.0} px, {n} arcs", parent.name),
+        0 if size_px < FADE_PX.0 => reason!("orbit-small", size = format_args!("{size_px:.1}"), least = FADE_PX.0),
+        0 => reason!("outside-frame"),
+        n => reason!("orbit-arcs", body = &parent.name, size = format_args!("{size_px:.0}"), count = n),
     };
     let on = !all.is_empty();
     Some((all, Decision { feature, on, reason, tier: None }))
@@ -322,12 +334,12 @@ mod tests {
     #[test]
     fn the_conic_is_the_path_of_the_body() {
         for (name, state) in states() {
-            let conic = Conic::of(&state, GM).expect("pulled");
+            let conic = Conic::of(&state, GM).expect("a conic");
             let from = ConicState { position: state.pos_km, velocity: state.vel_km_s };
             for days in [-300.0, -1.0, 1e-9, 40.0, 900.0] {
                 let expected = from.after(GM, days * 86_400.0).position;
                 // Finds the nearest point of the line by repeated refinement around the best sample.
-                let [back, ahead_end] = conic.reach();
+                let [back, ahead_end] = conic.drawn_range();
                 let (mut middle, mut step) = (0.0, 0.0);
                 for round in 0..40 {
                     let around = |k: i32| {
@@ -354,23 +366,23 @@ mod tests {
     fn distance_to_line_px(camera: &Camera, all: &[OrbitArc], clip: DVec2) -> f64 {
         let at = clip * camera.half_size();
         let of = |arc: &OrbitArc, k: u32| {
-            let end = |k: u32| arc.clip(f64::from(k) / f64::from(PIECES)).truncate() * camera.half_size();
+            let end = |k: u32| arc.clip(f64::from(k) / f64::from(CHORDS_PER_ARC)).truncate() * camera.half_size();
             let (a, b) = (end(k), end(k + 1));
             let t = ((at - a).dot(b - a) / (b - a).length_squared().max(1e-30)).clamp(0.0, 1.0);
             (at - a.lerp(b, t)).length()
         };
-        all.iter().flat_map(|arc| (0..PIECES).map(move |k| of(arc, k))).fold(f64::INFINITY, f64::min)
+        all.iter().flat_map(|arc| (0..CHORDS_PER_ARC).map(move |k| of(arc, k))).fold(f64::INFINITY, f64::min)
     }
 
     #[test]
     fn the_line_lies_on_its_conic_wherever_the_camera_is() {
         for (name, state) in states() {
-            let conic = Conic::of(&state, GM).expect("pulled");
-            let [back, ahead_end] = conic.reach();
+            let conic = Conic::of(&state, GM).expect("a conic");
+            let [back, ahead_end] = conic.drawn_range();
             let place = state.pos_km;
             // A camera beside the line that looks ahead along it (1), back (-1), or down on it (0).
-            let beside = |part: f64, off_km: f64, along: f64, fov_deg: f64| {
-                let s = part * if part < 0.0 { -back } else { ahead_end };
+            let beside = |fraction: f64, off_km: f64, along: f64, fov_deg: f64| {
+                let s = fraction * if fraction < 0.0 { -back } else { ahead_end };
                 let here = conic.offset_from_body_km(s);
                 let ahead = conic.offset_from_body_km(s + 1e-4 * (ahead_end - back)) - here;
                 let forward = if along == 0.0 { DVec3::NEG_Z } else { ahead * along };
@@ -390,7 +402,10 @@ mod tests {
             for (n, camera) in cameras.iter().enumerate() {
                 let all = arcs(camera, &conic, place - camera.position_km, 1.0, DVec3::ONE);
                 assert!(!all.is_empty() && all.len() < 1000, "{name}, camera {n}: {} arcs", all.len());
-                assert!(all.iter().all(|a| a.point.is_finite() && a.slope.is_finite() && a.bend.is_finite()), "{name}, camera {n}");
+                assert!(
+                    all.iter().all(|a| a.point.is_finite() && a.first_derivative.is_finite() && a.second_derivative.is_finite()),
+                    "{name}, camera {n}"
+                );
                 let mut seen = 0;
                 for step in -4000..4000 {
                     // The samples are dense close to the body, where the camera may be close to the line.
@@ -403,7 +418,7 @@ mod tests {
                     let Some(clip) = camera.clip(p).filter(|c| c.abs().max_element() < 1.0) else { continue };
                     seen += 1;
                     let off = distance_to_line_px(camera, &all, clip);
-                    assert!(off < 2.0 * MAX_BEND_PX, "{name}, camera {n}: the conic leaves the line by {off} px at {t}");
+                    assert!(off < 2.0 * MAX_CHORD_ERROR_PX, "{name}, camera {n}: the conic leaves the line by {off} px at {t}");
                 }
                 assert!(seen > 3 || n > 0, "{name}, camera {n} sees {seen} points");
             }
@@ -414,7 +429,7 @@ mod tests {
     #[test]
     fn the_line_passes_through_its_body_at_every_zoom() {
         for (name, state) in states() {
-            let conic = Conic::of(&state, GM).expect("pulled");
+            let conic = Conic::of(&state, GM).expect("a conic");
             let mut worst = 0.0_f64;
             for (k, side) in (0..60).flat_map(|k| [0.0, 0.6, -0.9].map(|side| (k, side))) {
                 let distance_km = 6000.0 * 1.3_f64.powi(k);
@@ -434,24 +449,24 @@ mod tests {
             assert!(worst < 0.05, "{name}: {worst} px");
         }
         // A line shifted by 100 km is 0.9 px from its body at that distance.
-        let conic = Conic::of(&states()[0].1, GM).expect("pulled");
+        let conic = Conic::of(&states()[0].1, GM).expect("a conic");
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 50.0, 1024, 1024);
         let place = DVec3::new(1e5, 0.0, 0.0);
-        let moved = arcs(&camera, &conic, place + conic.slope.normalize().any_orthonormal_vector() * 100.0, 1.0, DVec3::ONE);
+        let moved = arcs(&camera, &conic, place + conic.first_derivative.normalize().any_orthonormal_vector() * 100.0, 1.0, DVec3::ONE);
         assert!(distance_to_line_px(&camera, &moved, DVec2::ZERO) > 0.05);
     }
 
     #[test]
     fn the_line_fades_backwards_along_the_path() {
         let state = states()[0].1;
-        let conic = Conic::of(&state, GM).expect("pulled");
+        let conic = Conic::of(&state, GM).expect("a conic");
         let camera = Camera::looking(DVec3::new(0.0, 0.0, 1.5e10), DVec3::NEG_Z, DVec3::Y, 30.0, 800, 600);
         let all = arcs(&camera, &conic, state.pos_km - camera.position_km, 0.8, DVec3::ONE);
         let body = camera.clip(state.pos_km - camera.position_km).expect("in front");
-        let at_body = |part: f64, k: usize| {
-            all.iter().filter(|a| (a.clip(part).truncate() - body).length() < 1e-6).map(|a| a.strength[k]).collect::<Vec<_>>()
+        let at_body = |fraction: f64, k: usize| {
+            all.iter().filter(|a| (a.clip(fraction).truncate() - body).length() < 1e-6).map(|a| a.opacity[k]).collect::<Vec<_>>()
         };
-        assert_eq!((at_body(1.0, 1), at_body(0.0, 0)), (vec![0.8], vec![0.8 * MIN_STRENGTH as f32]), "it ends and begins at the body");
+        assert_eq!((at_body(1.0, 1), at_body(0.0, 0)), (vec![0.8], vec![0.8 * MIN_OPACITY as f32]), "it ends and begins at the body");
         let tiny = Camera { position_km: camera.position_km * 1e4, ..camera };
         assert!(arcs(&tiny, &conic, state.pos_km - tiny.position_km, 0.8, DVec3::ONE).is_empty(), "an orbit of a few pixels has no line");
     }
@@ -460,7 +475,7 @@ mod tests {
     #[test]
     fn orbits_far_larger_than_the_view_are_left_out() {
         let state = states()[0].1;
-        let conic = Conic::of(&state, GM).expect("pulled");
+        let conic = Conic::of(&state, GM).expect("a conic");
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 45.0, 800, 600);
         let at = |direction: DVec3, target_km: f64| fade_at_target(&camera, &conic, direction, Some(target_km)).0;
         assert_eq!((at(DVec3::NEG_X, 1e6), at(DVec3::X, 1e6), at(DVec3::NEG_X, 1e9)), (0.0, 1.0, 1.0));

@@ -4,9 +4,10 @@
 //! all bodies, their labels, and a decision about each layer. Always: a vertex of a figure is at the drawn position of its star, and a grid line is where
 //! the probe query `project` puts its coordinates, both with the viewer's aberration; the horizontal grid belongs to the ground and has no aberration.
 
-use crate::catalog::constellations::{Constellations, Corner, icrf_from_b1875};
+use crate::catalog::constellations::{Constellations, FigureVertex, icrf_from_b1875};
 use crate::catalog::stars::StarCatalog;
 use crate::ephemeris::apparent::aberrated;
+use crate::message::{Reason, reason};
 use crate::scene::annotation::grids::{Cap, GridLine, GridLineKind, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg};
 use crate::scene::annotation::line_texts::SkyText;
 use crate::scene::annotation::strokes::{Curve, LineSegment, Run, segments};
@@ -89,7 +90,7 @@ impl SkyLineBuilder<'_> {
         self.arc(&|t: f64| from * t.cos() + across * t.sin(), [0.0, angle], DERIVATIVE_BOUND, |_| 1.0, style);
     }
 
-    fn decide(&mut self, feature: &'static str, on: bool, reason: String) {
+    fn decide(&mut self, feature: &'static str, on: bool, reason: Reason) {
         self.all.decisions.push(Decision { feature, on, reason, tier: None });
     }
 
@@ -120,7 +121,7 @@ impl SkyLineBuilder<'_> {
             };
             self.tick(&line, &runs, pixel_deg, text, style);
         }
-        self.decide(feature, count > 0, format!("{count} lines in the frame"));
+        self.decide(feature, count > 0, reason!("lines-count", count = count));
     }
 
     fn grid_line(&mut self, line: &GridLine, cap: Cap, pixel_deg: f64, apparent: &dyn Fn(f64, f64) -> DVec3, style: LineStyle) -> Vec<Run> {
@@ -186,7 +187,7 @@ pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<
     if layers.grid_horizon {
         match horizon {
             Some(axes) => builder.grid("grid-horizon", axes, false, HORIZON, azimuth_text),
-            None => builder.decide("grid-horizon", false, "the camera stands on no ground".into()),
+            None => builder.decide("grid-horizon", false, reason!("lines-no-ground")),
         }
     }
     if layers.boundaries {
@@ -219,19 +220,15 @@ fn boundaries(builder: &mut SkyLineBuilder<'_>) {
         builder.arc(&point, [0.0, length], DERIVATIVE_BOUND, |_| 1.0, BORDER);
     }
     let count = builder.all.segments.len() - before;
-    builder.decide(
-        "boundaries",
-        count > 0,
-        if count > 0 { "borders of B1875 in the frame".into() } else { "no border in the frame".into() },
-    );
+    builder.decide("boundaries", count > 0, if count > 0 { reason!("lines-borders") } else { reason!("lines-no-border") });
 }
 
 fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewer: &Viewer) {
     let stars = StarCatalog::embedded();
     let placer = StarPlacer::of_stars(&stars, viewer, request);
-    let apparent = |corner: &Corner| match corner.star {
-        Some(place) => placer.place(&stars.stars()[place]).direction,
-        None => aberrated(corner.direction, viewer.body_velocity_km_s),
+    let apparent = |vertex: &FigureVertex| match vertex.star {
+        Some(index) => placer.place(&stars.stars()[index]).direction,
+        None => aberrated(vertex.direction, viewer.body_velocity_km_s),
     };
     let camera = builder.camera;
     let writes_names = 2.0 * camera.tan_half_fov.y.atan().to_degrees() > NAMES_FROM_DEG;
@@ -245,7 +242,7 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
             }
         }
         if builder.all.segments.len() > before {
-            names.push(constellation.abbreviation.as_str());
+            names.push(constellation.abbreviation.clone());
         }
         let middle = camera.clip(constellation.middle).filter(|clip| writes_names && clip.abs().max_element() < 1.0);
         if let Some(clip) = middle {
@@ -253,6 +250,7 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
             builder.all.texts.push(SkyText { text: constellation.name.clone(), at_px, colour: FIGURE.colour, is_tick: false });
         }
     }
-    let reason = if names.is_empty() { "no figure in the frame".into() } else { format!("in the frame: {}", names.join(", ")) };
-    builder.decide("constellations", !names.is_empty(), reason);
+    let on = !names.is_empty();
+    let reason = if on { reason!("lines-figures", names = names) } else { reason!("lines-no-figure") };
+    builder.decide("constellations", on, reason);
 }

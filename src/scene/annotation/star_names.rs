@@ -4,6 +4,7 @@
 //! exposure shows have a name.
 
 use crate::catalog::stars::{Star, star_name};
+use crate::message::reason;
 use crate::scene::annotation::labels::LabelMetrics;
 use crate::scene::annotation::line_texts::SkyText;
 use crate::scene::camera::Camera;
@@ -23,7 +24,7 @@ pub(crate) fn star_names(camera: &Camera, sprites: &[StarSprite], stars: &[Star]
     });
     let mut named: Vec<_> = named.collect();
     named.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let reason = format!("{} of the stars that show have one", named.len());
+    let reason = reason!("star-names-have", count = named.len());
     let decision = Decision { feature: "star-names", on: !named.is_empty(), reason, tier: None };
     let text = |(_, name, at_px): (f32, &str, DVec2)| {
         let half_width = 0.5 * name.chars().count() as f64 * metrics.glyph_width_px;

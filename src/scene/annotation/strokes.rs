@@ -1,16 +1,16 @@
 //! Curves in space as line segments on the screen.
 //!
 //! In: a curve as a function of one parameter, with bounds on its derivatives. Out: [`LineSegment`]s in clip space, clipped to the frame, whose ends meet
-//! exactly. Each span of parameters is halved until its chord deviates from the arc by less than `MAX_BEND_PX`, or is outside the frame. The result is
+//! exactly. Each span of parameters is halved until its chord deviates from the arc by less than `MAX_CHORD_ERROR_PX`, or is outside the frame. The result is
 //! some hundred segments, no matter how much of the curve is outside. All computation is in f64; only clip coordinates are narrowed to f32.
 
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// Largest deviation of a chord from its arc, pixels.
-pub(crate) const MAX_BEND_PX: f64 = 0.1;
+pub(crate) const MAX_CHORD_ERROR_PX: f64 = 0.1;
 /// Margin around the frame in which segments are kept, pixels: more than half the width of a line.
-const MARGIN_PX: f64 = 4.0;
+pub(crate) const MARGIN_PX: f64 = 4.0;
 /// Maximum number of halvings of a span: at 100 au an arc is then 30 metres long.
 const MAX_HALVINGS: u32 = 40;
 /// Longest arc, in parameter units, that may be replaced by its chord.
@@ -24,7 +24,7 @@ pub struct LineSegment {
     /// Normal of the line at each end, in pixels (x right, y up), per pixel of half width. Adjacent segments share it.
     pub across: [Vec2; 2],
     /// Opacity at each end.
-    pub strength: [f32; 2],
+    pub opacity: [f32; 2],
     /// Linear RGB.
     pub colour: Vec3,
 }
@@ -36,7 +36,7 @@ pub(crate) struct Curve<'a> {
     pub point: &'a dyn Fn(f64) -> DVec3,
     /// Upper limit of the length of the first and the second derivative.
     pub derivative_bound: f64,
-    /// Factor on [`MAX_BEND_PX`]: below 1 where the picture's corners are magnified.
+    /// Factor on [`MAX_CHORD_ERROR_PX`]: below 1 where the picture's corners are magnified.
     pub tolerance_factor: f64,
 }
 
@@ -50,8 +50,7 @@ struct Subdivision<'a> {
 
 impl Curve<'_> {
     fn in_camera(&self, at: f64) -> DVec3 {
-        let (p, camera) = ((self.point)(at), self.camera);
-        DVec3::new(p.dot(camera.right), p.dot(camera.up), p.dot(camera.forward))
+        self.camera.in_axes((self.point)(at))
     }
 
     /// The parts of the curve inside the frame. Each span between consecutive parameters is subdivided separately. Parameter 0 always starts a new run.
@@ -71,12 +70,12 @@ impl Subdivision<'_> {
         let middle = self.curve.in_camera(middle_at);
         let span = to.1 - from.1;
         let radius = 0.5 * self.curve.derivative_bound * span;
-        if !self.curve.camera.may_show_ball(middle, radius, MARGIN_PX) {
+        if !self.curve.camera.sphere_may_be_in_frame(middle, radius, MARGIN_PX) {
             return;
         }
         let deviation = self.curve.derivative_bound * span * span / 8.0;
         let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
-        let allowed = MAX_BEND_PX * self.curve.tolerance_factor * self.curve.camera.pixel_tangent() * nearest;
+        let allowed = MAX_CHORD_ERROR_PX * self.curve.tolerance_factor * self.curve.camera.pixel_tangent() * nearest;
         if halvings >= MAX_HALVINGS || (span < MAX_SPAN && deviation < allowed) {
             return self.chord(from, to);
         }
@@ -86,22 +85,7 @@ impl Subdivision<'_> {
 
     /// Appends the part of a chord that is inside the frame.
     fn chord(&mut self, from: (DVec3, f64), to: (DVec3, f64)) {
-        let half = self.curve.camera.half_size();
-        let tan = self.curve.camera.tan_half_fov * (1.0 + MARGIN_PX / half);
-        // Signed distances to the frustum's planes, positive inside.
-        let planes = |p: DVec3| [p.z - 2.0 * NEAR_DEPTH_KM, tan.x * p.z - p.x, tan.x * p.z + p.x, tan.y * p.z - p.y, tan.y * p.z + p.y];
-        let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
-        for (a, b) in planes(from.0).into_iter().zip(planes(to.0)) {
-            match (a < 0.0, b < 0.0) {
-                (true, true) => return,
-                (true, false) => enter = enter.max(a / (a - b)),
-                (false, true) => leave = leave.min(a / (a - b)),
-                (false, false) => {}
-            }
-        }
-        if enter >= leave {
-            return;
-        }
+        let Some([enter, leave]) = clipped_to_frame(self.curve.camera, from.0, to.0) else { return };
         let at = |t: f64| {
             if t == 0.0 {
                 from
@@ -122,12 +106,30 @@ impl Subdivision<'_> {
     }
 }
 
-/// Converts a run to line segments. `depth`: reversed depth of a point in camera axes; `strength`: opacity at a parameter.
+/// Clips a segment between two points in camera axes to the frustum of the frame and its margin (Liang and Barsky 1984): the fractions of the segment at
+/// which it enters and leaves; `None` if it is outside.
+pub(crate) fn clipped_to_frame(camera: &Camera, from: DVec3, to: DVec3) -> Option<[f64; 2]> {
+    let tan = camera.tan_half_fov * (1.0 + MARGIN_PX / camera.half_size());
+    // Signed distances to the frustum's planes, positive inside.
+    let planes = |p: DVec3| [p.z - 2.0 * NEAR_DEPTH_KM, tan.x * p.z - p.x, tan.x * p.z + p.x, tan.y * p.z - p.y, tan.y * p.z + p.y];
+    let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+    for (a, b) in planes(from).into_iter().zip(planes(to)) {
+        match (a < 0.0, b < 0.0) {
+            (true, true) => return None,
+            (true, false) => enter = enter.max(a / (a - b)),
+            (false, true) => leave = leave.min(a / (a - b)),
+            (false, false) => {}
+        }
+    }
+    (enter < leave).then_some([enter, leave])
+}
+
+/// Converts a run to line segments. `depth`: reversed depth of a point in camera axes; `opacity`: opacity at a parameter.
 pub(crate) fn segments(
     camera: &Camera,
     run: &[(DVec3, f64)],
     depth: impl Fn(DVec3) -> f64,
-    strength: impl Fn(f64) -> f64,
+    opacity: impl Fn(f64) -> f64,
     colour: DVec3,
 ) -> Vec<LineSegment> {
     let screen: Vec<DVec2> = run.iter().map(|(p, _)| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size()).collect();
@@ -144,11 +146,11 @@ pub(crate) fn segments(
         let clip = screen[k] / camera.half_size();
         narrow(DVec3::new(clip.x, clip.y, depth(run[k].0)))
     };
-    let strength = |k: usize| narrow_scalar(strength(run[k].1));
+    let opacity = |k: usize| narrow_scalar(opacity(run[k].1));
     let segment = |k: usize| LineSegment {
         ends: [end(k), end(k + 1)],
         across: [across(k), across(k + 1)],
-        strength: [strength(k), strength(k + 1)],
+        opacity: [opacity(k), opacity(k + 1)],
         colour: narrow(colour),
     };
     (0..screen.len().saturating_sub(1)).map(segment).collect()

@@ -60,20 +60,27 @@ pub struct Bar {
     pub opacity: f64,
 }
 
-/// A rectangle given by two opposite corners.
+/// A rectangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rect {
-    pub least: DVec2,
-    pub most: DVec2,
+    /// The top left corner.
+    pub min: DVec2,
+    /// The bottom right corner.
+    pub max: DVec2,
 }
 
 impl Rect {
     pub fn overlaps(&self, other: &Self) -> bool {
-        self.least.cmplt(other.most).all() && other.least.cmplt(self.most).all()
+        self.min.cmplt(other.max).all() && other.min.cmplt(self.max).all()
     }
 
     /// The rectangle enlarged on every side.
     pub(crate) fn padded(&self, margin: DVec2) -> Self {
-        Self { least: self.least - margin, most: self.most + margin }
+        Self { min: self.min - margin, max: self.max + margin }
+    }
+
+    /// Whether the rectangle is completely in a picture of this size.
+    pub(crate) fn is_in_picture(&self, size_px: DVec2) -> bool {
+        self.min.cmpge(DVec2::ZERO).all() && self.max.cmple(size_px).all()
     }
 }

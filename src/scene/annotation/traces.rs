@@ -6,7 +6,9 @@
 
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::{Ephemeris, State};
-use crate::scene::annotation::strokes::LineSegment;
+use crate::message::{Reason, reason};
+use crate::scene::annotation::orbits::line_colour;
+use crate::scene::annotation::strokes::{LineSegment, clipped_to_frame};
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
 use crate::scene::placed::PlacedBody;
@@ -23,9 +25,7 @@ const SEGMENTS_PER_SAMPLE: usize = 4;
 const PERIODS: f64 = 1.0;
 const MAX_DAYS: f64 = 12.0 * 365.25;
 /// Opacity at the body; the path fades to 0 at its end.
-const STRENGTH: f64 = 0.9;
-/// Margin around the frame in which segments are kept, pixels: more than half the width of a line.
-const MARGIN_PX: f64 = 4.0;
+const OPACITY: f64 = 0.9;
 
 /// A path relative to the body's current position: kilometres, newest point first, each with the fraction of the opacity that remains there.
 fn path(states: &[State], step_s: f64) -> Vec<(DVec3, f64)> {
@@ -47,11 +47,7 @@ fn path(states: &[State], step_s: f64) -> Vec<(DVec3, f64)> {
 
 /// The part of a path inside the frame, as line segments. `body_km`: the body's apparent position from the camera, ICRF.
 fn segments(camera: &Camera, body_km: DVec3, path: &[(DVec3, f64)], colour: DVec3) -> Vec<LineSegment> {
-    let in_camera_axes = |v: DVec3| DVec3::new(v.dot(camera.right), v.dot(camera.up), v.dot(camera.forward));
-    let points: Vec<(DVec3, f64)> = path.iter().map(|(p, left)| (in_camera_axes(body_km + *p), *left)).collect();
-    let tan = camera.tan_half_fov * (1.0 + MARGIN_PX / camera.half_size());
-    // Signed distances to the frustum's planes, positive inside.
-    let planes = |p: DVec3| [p.z - 2.0 * NEAR_DEPTH_KM, tan.x * p.z - p.x, tan.x * p.z + p.x, tan.y * p.z - p.y, tan.y * p.z + p.y];
+    let points: Vec<(DVec3, f64)> = path.iter().map(|(p, fading)| (camera.in_axes(body_km + *p), *fading)).collect();
     let screen = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size();
     let direction = |k: usize| {
         let (a, b) = (points.get(k)?.0, points.get(k + 1)?.0);
@@ -63,22 +59,14 @@ fn segments(camera: &Camera, body_km: DVec3, path: &[(DVec3, f64)], colour: DVec
     };
     let segment = |k: usize| {
         let (from, to) = (points[k], points[k + 1]);
-        let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
-        for (a, b) in planes(from.0).into_iter().zip(planes(to.0)) {
-            match (a < 0.0, b < 0.0) {
-                (true, true) => return None,
-                (true, false) => enter = enter.max(a / (a - b)),
-                (false, true) => leave = leave.min(a / (a - b)),
-                (false, false) => {}
-            }
-        }
+        let [enter, leave] = clipped_to_frame(camera, from.0, to.0)?;
         let at = |t: f64| (from.0.lerp(to.0, t), from.1 + t * (to.1 - from.1));
         let [a, b] = [at(enter), at(leave)];
         let end = |p: DVec3| narrow((screen(p) / camera.half_size()).extend((NEAR_DEPTH_KM / p.z).min(1.0)));
-        (enter < leave).then(|| LineSegment {
+        Some(LineSegment {
             ends: [end(a.0), end(b.0)],
             across: [across(k), across(k + 1)],
-            strength: [a.1, b.1].map(|left| narrow_scalar(STRENGTH * left)),
+            opacity: [a.1, b.1].map(|fading| narrow_scalar(OPACITY * fading)),
             colour: narrow(colour),
         })
     };
@@ -103,7 +91,7 @@ pub(crate) fn trace(camera: &Camera, ephemeris: &Ephemeris, p: &PlacedBody<'_>, 
         return None;
     }
     let feature = "trace";
-    let decision = |on: bool, reason: String| Decision { feature, on, reason, tier: None };
+    let decision = |on: bool, reason: Reason| Decision { feature, on, reason, tier: None };
     let centre_body = p.catalog.body(centre)?;
     let own_period = period_s(ephemeris, p.body, p);
     let centre_period = if is_child_of_centre {
@@ -116,7 +104,7 @@ pub(crate) fn trace(camera: &Camera, ephemeris: &Ephemeris, p: &PlacedBody<'_>, 
     let longest = periods.into_iter().flatten().fold(0.0, f64::max);
     let shortest = periods.into_iter().flatten().fold(f64::INFINITY, f64::min);
     if longest <= 0.0 {
-        return Some((Vec::new(), decision(false, "its path has no period".into())));
+        return Some((Vec::new(), decision(false, reason!("trace-no-period"))));
     }
     let span_s = (PERIODS * longest).min(MAX_DAYS * SECONDS_PER_DAY);
     let samples = ((span_s / shortest * SAMPLES_PER_PERIOD).ceil() as usize).clamp(16, MAX_SAMPLES);
@@ -126,13 +114,15 @@ pub(crate) fn trace(camera: &Camera, ephemeris: &Ephemeris, p: &PlacedBody<'_>, 
         .collect();
     let states = match states {
         Ok(states) => states,
-        Err(e) => return Some((Vec::new(), decision(false, e.to_string()))),
+        Err(e) => return Some((Vec::new(), decision(false, reason!("quoted", text = &e.to_string())))),
     };
-    let colour = p.body.colour.as_dvec3() / f64::from(p.body.colour.max_element()) * 0.5 + 0.5;
-    let all = segments(camera, p.placement.centre_km, &path(&states, step_s), colour);
+    let all = segments(camera, p.placement.centre_km, &path(&states, step_s), line_colour(p.body));
     let reason = match all.len() {
-        0 => "outside the frame".into(),
-        n => format!("{:.1} days about {}, {samples} samples, {n} pieces", span_s / SECONDS_PER_DAY, centre_body.name),
+        0 => reason!("outside-frame"),
+        n => {
+            let days = span_s / SECONDS_PER_DAY;
+            reason!("trace-samples", days = format_args!("{days:.1}"), body = &centre_body.name, samples = samples, count = n)
+        }
     };
     let on = !all.is_empty();
     Some((all, decision(on, reason)))

@@ -4,6 +4,7 @@
 //! frame where the ground is the unit sphere. The light along a ray is integrated in shaders/lib/air.
 
 use crate::catalog::{Atmosphere, Body, Species};
+use crate::message::{Reason, reason};
 use crate::scene::atmosphere::extinction::{density, extinction, optical_depth, scattering};
 use crate::scene::atmosphere::species::{gas, haze, layer, vertical_depth};
 use crate::scene::camera::{self, Placement};
@@ -44,20 +45,20 @@ pub(crate) fn possible_tiers(body: &Body) -> BTreeSet<AtmosphereModel> {
 
 /// The tier of the atmosphere, and why. Where the reason names two sample counts, the smaller applies to rays that only rise or only fall, by day.
 /// `chosen`: the user's choice.
-pub(crate) fn tier(chosen: Option<AtmosphereModel>, quality: Quality) -> (AtmosphereModel, &'static str) {
+pub(crate) fn tier(chosen: Option<AtmosphereModel>, quality: Quality) -> (AtmosphereModel, Reason) {
     let tier = chosen.unwrap_or(match quality {
         Quality::Draft => AtmosphereModel::Pixel8,
         Quality::Standard | Quality::Reference => AtmosphereModel::Table,
     });
     let reason = match (tier, chosen) {
-        (AtmosphereModel::None, _) => "no air is drawn",
-        (AtmosphereModel::Vertex, _) => "4 or 5 samples along each ray: set by you",
-        (AtmosphereModel::Pixel8, Some(_)) => "6 or 8 samples along each ray: set by you",
-        (AtmosphereModel::Pixel8, None) => "6 or 8 samples along each ray: draft quality",
-        (AtmosphereModel::Pixel16, _) => "8 or 16 samples along each ray: set by you",
-        (AtmosphereModel::Pixel32, _) => "16 or 32 samples along each ray: set by you",
-        (AtmosphereModel::Table, Some(_)) => "8 or 16 samples along each ray, and a table of further scattering: set by you",
-        (AtmosphereModel::Table, None) => "8 or 16 samples along each ray, and a table of further scattering",
+        (AtmosphereModel::None, _) => reason!("air-none"),
+        (AtmosphereModel::Vertex, _) => reason!("air-samples-chosen", few = 4, many = 5),
+        (AtmosphereModel::Pixel8, Some(_)) => reason!("air-samples-chosen", few = 6, many = 8),
+        (AtmosphereModel::Pixel8, None) => reason!("air-samples-draft", few = 6, many = 8),
+        (AtmosphereModel::Pixel16, _) => reason!("air-samples-chosen", few = 8, many = 16),
+        (AtmosphereModel::Pixel32, _) => reason!("air-samples-chosen", few = 16, many = 32),
+        (AtmosphereModel::Table, Some(_)) => reason!("air-samples-table-chosen", few = 8, many = 16),
+        (AtmosphereModel::Table, None) => reason!("air-samples-table", few = 8, many = 16),
     };
     (tier, reason)
 }
@@ -83,14 +84,14 @@ pub(crate) fn shell(body: &Body, placement: &Placement) -> Option<Placement> {
 }
 
 /// Whether the atmosphere can change the picture, with the reason.
-pub(crate) fn is_significant(body: &Body, air: &Atmosphere, inside: bool, diameter_px: f64, least: Threshold) -> (bool, String) {
+pub(crate) fn is_significant(body: &Body, air: &Atmosphere, inside: bool, diameter_px: f64, least: Threshold) -> (bool, Reason) {
     if inside {
-        return (true, format!("the camera is in it, below {} km", air.top_km));
+        return (true, reason!("air-camera-inside", height = air.top_km));
     }
     let rim_px = rim_px(body, air, diameter_px);
     let change = 1.0 - (-vertical_depth(air).max_element()).exp();
-    let reason =
-        format!("its rim is {rim_px:.2} px high against {RIM_PX}, and straight down it takes {}", least.change_description(change));
+    let light = least.change_description(change);
+    let reason = reason!("air-rim", height = format_args!("{rim_px:.2}"), least = RIM_PX, light = light);
     (rim_px >= RIM_PX || (least.is_exceeded_by_change(change) && diameter_px >= 1.0), reason)
 }
 
@@ -143,6 +144,8 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
         blend_mode: 0.0,
         night: camera::narrow_scalar(night_radiance(air)),
         thin_rim: 0.0,
+        coarse_bound: Vec2::ZERO,
+        coarse_row: 0.0,
         multi_scatter_heights: camera::narrow(DVec3::new(floor_km / radius_km, radius_km / air.top_km, 0.0)).truncate(),
         multi_scatter: std::sync::Arc::default(),
     }

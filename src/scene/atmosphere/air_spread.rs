@@ -30,9 +30,6 @@ pub const NODES: usize = ROWS * COLUMNS;
 pub(crate) const REACHES: usize = NODES * MAX_OCCLUDERS as usize;
 pub const TABLES: usize = REACHES + MAX_OCCLUDERS as usize;
 
-/// The reason that the decision reports.
-pub(crate) const REASON: &str = "scattered from the lit air and ground around, within 40 % where a thousandth is left";
-
 /// Elevations of the paths.
 const SLOPES: usize = 32;
 /// Integration steps along a path.

@@ -3,7 +3,8 @@
 //! In: the case of one body and its decisions so far. Out: the decisions, with the tier of the air, the blend mode and the draw of the sky.
 
 use crate::catalog::{Atmosphere, Body};
-use crate::scene::atmosphere::{air, air_spread};
+use crate::message::{Reason, reason};
+use crate::scene::atmosphere::air;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{ClipRect, Placement};
 use crate::scene::draw::features::{AtmosphereModel, MapSet, PixelView, RingShadow};
@@ -15,7 +16,7 @@ use crate::scene::request::effects::Effect;
 use crate::scene::tiers;
 
 /// Whether the atmosphere can change the picture, with the reason.
-fn is_significant(case: &BodyContext<'_, '_>, body: &Body, air: &Atmosphere, inside: bool) -> (bool, String) {
+fn is_significant(case: &BodyContext<'_, '_>, body: &Body, air: &Atmosphere, inside: bool) -> (bool, Reason) {
     air::is_significant(body, air, inside, case.diameter_px, case.threshold())
 }
 
@@ -53,23 +54,19 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
     let (mut tier, mut reason) = air::tier(context.request.effects.air_tier(), context.request.quality);
     let has_table = context.resources.scattering_tables.contains_key(&body.id);
     if tier == AtmosphereModel::Table && !has_table && may_be_seen(case, &shell) {
-        (tier, reason) = (AtmosphereModel::Pixel16, "8 or 16 samples along each ray: the table of further scattering is not at hand");
+        (tier, reason) = (AtmosphereModel::Pixel16, reason!("air-samples-no-table", few = 8, many = 16));
     }
-    log.note("air-samples", true, reason.into());
+    log.note("air-samples", true, reason);
     let chosen = &mut so_far.chosen;
     chosen.air = tier;
     log.tier(Effect::Atmosphere.name(), tiers::of_atmosphere(tier));
     if chosen.eclipse.occluders > 0 {
         let has_spread = tier == AtmosphereModel::Table;
-        let reason = if has_spread {
-            air_spread::REASON
-        } else {
-            "left out without the table of further scattering: overhead an umbra's air is as dark as at night"
-        };
-        log.note("light-into-shadow", has_spread, reason.into());
+        let reason = if has_spread { reason!("air-spread") } else { reason!("air-no-spread") };
+        log.note("light-into-shadow", has_spread, reason);
     }
     if !chosen.ellipsoid && Capabilities::of(body).ellipsoid {
-        log.note(Effect::Ellipsoid.name(), true, "required by the atmosphere".into());
+        log.note(Effect::Ellipsoid.name(), true, reason!("required-by-air"));
     }
     let features = chosen.sky_features(body, case.pixel_view());
     let rim_px = air::rim_px(body, air, case.diameter_px);
@@ -79,10 +76,10 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
     if colour_includes_air
         && (rim_is_negligible || !air::is_opaque(air) || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0)
     {
-        log.note("air-over-ground", false, "the colours of its disc have the air in them".into());
+        log.note("air-over-ground", false, reason!("air-in-colours"));
         chosen.air = AtmosphereModel::None;
     } else if colour_includes_air {
-        log.note("air-over-ground", true, "where it is brighter than the disc, whose colours have the air in them".into());
+        log.note("air-over-ground", true, reason!("air-where-brighter"));
     }
     so_far.blend_mode = match (colour_includes_air, air::is_opaque(air)) {
         (false, _) => 0.0,
@@ -100,7 +97,7 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
     if !inside && rim_px < air::SHADED_RIM_PX && features.ring_shadow != RingShadow::None {
         features.ring_shadow = RingShadow::PointSun;
         uniforms.air.thin_rim = 1.0;
-        let reason = format!("once a ray and by a point Sun: the rim is {rim_px:.2} px high against {}", air::SHADED_RIM_PX);
+        let reason = reason!("air-ring-shadow", height = format_args!("{rim_px:.2}"), least = air::SHADED_RIM_PX);
         so_far.log.note("ring-shadow-on-air", true, reason);
     }
     let name = format!("{} air", body.name);

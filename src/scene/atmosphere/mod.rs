@@ -2,6 +2,7 @@
 
 pub(crate) mod air;
 pub mod air_nodes;
+pub(crate) mod air_pass;
 pub mod air_spread;
 pub mod air_table;
 pub(crate) mod cloud_decision;

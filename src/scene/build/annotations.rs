@@ -13,7 +13,7 @@ use crate::scene::annotation::{eclipse_lines, ground_lines, instrument_frames, l
 use crate::scene::decision::Decision;
 use crate::scene::draw::StarSprite;
 use crate::scene::draw::features::PixelView;
-use crate::scene::features::case::Frame;
+use crate::scene::features::case::FrameContext;
 use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::view_request::Position;
@@ -30,7 +30,7 @@ pub(super) struct Annotations {
 }
 
 impl Annotations {
-    pub(super) fn build(builder: &SceneBuilder<'_>, frame: &Frame<'_>, reports: &[BodyInView], stars: &[StarSprite]) -> Self {
+    pub(super) fn build(builder: &SceneBuilder<'_>, frame: &FrameContext<'_>, reports: &[BodyInView], stars: &[StarSprite]) -> Self {
         let (request, camera) = (builder.request, frame.camera);
         let labels = labels::LabelLayer::of(camera, request, builder.catalog, reports, true);
         if request.pixel_view != PixelView::Final {

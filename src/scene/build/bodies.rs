@@ -5,14 +5,15 @@
 
 use super::SceneBuilder;
 use crate::catalog::{Body, NaifId};
+use crate::message::{Reason, reason};
 use crate::scene::annotation::orbits::{self, OrbitArc};
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::traces;
 use crate::scene::camera::{Camera, Placement};
-use crate::scene::decision::Decision;
+use crate::scene::decision::{Decision, invented_text};
 use crate::scene::draw::features::{Detail, PixelView, Shape};
 use crate::scene::draw::{Draw, Point};
-use crate::scene::features::case::Frame;
+use crate::scene::features::case::FrameContext;
 use crate::scene::features::{self, DecidedBody};
 use crate::scene::in_view::{Appearance, BodyInView, SubPoint};
 use crate::scene::light::magnitude;
@@ -35,7 +36,7 @@ pub(super) struct BodiesInFrame {
 
 impl BodiesInFrame {
     /// Decides on every feature of every placed body, and on its orbit and trace.
-    pub(super) fn decide(builder: &SceneBuilder<'_>, frame: &Frame<'_>) -> Self {
+    pub(super) fn decide(builder: &SceneBuilder<'_>, frame: &FrameContext<'_>) -> Self {
         let (request, placed) = (builder.request, &builder.placed);
         let is_final = request.pixel_view == PixelView::Final;
         let is_target = |p: &&PlacedBody<'_>| request.target == Some(p.body.id) && !builder.is_inside(p.body);
@@ -45,7 +46,7 @@ impl BodiesInFrame {
         let mut placed_reports = placed.iter().map(|p| {
             let own_request = builder.own_request(p.body);
             let own_context = Context { request: own_request.as_ref().unwrap_or(request), ..frame.context };
-            let mut decided = features::decide(&Frame { context: own_context, ..*frame }, p, builder.is_inside(p.body));
+            let mut decided = features::decide(&FrameContext { context: own_context, ..*frame }, p, builder.is_inside(p.body));
             let (own_draws, point) = (std::mem::take(&mut decided.draws), decided.point.take());
             let mut report = report(p, decided, &own_draws, magnitude::magnitude(frame.context, p, placed));
             let orbit = (request.layers.orbits && is_final).then(|| orbits::line(frame.camera, builder.ephemeris, p, target_distance_km));
@@ -87,7 +88,7 @@ fn report(p: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitude: O
         distance_km: p.distance_km,
         angular_diameter_deg: 2.0 * (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin().to_degrees(),
         diameter_px: decided.diameter_px,
-        phase_angle_deg: p.alpha.to_degrees(),
+        phase_angle_deg: p.phase_angle.to_degrees(),
         magnitude,
         sub_viewer: SubPoint::of(to_viewer),
         sub_solar: (p.body.id != NaifId::SUN).then(|| SubPoint::of(p.body_from_icrf * p.sun_from_body_km)),
@@ -99,7 +100,7 @@ fn report(p: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitude: O
 }
 
 /// The report of a body that the ephemeris could not place.
-pub(super) fn not_placed(body: &Body, reason: String) -> BodyInView {
+pub(super) fn not_placed(body: &Body, reason: Reason) -> BodyInView {
     BodyInView {
         id: body.id,
         name: body.name.clone(),
@@ -119,13 +120,17 @@ pub(super) fn not_placed(body: &Body, reason: String) -> BodyInView {
 }
 
 /// The maps, shape and detail shown in a body's draws that are invented, not measured: each with its file and the method of its invention.
-fn invented(body: &Body, draws: &[Draw]) -> Vec<(String, String)> {
+fn invented(body: &Body, draws: &[Draw]) -> Vec<(String, Reason)> {
     let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
     let maps = maps.chain(body.clouds.as_ref().map(|c| &c.map)).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
     let shown = |file: &String| draws.iter().any(|d| d.map_files.by_role().any(|(_, f)| f == file));
     let meshed = draws.iter().any(|d| d.features.shape == Shape::Mesh);
     let detailed = draws.iter().map(|d| d.features.detail).filter(|d| *d != Detail::None);
-    let detailed = detailed.map(|d| ("detail".to_owned(), detail::law(d).to_owned()));
+    let detailed = detailed.map(|d| ("detail".to_owned(), detail::law(d)));
     let shape = body.mesh.iter().filter(|_| meshed).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
-    maps.filter(|(file, _)| shown(file)).chain(shape).map(|(file, how)| (file.clone(), how.clone())).chain(detailed).collect()
+    maps.filter(|(file, _)| shown(file))
+        .chain(shape)
+        .map(|(file, how)| (file.clone(), reason!("quoted", text = invented_text(how))))
+        .chain(detailed)
+        .collect()
 }

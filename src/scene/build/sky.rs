@@ -6,7 +6,7 @@ use crate::scene::annotation::orbits::OrbitArc;
 use crate::scene::decision::Decision;
 use crate::scene::draw::StarSprite;
 use crate::scene::draw::features::PixelView;
-use crate::scene::features::case::Frame;
+use crate::scene::features::case::FrameContext;
 use crate::scene::sky::background::{self, SkyBackground};
 use crate::scene::sky::comets::{self, Comets};
 use crate::scene::sky::images::{self, SkyImageDraw};
@@ -29,7 +29,7 @@ pub(super) struct Sky {
 
 impl Sky {
     /// `has_corona`: the corona is drawn, so the zodiacal light need not continue up to the Sun.
-    pub(super) fn build(builder: &SceneBuilder<'_>, frame: &Frame<'_>, has_corona: bool) -> Self {
+    pub(super) fn build(builder: &SceneBuilder<'_>, frame: &FrameContext<'_>, has_corona: bool) -> Self {
         let (request, viewer, white) = (builder.request, &builder.viewer, builder.exposure.white());
         let sun = builder.ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, request.time, None);
         let sun_km = sun.ok().map(|s| s.state.pos_km);
@@ -55,7 +55,7 @@ impl Sky {
 
 impl SceneBuilder<'_> {
     /// Diffuse light of the sky, and the decisions about it.
-    pub(super) fn background(&self, frame: &Frame<'_>, has_corona: bool) -> (Option<SkyBackground>, Vec<Decision>) {
+    pub(super) fn background(&self, frame: &FrameContext<'_>, has_corona: bool) -> (Option<SkyBackground>, Vec<Decision>) {
         let resources = frame.context.resources;
         let map = resources.sky_map();
         let is_unreadable = resources.is_unreadable(&map.file);

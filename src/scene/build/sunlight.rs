@@ -1,10 +1,11 @@
 //! Light around the Sun: refracted limbs of bodies in front of it, its corona and its glare.
 
 use crate::catalog::NaifId;
+use crate::message::{Reason, reason};
 use crate::scene::decision::Decision;
 use crate::scene::draw::PixelView;
 use crate::scene::eclipse::refracted_limb::{self, RefractedLimb};
-use crate::scene::features::case::Frame;
+use crate::scene::features::case::FrameContext;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::corona::{self, Corona};
 use crate::scene::light::glow::{self, Glow};
@@ -23,7 +24,7 @@ pub(super) struct LightAroundSun {
 
 impl LightAroundSun {
     /// Decides on all three effects, and records each decision in the report of its body.
-    pub(super) fn decide(frame: &Frame<'_>, placed: &[PlacedBody<'_>], reports: &mut [BodyInView]) -> Self {
+    pub(super) fn decide(frame: &FrameContext<'_>, placed: &[PlacedBody<'_>], reports: &mut [BodyInView]) -> Self {
         let (request, camera, threshold) = (frame.context.request, frame.camera, frame.threshold);
         let tint = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.tint(towards));
         let transmittance = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.transmittance(towards));
@@ -37,10 +38,10 @@ impl LightAroundSun {
 
 /// Decides whether to keep an effect of the Sun, and records the decision. A setting in the request overrides the effect's bound. `found`: the effect,
 /// whether its bound exceeds the threshold, and the reason.
-fn decide<T>(request: &ViewRequest, effect: Effect, found: Option<(T, bool, String)>, reports: &mut [BodyInView]) -> Option<T> {
+fn decide<T>(request: &ViewRequest, effect: Effect, found: Option<(T, bool, Reason)>, reports: &mut [BodyInView]) -> Option<T> {
     let (light, by_bound, reason) = found.filter(|_| request.pixel_view == PixelView::Final)?;
     let (on, reason) = match request.effects.override_of(effect) {
-        Some(on) => (on, "set by you".into()),
+        Some(on) => (on, reason!("set-by-you")),
         None => (by_bound, reason),
     };
     if let Some(sun) = reports.iter_mut().find(|b| b.id == NaifId::SUN) {

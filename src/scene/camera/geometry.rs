@@ -76,8 +76,8 @@ pub struct WarpedGeometry {
 impl WarpedGeometry {
     /// The screen pixel that shows a pixel of the picture; `None` if no screen pixel does. If several do, that of the first triangle in the mesh.
     pub(crate) fn screen_of_picture(&self, pixel: DVec2) -> Option<DVec2> {
-        let part = pixel / size(self.picture_px);
-        let on_screen = self.mesh.screen_of_picture(DVec2::new(part.x, 1.0 - part.y))?;
+        let position = pixel / size(self.picture_px);
+        let on_screen = self.mesh.screen_of_picture(DVec2::new(position.x, 1.0 - position.y))?;
         let screen = size(self.screen_px);
         Some(DVec2::new(0.5 * screen.x + 0.5 * screen.y * on_screen.x, 0.5 * screen.y * (1.0 - on_screen.y)))
     }
@@ -86,8 +86,8 @@ impl WarpedGeometry {
     pub(crate) fn picture_of_screen(&self, pixel: DVec2) -> Option<DVec2> {
         let screen = size(self.screen_px);
         let on_screen = (pixel - 0.5 * screen) / (0.5 * screen.y);
-        let part = self.mesh.picture_of_screen(DVec2::new(on_screen.x, -on_screen.y))?;
-        Some(DVec2::new(part.x, 1.0 - part.y) * size(self.picture_px))
+        let position = self.mesh.picture_of_screen(DVec2::new(on_screen.x, -on_screen.y))?;
+        Some(DVec2::new(position.x, 1.0 - position.y) * size(self.picture_px))
     }
 
     /// Pixels of the screen per pixel of the picture, if the picture fills the screen's height.

@@ -27,7 +27,7 @@ pub struct Camera {
     pub width: u32,
     pub height: u32,
     /// Whether this is one frame of a composed picture. The glare of the Sun is then drawn even if the Sun is outside this frame.
-    pub one_of_several: bool,
+    pub is_part_of_composite: bool,
 }
 
 /// The apparent position, orientation and size of a body, f64.
@@ -155,7 +155,7 @@ impl Camera {
         let up = right.cross(forward);
         let tan_y = (fov_deg.to_radians() / 2.0).tan();
         let tan_half_fov = DVec2::new(tan_y * f64::from(width) / f64::from(height), tan_y);
-        Self { position_km, right, up, forward, tan_half_fov, width, height, one_of_several: false }
+        Self { position_km, right, up, forward, tan_half_fov, width, height, is_part_of_composite: false }
     }
 
     /// Half the viewport in pixels.
@@ -163,9 +163,9 @@ impl Camera {
         DVec2::new(f64::from(self.width), f64::from(self.height)) / 2.0
     }
 
-    /// Whether a ball can be in the picture: in front of the near plane and inside the frustum's four side planes, each moved outwards by a margin.
+    /// Whether a sphere may be in the frame: in front of the near plane and inside the frustum's four side planes, each moved outwards by a margin.
     /// `centre_km`: in the camera's axes (right, up, forward).
-    pub(crate) fn may_show_ball(&self, centre_km: DVec3, radius_km: f64, margin_px: f64) -> bool {
+    pub(crate) fn sphere_may_be_in_frame(&self, centre_km: DVec3, radius_km: f64, margin_px: f64) -> bool {
         let half = self.half_size();
         let is_outside = |across: f64, tan: f64, half: f64| {
             let tan = tan * (1.0 + margin_px / half);
@@ -173,6 +173,11 @@ impl Camera {
         };
         let tan = self.tan_half_fov;
         centre_km.z + radius_km > NEAR_DEPTH_KM && !is_outside(centre_km.x, tan.x, half.x) && !is_outside(centre_km.y, tan.y, half.y)
+    }
+
+    /// An ICRF vector in the camera's axes: right, up, forward.
+    pub(crate) fn in_axes(&self, v: DVec3) -> DVec3 {
+        DVec3::new(v.dot(self.right), v.dot(self.up), v.dot(self.forward))
     }
 
     /// Clip units per pixel, for shaders.
@@ -206,14 +211,14 @@ impl Camera {
     }
 
     /// The point of the body under a pixel, unit-sphere frame; `None` outside the body or behind the camera.
-    pub fn surface_under_pixel(&self, place: &Placement, pixel: DVec2) -> Option<DVec3> {
-        place.surface_along(self.ray(self.clip_from_pixel(pixel)))
+    pub fn surface_under_pixel(&self, placement: &Placement, pixel: DVec2) -> Option<DVec3> {
+        placement.surface_along(self.ray(self.clip_from_pixel(pixel)))
     }
 
     /// Pixel of a unit-sphere point of the body; `None` behind the camera or on the far side.
-    pub fn pixel_of_surface(&self, place: &Placement, unit_point: DVec3) -> Option<DVec2> {
-        let is_near_side = place.camera_in_unit_sphere().dot(unit_point) >= 1.0;
-        let direction = place.centre_km + place.body_from_icrf.transpose() * (unit_point * place.radii_km);
+    pub fn pixel_of_surface(&self, placement: &Placement, unit_point: DVec3) -> Option<DVec2> {
+        let is_near_side = placement.camera_in_unit_sphere().dot(unit_point) >= 1.0;
+        let direction = placement.centre_km + placement.body_from_icrf.transpose() * (unit_point * placement.radii_km);
         if is_near_side { self.clip(direction).map(|c| self.pixel_from_clip(c)) } else { None }
     }
 
@@ -223,7 +228,7 @@ impl Camera {
     /// or the intersection with the plane through the body's centre parallel to the image. The rounding of f32 (relative error e) moves the silhouette
     /// by about 2 e |c| radians in the camera form and 3 e A / t in the plane form, where c is the camera, t² = |c|² - 1, and A the distance of the
     /// farthest anchor in the rectangle from the body's centre; `Auto` compares the two errors. Measured in tests/scene/silhouette.rs.
-    pub fn view_rays(&self, place: &Placement, rect: ClipRect, form: AnchorForm) -> ViewRays {
+    pub fn view_rays(&self, placement: &Placement, rect: ClipRect, form: AnchorForm) -> ViewRays {
         // The corners are rounded first, so that rays and clip positions agree exactly.
         let rect_in_clip = glam::DVec4::new(rect.left, rect.top, rect.right, rect.bottom).as_vec4();
         let r = rect_in_clip.as_dvec4();
@@ -232,10 +237,10 @@ impl Camera {
             self.right * ((r.z - r.x) * self.tan_half_fov.x),
             self.up * ((r.w - r.y) * self.tan_half_fov.y),
         ];
-        let [origin, du, dv] = icrf.map(|ray| place.direction_in_unit_sphere(ray));
-        let camera = place.camera_in_unit_sphere();
-        let centre_depth_km = place.centre_km.dot(self.forward);
-        let centre_depth = centre_depth_km / place.radii_km.x;
+        let [origin, du, dv] = icrf.map(|ray| placement.direction_in_unit_sphere(ray));
+        let camera = placement.camera_in_unit_sphere();
+        let centre_depth_km = placement.centre_km.dot(self.forward);
+        let centre_depth = centre_depth_km / placement.radii_km.x;
         let radius_sq_minus_1 = (camera.length() - 1.0) * (camera.length() + 1.0);
         let plane = [origin * centre_depth + camera, du * centre_depth, dv * centre_depth];
         let farthest = [plane[0], plane[0] + plane[1], plane[0] + plane[2], plane[0] + plane[1] + plane[2]]
@@ -251,13 +256,13 @@ impl Camera {
         let anchor = if anchor_is_camera { [camera, DVec3::ZERO, DVec3::ZERO] } else { plane };
         // The quadratic form |ray|^2 (1 - q^2) over the rectangle, where q is the distance of a ray from the centre; it is 0 at the silhouette. The
         // component of a ray along the line to the centre does not contribute to its moment and is removed before rounding.
-        let centre = place.centre_km.normalize_or_zero();
-        let moments = icrf.map(|ray| camera.cross(place.direction_in_unit_sphere(ray - centre * ray.dot(centre))));
+        let centre = placement.centre_km.normalize_or_zero();
+        let moments = icrf.map(|ray| camera.cross(placement.direction_in_unit_sphere(ray - centre * ray.dot(centre))));
         let rays = [origin, du, dv];
         let factor = |i: usize, k: usize| rays[i].dot(rays[k]) - moments[i].dot(moments[k]);
         let silhouette_form =
             [DVec3::new(factor(0, 0), 2.0 * factor(0, 1), 2.0 * factor(0, 2)), DVec3::new(factor(1, 1), 2.0 * factor(1, 2), factor(2, 2))];
-        let depth_axis = place.body_from_icrf * self.forward * place.radii_km / NEAR_DEPTH_KM;
+        let depth_axis = placement.body_from_icrf * self.forward * placement.radii_km / NEAR_DEPTH_KM;
         ViewRays {
             rect_in_clip,
             anchor_origin: narrow(anchor[0]),

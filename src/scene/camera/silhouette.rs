@@ -25,19 +25,19 @@ pub const PADDING_PX: f64 = 1.5;
 
 /// Whether a view ray of the padded frame meets the body, in front of or behind the camera. In the unit-sphere frame the tangent cone is circular, so only
 /// the frame's ray nearest to the cone's axis must be tested: the axis itself, or a ray on the frame's edge.
-fn meets_frame(camera: &Camera, place: &Placement) -> bool {
+fn meets_frame(camera: &Camera, placement: &Placement) -> bool {
     // For a very flat ellipsoid, such as a ring's disc, rounding errors make the test meaningless: assume that the cone meets the frame.
-    if place.radii_km.min_element() < 1e-3 * place.radii_km.max_element() {
+    if placement.radii_km.min_element() < 1e-3 * placement.radii_km.max_element() {
         return true;
     }
-    let c = place.camera_in_unit_sphere();
+    let c = placement.camera_in_unit_sphere();
     let distance = c.length();
     let axis = -c / distance;
-    let reach = DVec2::ONE + PADDING_PX / camera.half_size();
-    if camera.clip(place.centre_km).is_some_and(|p| p.abs().cmple(reach).all()) {
+    let padded_edge = DVec2::ONE + PADDING_PX / camera.half_size();
+    if camera.clip(placement.centre_km).is_some_and(|p| p.abs().cmple(padded_edge).all()) {
         return true;
     }
-    let ray = |x: f64, y: f64| place.direction_in_unit_sphere(camera.ray(DVec2::new(x, y) * reach));
+    let ray = |x: f64, y: f64| placement.direction_in_unit_sphere(camera.ray(DVec2::new(x, y) * padded_edge));
     let corners = [ray(-1.0, -1.0), ray(1.0, -1.0), ray(1.0, 1.0), ray(-1.0, 1.0)];
     let nearest = (0..4).map(|k| nearest_cosine(axis, corners[k], corners[(k + 1) % 4])).fold(-1.0, f64::max);
     nearest >= ((distance - 1.0) * (distance + 1.0)).sqrt() / distance
@@ -55,17 +55,17 @@ fn nearest_cosine(axis: DVec3, from: DVec3, to: DVec3) -> f64 {
 
 impl Outline {
     /// `camera` must be outside the body.
-    pub fn of(camera: &Camera, place: &Placement) -> Self {
-        let depth_km = place.centre_km.dot(camera.forward);
-        let c = place.camera_in_unit_sphere();
-        let (r, u) = (place.direction_in_unit_sphere(camera.right), place.direction_in_unit_sphere(camera.up));
+    pub fn of(camera: &Camera, placement: &Placement) -> Self {
+        let depth_km = placement.centre_km.dot(camera.forward);
+        let c = placement.camera_in_unit_sphere();
+        let (r, u) = (placement.direction_in_unit_sphere(camera.right), placement.direction_in_unit_sphere(camera.up));
         let (n1, n2) = (c.cross(r), c.cross(u));
         // The negated upper-left 2x2 block of Q; it is positive definite exactly if the outline is an ellipse.
         let block = [n1.dot(n1) - r.dot(r), n1.dot(n2) - r.dot(u), n2.dot(n2) - u.dot(u)];
         let determinant = block[0] * block[2] - block[1] * block[1];
         let scale = block[0].abs().max(block[2].abs());
         if block[0] <= 0.0 || block[2] <= 0.0 || determinant <= 1e-12 * scale * scale {
-            return if meets_frame(camera, place) { Self::Open } else { Self::Beside };
+            return if meets_frame(camera, placement) { Self::Open } else { Self::Beside };
         }
         if depth_km <= 0.0 {
             return Self::Behind;
@@ -75,8 +75,8 @@ impl Outline {
         let centre = inverse * linear;
         let level = c.dot(c) + linear.dot(centre);
         // Converts body radii at the centre's depth to clip units.
-        let clip_per_radius = place.radii_km.x / (depth_km * camera.tan_half_fov);
-        let Some(origin) = camera.clip(place.centre_km) else { return Self::Behind };
+        let clip_per_radius = placement.radii_km.x / (depth_km * camera.tan_half_fov);
+        let Some(origin) = camera.clip(placement.centre_km) else { return Self::Behind };
         let middle = origin + centre * clip_per_radius;
         let half = DVec2::new((level * inverse.x_axis.x).sqrt(), (level * inverse.y_axis.y).sqrt()) * clip_per_radius;
         let px = clip_per_radius * camera.half_size();

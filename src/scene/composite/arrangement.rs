@@ -48,5 +48,5 @@ pub struct Faces {
     /// Width of a face, which spans 90 degrees, in pixels; its frame has an additional border on each side.
     pub face_px: u32,
     /// The rectangle of each frame that the picture shows: x0, y0, x1, y1 in pixels, the last two exclusive.
-    pub used: Vec<[u32; 4]>,
+    pub visible_rects: Vec<[u32; 4]>,
 }

@@ -56,21 +56,21 @@ const GRID: u32 = 32;
 
 /// Bounds of the part of a face inside a cap around the picture's axis (left, top, right, bottom), as fractions of the face's side from its top left
 /// corner; `None` if the face is outside the cap.
-fn part_used(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
+fn visible_bounds(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
     let [right, up, forward] = AXES[face];
     let step = 1.0 / f64::from(GRID);
     // Widened, because the boundary of the cap can lie between two grid points.
-    let reach = half_fov_rad + 2.0 * step;
-    let mut part: Option<[f64; 4]> = None;
+    let widened_half_fov = half_fov_rad + 2.0 * step;
+    let mut bounds: Option<[f64; 4]> = None;
     for (i, j) in (0..=GRID).flat_map(|j| (0..=GRID).map(move |i| (i, j))) {
         let (s, t) = (f64::from(i) * step, f64::from(j) * step);
         let direction = (right * (2.0 * s - 1.0) + up * (1.0 - 2.0 * t) + forward).normalize();
-        if direction.truncate().length().atan2(direction.z) <= reach {
-            let p = part.get_or_insert([s, t, s, t]);
+        if direction.truncate().length().atan2(direction.z) <= widened_half_fov {
+            let p = bounds.get_or_insert([s, t, s, t]);
             *p = [p[0].min(s - step), p[1].min(t - step), p[2].max(s + step), p[3].max(t + step)];
         }
     }
-    part.map(|p| p.map(|v| v.clamp(0.0, 1.0)))
+    bounds.map(|p| p.map(|v| v.clamp(0.0, 1.0)))
 }
 
 pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest, plain: ViewRequest) -> Result<Frames, SceneError> {
@@ -85,9 +85,9 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewReq
     let half_fov_rad = fov_deg.to_radians() / 2.0;
     let picture = SpherePicture { right, up, forward, projection: composition.projection, half_fov_rad, width, height };
     let radial_px = 2.0 / picture.radians_per_pixel().min_element();
-    let wanted_px = (2.0 * picture.pixels_per_radian()).min(radial_px.max(f64::from(MAX_FACE_PX)));
+    let matching_px = (2.0 * picture.pixels_per_radian()).min(radial_px.max(f64::from(MAX_FACE_PX)));
     // At most 10430 pixels, for an equirectangular picture of 16384 by 16384.
-    let mut face_px = (wanted_px.ceil() as u32).max(MIN_FACE_PX).next_multiple_of(2);
+    let mut face_px = (matching_px.ceil() as u32).max(MIN_FACE_PX).next_multiple_of(2);
     if [width, height].contains(&(face_px + 2 * BORDER_PX)) {
         // A frame must not have the picture's size, so that their HDR targets differ.
         face_px += 2;
@@ -116,21 +116,21 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewReq
         tan_half_fov: DVec2::splat(tangent),
         width: side,
         height: side,
-        one_of_several: true,
+        is_part_of_composite: true,
         ..viewer.camera.clone()
     };
-    let (mut frames, mut used, mut frame_of) = (Vec::new(), Vec::new(), [None; 6]);
+    let (mut frames, mut visible_rects, mut frame_of) = (Vec::new(), Vec::new(), [None; 6]);
     let border = f64::from(BORDER_PX);
     for (face, axes) in AXES.into_iter().enumerate() {
-        let part = match composition.projection {
-            Projection::Fisheye => part_used(face, half_fov_rad),
+        let bounds = match composition.projection {
+            Projection::Fisheye => visible_bounds(face, half_fov_rad),
             _ => Some([0.0, 0.0, 1.0, 1.0]),
         };
-        let Some([x0, y0, x1, y1]) = part else { continue };
+        let Some([x0, y0, x1, y1]) = bounds else { continue };
         let side = f64::from(face_px);
-        let first_px = |part: f64| (part * side).floor().max(0.0) as u32;
-        let end_px = |part: f64| ((part * side + 2.0 * border).ceil() as u32).min(frame_px);
-        used.push([first_px(x0), first_px(y0), end_px(x1), end_px(y1)]);
+        let first_px = |fraction: f64| (fraction * side).floor().max(0.0) as u32;
+        let end_px = |fraction: f64| ((fraction * side + 2.0 * border).ceil() as u32).min(frame_px);
+        visible_rects.push([first_px(x0), first_px(y0), end_px(x1), end_px(y1)]);
         frame_of[face] = Some(frames.len());
         let tangent = f64::from(frame_px) / side;
         let viewer = Viewer { camera: camera(axes, tangent, frame_px), ..viewer.clone() };
@@ -138,9 +138,9 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewReq
     }
     // The light meter sees the middle of the picture, at most the front face.
     let half_fov = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
-    let metered = Camera { one_of_several: false, ..camera(AXES[0], half_fov.tan(), frame_px) };
+    let metered = Camera { is_part_of_composite: false, ..camera(AXES[0], half_fov.tan(), frame_px) };
     let meter = FrameRequest { request: face_request, viewer: Viewer { camera: metered, ..viewer } };
-    Ok(Frames { meter, frames, arrangement: Arrangement::Faces(Faces { picture, frame_of, face_px, used }) })
+    Ok(Frames { meter, frames, arrangement: Arrangement::Faces(Faces { picture, frame_of, face_px, visible_rects }) })
 }
 
 /// Right, up and forward axes of the picture. A fisheye has the line of sight or the zenith in its middle. An equirectangular picture is level: its poles
@@ -172,29 +172,29 @@ mod tests {
             assert_eq!(right.cross(up), forward);
         }
         for k in 0..10_000 {
-            let (z, turn) = (1.0 - 2.0 * (f64::from(k) + 0.5) / 1e4, f64::from(k) * 2.399_963);
+            let (z, azimuth) = (1.0 - 2.0 * (f64::from(k) + 0.5) / 1e4, f64::from(k) * 2.399_963);
             let across = (1.0 - z * z).sqrt();
-            let direction = DVec3::new(across * turn.cos(), across * turn.sin(), z);
+            let direction = DVec3::new(across * azimuth.cos(), across * azimuth.sin(), z);
             let [right, up, forward] = AXES[face_of(direction)];
             let depth = direction.dot(forward);
             assert!(depth > 0.0 && direction.dot(right).abs() <= depth && direction.dot(up).abs() <= depth, "{direction}");
         }
     }
 
-    /// Every direction inside a cap is in the used part of its face, and a narrow cap needs the front face only.
+    /// Every direction inside a cap is in the visible bounds of its face, and a narrow cap needs the front face only.
     #[test]
     fn what_a_fisheye_shows_is_used() {
         for (half_deg, faces) in [(10.0, 1), (40.0, 1), (90.0, 5), (110.0, 5), (140.0, 6), (180.0, 6)] {
             let half = f64::to_radians(half_deg);
-            let parts: Vec<_> = (0..6).map(|f| part_used(f, half)).collect();
-            assert_eq!(parts.iter().flatten().count(), faces, "{half_deg}");
+            let bounds: Vec<_> = (0..6).map(|f| visible_bounds(f, half)).collect();
+            assert_eq!(bounds.iter().flatten().count(), faces, "{half_deg}");
             for k in 0..20_000 {
-                let (angle, turn) = (half * (f64::from(k % 200) + 0.5) / 200.0, f64::from(k) * 0.314_159);
-                let direction = DVec3::new(angle.sin() * turn.cos(), angle.sin() * turn.sin(), angle.cos());
+                let (angle, azimuth) = (half * (f64::from(k % 200) + 0.5) / 200.0, f64::from(k) * 0.314_159);
+                let direction = DVec3::new(angle.sin() * azimuth.cos(), angle.sin() * azimuth.sin(), angle.cos());
                 let face = face_of(direction);
                 let [right, up, forward] = AXES[face];
                 let (s, t) = (direction.dot(right) / direction.dot(forward), direction.dot(up) / direction.dot(forward));
-                let [x0, y0, x1, y1] = parts[face].expect("the face is used");
+                let [x0, y0, x1, y1] = bounds[face].expect("a visible face");
                 let (x, y) = (0.5 + 0.5 * s, 0.5 - 0.5 * t);
                 assert!(x0 <= x && x <= x1 && y0 <= y && y <= y1, "{half_deg}: {direction}");
             }

@@ -157,6 +157,22 @@ pub struct Air {
     pub absorption: bool,
 }
 
+/// Whether the light of the air is evaluated for each pixel, or interpolated in a picture of its own with fewer texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum AirPass {
+    /// Each pixel evaluates it.
+    #[default]
+    None,
+    /// The pixels read the picture where its interpolation is accurate enough.
+    Read,
+    /// The draw that fills the picture: it shows the air alone.
+    Drawn,
+}
+
+impl AirPass {
+    pub const ALL: [Self; 3] = [Self::None, Self::Read, Self::Drawn];
+}
+
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Flags {
     pub two_sided: bool,
@@ -264,6 +280,8 @@ pub struct DrawFeatures {
     pub ring_shine: bool,
     pub body_shadow: BodyShadow,
     pub air: Air,
+    /// Whether the air's light is interpolated in a coarse picture.
+    pub air_pass: AirPass,
     pub shape: Shape,
     /// Whether the draw uses the lunar limb profile: for the Moon in front of the Sun, or for the Sun behind it.
     pub limb_heights: bool,
@@ -285,9 +303,23 @@ impl DrawFeatures {
         ring_shine: false,
         body_shadow: BodyShadow::None,
         air: Air { tier: AtmosphereModel::None, mie: false, absorption: false },
+        air_pass: AirPass::None,
         shape: Shape::Sphere,
         limb_heights: false,
         flags: Flags { two_sided: false, alpha_texture: false, vertex_colour: false },
         view: PixelView::Final,
     };
+
+    /// The features of the draw that fills the coarse picture of this draw's air; `None` if this draw reads no such picture.
+    pub fn coarse_air(&self) -> Option<Self> {
+        (self.air_pass == AirPass::Read).then_some(Self {
+            surface: if self.surface == Surface::Cloud { Surface::Cloud } else { Surface::Lambert },
+            lights: 1,
+            eclipse: self.eclipse,
+            air: self.air,
+            air_pass: AirPass::Drawn,
+            shape: self.shape,
+            ..Self::MINIMAL
+        })
+    }
 }

@@ -9,8 +9,8 @@ pub mod uniforms;
 use crate::catalog::NaifId;
 pub use crate::scene::constants;
 pub use features::{
-    Air, AtmosphereModel, BodyShadow, Detail, DrawFeatures, Eclipse, EclipseModel, Flags, INSTRUCTIONS_PER_READ, MAX_CUSTOM_SURFACES,
-    MAX_OCCLUDERS, MapSet, PixelView, RingShadow, Shape, Surface,
+    Air, AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, Eclipse, EclipseModel, Flags, INSTRUCTIONS_PER_READ,
+    MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, MapSet, PixelView, RingShadow, Shape, Surface,
 };
 use glam::Vec3;
 pub use tables::{LimbTable, RingShine, RingTable};

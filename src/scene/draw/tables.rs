@@ -1,5 +1,7 @@
 //! Tables that shaders read by texel: plain values. Module `rings` fills those of rings, module `visibility` the lunar limb profile.
 
+use crate::scene::constants::RING_BIN_ROWS;
+
 /// Integrals over a ring's radius: texels row by row, four numbers each. Their layout is documented in shaders/lib/ring/profile.wesl for the ring itself,
 /// and in shaders/lib/ring/shadow.wesl for its shadow.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,9 +18,9 @@ pub struct RingTable {
 }
 
 impl RingTable {
-    /// Number of rows after row 0, which contains the bins.
+    /// Number of rows after those of the bins.
     pub fn rows(&self) -> u32 {
-        self.height - 1
+        self.height - RING_BIN_ROWS
     }
 }
 

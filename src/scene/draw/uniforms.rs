@@ -204,6 +204,10 @@ uniforms! {
         pub night: f32 = "air_night_radiance",
         /// 1 if the atmosphere's rim is less than a pixel high: the rings' shadow is then evaluated once per view ray through it.
         pub thin_rim: f32 = "air_rim_is_thin",
+        /// Largest error of the light in a coarse picture of the air: as a fraction of the light, and of radiance per irradiance.
+        pub coarse_bound: Vec2,
+        /// First row of the body's part of that picture. The plan, which arranges the picture, sets it.
+        pub coarse_row: f32 = "air_coarse_row",
         /// Height above the ground of the floor from which the draw counts heights, and the reciprocal of the height of the air's top above the ground; both
         /// in the floor's radii.
         pub multi_scatter_heights: Vec2 = "air_multi_scatter_heights",
@@ -291,6 +295,8 @@ uniforms! {
         pub reach: Vec2 = "ring_radius_range",
         /// Outermost radius of all rings of the body, drawn or not, equatorial radii.
         pub extent: f32 = "ring_extent",
+        /// Most pieces into which a pixel's stretch of the ring is divided, at least 1.
+        pub pieces: f32 = "ring_pieces",
         /// Size of half a pixel at the body's distance, equatorial radii.
         pub blur: f32 = "ring_half_pixel",
         /// Factor and exponent of the large particles' phase function.

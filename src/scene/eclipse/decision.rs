@@ -2,9 +2,10 @@
 //!
 //! In: the case of one body and its decisions so far. Out: the decisions with the eclipse model and its uniforms.
 
+use crate::message::reason;
 use crate::scene::draw::features::Eclipse;
 use crate::scene::draw::uniforms::EclipseUniforms;
-use crate::scene::eclipse::sun_occluders::{requested_model, sun_occluders};
+use crate::scene::eclipse::sun_occluders::{ReceivingPart, requested_model, sun_occluders};
 use crate::scene::eclipse::{occluders, uniforms};
 use crate::scene::features::case::{BodyContext, Decisions};
 use crate::scene::features::choice::Capabilities;
@@ -17,7 +18,8 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
         return so_far;
     }
     let context = case.frame.context;
-    let Some(mut found) = sun_occluders(context, case.placed, case.diameter_px, None) else { return so_far };
+    let camera = Some(case.frame.camera);
+    let Some(mut found) = sun_occluders(context, case.placed, case.diameter_px, ReceivingPart::Body, camera) else { return so_far };
     if !so_far.log.effect(Effect::Eclipse, !found.occluders.is_empty(), std::mem::take(&mut found.reason)) {
         found.occluders.clear();
     }
@@ -29,16 +31,15 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
 
 /// Decides which moons' shadows fall on the rings. The globe's `eclipse` effect switches these shadows too.
 pub(crate) fn decide_for_rings(case: &BodyContext<'_, '_>, so_far: &mut Decisions<'_>, outer_km: f64) -> EclipseUniforms {
-    let (p, context) = (case.placed, case.frame.context);
-    let diameter_px = 2.0 * p.body.radii_km.x / (p.distance_km * case.frame.camera.pixel_tangent());
-    let reach = outer_km / p.body.radii_km.x;
-    let Some(mut found) = sun_occluders(context, p, diameter_px, Some(reach)) else {
+    let (p, context, camera) = (case.placed, case.frame.context, case.frame.camera);
+    let diameter_px = 2.0 * p.body.radii_km.x / (p.distance_km * camera.pixel_tangent());
+    let Some(mut found) = sun_occluders(context, p, diameter_px, ReceivingPart::Rings { outer_km }, Some(camera)) else {
         so_far.chosen.ring_eclipse = Eclipse::default();
         return EclipseUniforms::default();
     };
     if case.effects().override_of(Effect::Eclipse) == Some(false) {
         found.occluders.clear();
-        found.reason = "switched off with the eclipse".into();
+        found.reason = reason!("eclipse-switched-off");
     }
     so_far.log.note("eclipse-on-rings", !found.occluders.is_empty(), found.reason);
     let model = occluders::model(&mut found.occluders, requested_model(context.request));

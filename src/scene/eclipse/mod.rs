@@ -7,6 +7,7 @@ pub mod refracted_limb;
 pub mod shade;
 pub(crate) mod shadow_cone;
 pub(crate) mod shadow_path;
+pub mod shadow_region;
 pub(crate) mod sun_occluders;
 pub mod uniforms;
 
@@ -15,4 +16,5 @@ pub use occluders::{
     EclipseModelChoice, Occluder, OccluderSearch, Receiver, ReceiverExtent, candidates, find, limb_law, max_occluders, model,
     select_occluders,
 };
+pub use shadow_region::ReceiverShape;
 pub(crate) use uniforms::uniforms_of_casters;

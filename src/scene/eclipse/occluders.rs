@@ -8,8 +8,10 @@
 use crate::catalog::{Body, BodyKind, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
 use crate::ephemeris::apparent::aberrated;
+use crate::message::{Reason, reason};
 use crate::scene::draw::features::{Eclipse, EclipseModel, MAX_OCCLUDERS};
 use crate::scene::eclipse::air as refraction;
+use crate::scene::eclipse::shadow_region::{Frustum, ReceiverShape, ShadowRegion};
 use crate::scene::thresholds::VISIBLE_CHANGE;
 use crate::time::Instant;
 use crate::units::SPEED_OF_LIGHT_KM_S;
@@ -123,16 +125,29 @@ fn centre_over_mean(sun: &Body) -> f64 {
 pub struct ReceiverExtent {
     /// Farthest lit point from the centre, equatorial radii: 1 for the ground, more with air, clouds or rings.
     pub reach: f64,
+    pub shape: ReceiverShape,
     /// Camera position from the centre, body axes, equatorial radii; `None`: every side is visible.
     pub camera: Option<DVec3>,
-    /// Size of a pixel in equatorial radii; 0 for exact points.
+    /// The picture; `None`: every direction is visible, and every pixel has the size below.
+    pub frustum: Option<Frustum>,
+    /// Size of a pixel at the centre in equatorial radii; 0 for exact points.
     pub pixel: f64,
+}
+
+/// How much an occluder matters to a picture, in increasing order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Importance {
+    /// Its shadow is on the far side or outside of the picture.
+    Unseen,
+    /// Its shadow is in the picture, and too faint or too small to see.
+    Invisible,
+    Visible,
 }
 
 /// The occluders of a receiver, those with a visible effect first, and among these sorted by the light that they block, largest first; and the reason for the choice.
 pub struct OccluderSearch<'a> {
     pub occluders: Vec<Occluder<'a>>,
-    pub reason: String,
+    pub reason: Reason,
 }
 
 /// Finds the occluders of `receiver` among `bodies`. `include_all`: also occluders with an invisible effect, if their penumbra touches the receiver.
@@ -169,7 +184,7 @@ pub fn select_occluders<'a>(
     include_all: bool,
 ) -> OccluderSearch<'a> {
     let Some(axis) = Axis::of(receiver, sun) else {
-        return OccluderSearch { occluders: Vec::new(), reason: "it is inside the Sun".into() };
+        return OccluderSearch { occluders: Vec::new(), reason: reason!("inside-sun") };
     };
     let mut occluders = Vec::new();
     let mut nearest: Option<(f64, &'a str)> = None;
@@ -184,12 +199,9 @@ pub fn select_occluders<'a>(
             }
             continue;
         }
-        // A shadow smaller than a pixel darkens it in proportion to its area.
-        let pixel_fraction = if extent.pixel > 0.0 { occluder.shadow_area() / (extent.pixel * extent.pixel) } else { 1.0 };
-        let is_significant =
-            occluder.max_obscuration * pixel_fraction.min(1.0) > VISIBLE_CHANGE && occluder.shadow_is_visible(&axis, extent);
-        if is_significant || include_all {
-            occluders.push((is_significant, occluder));
+        let importance = occluder.importance(&axis, extent);
+        if importance == Importance::Visible || include_all {
+            occluders.push((importance, occluder));
         }
     }
     // A large moon whose shadow falls outside the picture must not take the place of a small one whose shadow is in it.
@@ -200,17 +212,13 @@ pub fn select_occluders<'a>(
     occluders.truncate(usize::from(MAX_OCCLUDERS));
     let reason = match (occluders.first(), nearest) {
         (Some(first), _) => {
-            let names: Vec<_> = occluders.iter().map(|c| c.body.name.as_str()).collect();
-            let more = if left_out > 0 { format!("; {left_out} weaker ones omitted") } else { String::new() };
-            format!(
-                "penumbra of {} on its lit side; {} takes up to {:.3} of the light{more}",
-                names.join(", "),
-                first.body.name,
-                first.max_obscuration
-            )
+            let names: Vec<String> = occluders.iter().map(|c| c.body.name.clone()).collect();
+            let takes = reason!("eclipse-takes", body = &first.body.name, part = format_args!("{:.3}", first.max_obscuration));
+            let found = reason!("eclipse-penumbra-of", bodies = names).and(takes);
+            if left_out > 0 { found.and(reason!("eclipse-omitted", count = left_out)) } else { found }
         }
-        (None, Some((share, name))) => format!("nearest penumbra: {name}'s, {share:.2} of its radius outside"),
-        (None, None) => format!("no occluder blocks more than {VISIBLE_CHANGE:.2e} of the sunlight in view"),
+        (None, Some((share, name))) => reason!("eclipse-nearest", body = name, share = format_args!("{share:.2}")),
+        (None, None) => reason!("eclipse-none", part = format_args!("{VISIBLE_CHANGE:.2e}")),
     };
     OccluderSearch { occluders, reason }
 }
@@ -282,10 +290,28 @@ impl<'a> Occluder<'a> {
         self.across.length() - reach - self.penumbra_radius(axis, reach)
     }
 
-    /// Whether the viewer may see a point that the occluder darkens. Tests points in and around the penumbra, and the point of the lit side that faces the
+    fn importance(&self, axis: &Axis, extent: ReceiverExtent) -> Importance {
+        let mut pixel = extent.pixel;
+        if let Some(frustum) = extent.frustum {
+            let centre = axis.across[0] * self.across.x + axis.across[1] * self.across.y + axis.along * self.along;
+            let region = ShadowRegion::of(centre, self.semi.x, axis.along, 1.0 / axis.cot_sun_radius, extent.reach, extent.shape);
+            match region.filter(|r| r.meets(&frustum)) {
+                Some(region) => pixel = region.least_pixel(&frustum),
+                None => return Importance::Unseen,
+            }
+        }
+        if !self.shadow_is_visible(axis, extent) {
+            return Importance::Unseen;
+        }
+        // A shadow smaller than a pixel darkens it in proportion to its area.
+        let pixel_fraction = if pixel > 0.0 { self.shadow_area() / (pixel * pixel) } else { 1.0 };
+        if self.max_obscuration * pixel_fraction.min(1.0) > VISIBLE_CHANGE { Importance::Visible } else { Importance::Invisible }
+    }
+
+    /// Whether a point that the occluder darkens may be on the side that the viewer sees. Tests points in and around the penumbra, and the point of the lit side that faces the
     /// camera most; a margin of 0.03 radii covers the gaps between these points.
     fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent) -> bool {
-        let Some(camera) = extent.camera.filter(|_| extent.reach < 1.2) else { return true };
+        let Some(camera) = extent.camera.filter(|_| extent.shape == ReceiverShape::Ball && extent.reach < 1.2) else { return true };
         let distance = camera.length();
         let radius = self.penumbra_radius(axis, extent.reach) + 0.03;
         let towards = camera / distance;

@@ -7,6 +7,7 @@
 //! in shaders/entry/refracted_limb.wesl. Not modelled: bodies in front of the Sun as seen from the limb, and the Sun's map.
 
 use crate::catalog::{Body, NaifId};
+use crate::message::{Reason, reason};
 use crate::scene::atmosphere;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{AnchorForm, Camera, NEAR_DEPTH_KM, Placement, ViewRays, narrow, narrow_scalar};
@@ -244,7 +245,7 @@ pub(crate) fn limbs(
         let Some(body) = bodies.iter_mut().find(drawn) else { continue };
         let own_effects = request.effects.for_body(&p.body.name);
         let effects = own_effects.as_ref().unwrap_or(&request.effects);
-        let mut note = |on: bool, reason: String| {
+        let mut note = |on: bool, reason: Reason| {
             body.decisions.push(Decision { feature: Effect::RefractedLimb.name(), on, reason, tier: None });
             on
         };
@@ -252,11 +253,13 @@ pub(crate) fn limbs(
         let bending = air::max_bending(p.body, bending_fraction);
         let sky = LimbGeometry::of(p, sun);
         let why_not = match (bending, effects.override_of(Effect::Atmosphere)) {
-            (None, _) => Some("nothing is known of how its air bends light".into()),
-            (_, Some(false)) => Some("its air is switched off".into()),
-            _ if camera_is_inside(p) => Some("the camera is in its air".into()),
-            _ if sun.distance_km <= p.distance_km => Some("the Sun is nearer than it".into()),
-            _ if body.diameter_px < BLEND_TO_PX => Some(format!("its disc is {:.1} px across against {BLEND_TO_PX}", body.diameter_px)),
+            (None, _) => Some(reason!("eclipse-no-bending")),
+            (_, Some(false)) => Some(reason!("eclipse-air-off")),
+            _ if camera_is_inside(p) => Some(reason!("eclipse-in-air")),
+            _ if sun.distance_km <= p.distance_km => Some(reason!("eclipse-not-before-sun")),
+            _ if body.diameter_px < BLEND_TO_PX => {
+                Some(reason!("eclipse-disc-small", size = format_args!("{:.1}", body.diameter_px), least = BLEND_TO_PX))
+            }
             _ => None,
         };
         if let Some(why_not) = why_not {
@@ -275,12 +278,12 @@ pub(crate) fn limbs(
             (layers, most)
         });
         let Some((layers, most)) = shown.filter(|(_, most)| *most > 0.0) else {
-            note(false, "no layer of its air shows the Sun".into());
+            note(false, reason!("eclipse-no-layer"));
             continue;
         };
         let on = match effects.override_of(Effect::RefractedLimb) {
-            Some(on) => note(on, "set by you".into()),
-            None => note(threshold.is_exceeded_by(most), format!("at most {}", threshold.description(most))),
+            Some(on) => note(on, reason!("set-by-you")),
+            None => note(threshold.is_exceeded_by(most), reason!("eclipse-at-most", light = threshold.description(most))),
         };
         if on {
             all.extend(refracted_limb(camera, p, sun, &layers, tint));

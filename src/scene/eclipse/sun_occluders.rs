@@ -4,9 +4,12 @@
 //! shadows. The candidates are computed once per placed body.
 
 use crate::catalog::{Body, NaifId};
+use crate::message::Reason;
 use crate::scene::atmosphere::clouds;
+use crate::scene::camera::Camera;
 use crate::scene::eclipse::occluders::{self, EclipseModelChoice, Occluder, Receiver, ReceiverExtent};
 use crate::scene::eclipse::shade::Shade;
+use crate::scene::eclipse::shadow_region::{Frustum, ReceiverShape};
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Purpose;
 use crate::scene::request::effects::Effect;
@@ -31,7 +34,7 @@ pub(crate) struct SunOccluders<'a> {
     /// Camera position relative to the receiver's centre, body axes, equatorial radii.
     pub camera: DVec3,
     pub occluders: Vec<Occluder<'a>>,
-    pub reason: String,
+    pub reason: Reason,
 }
 
 /// A placed body as a receiver of sunlight, the Sun, and the candidates for occluders between them; `None` without a Sun.
@@ -54,25 +57,42 @@ pub(crate) fn receiver<'p, 'a>(context: Context<'_>, p: &'p PlacedBody<'a>) -> O
     Some((receiver, sun, candidates))
 }
 
-/// The occluders of a placed body, for all points within `reach` equatorial radii of its centre (by default its air, clouds or mesh); `None` without a Sun.
+/// What of a placed body receives the sunlight.
+#[derive(Clone, Copy)]
+pub(crate) enum ReceivingPart {
+    /// The globe or mesh with its air and clouds.
+    Body,
+    /// Rings out to a radius.
+    Rings { outer_km: f64 },
+}
+
+/// The occluders of a part of a placed body; `None` without a Sun. `camera`: the picture in which the shadows are to be seen; without it, whatever the
+/// viewer's place lets him see in any direction.
 pub(crate) fn sun_occluders<'a>(
     context: Context<'_>,
     p: &PlacedBody<'a>,
     diameter_px: f64,
-    reach: Option<f64>,
+    part: ReceivingPart,
+    camera: Option<&Camera>,
 ) -> Option<SunOccluders<'a>> {
     let body = p.body;
     let (receiver, sun, candidates) = receiver(context, p)?;
     let receiver = *receiver;
-    let clouds = body.clouds.as_ref().map_or(1.0, |c| clouds::shell_scale(body, c));
-    let air = body.atmosphere.as_ref().map_or(1.0, |a| 1.0 + a.top_km / body.radii_km.x);
-    let camera = p.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
-    let mesh = meshes::model(context, body).map_or(1.0, |m| m.reach);
-    let extent =
-        ReceiverExtent { reach: reach.unwrap_or(air.max(clouds).max(mesh)), camera: Some(camera), pixel: 2.0 / diameter_px.max(1e-9) };
+    let (reach, shape) = match part {
+        ReceivingPart::Rings { outer_km } => (outer_km / body.radii_km.x, ReceiverShape::EquatorialPlane),
+        ReceivingPart::Body => {
+            let clouds = body.clouds.as_ref().map_or(1.0, |c| clouds::shell_scale(body, c));
+            let air = body.atmosphere.as_ref().map_or(1.0, |a| 1.0 + a.top_km / body.radii_km.x);
+            let mesh = meshes::model(context, body).map_or(1.0, |m| m.max_radius);
+            (air.max(clouds).max(mesh), ReceiverShape::Ball)
+        }
+    };
+    let viewer = p.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
+    let frustum = camera.map(|c| Frustum::of(c, &p.placement));
+    let extent = ReceiverExtent { reach, shape, camera: Some(viewer), frustum, pixel: 2.0 / diameter_px.max(1e-9) };
     let include_all = context.request.effects.override_of(Effect::Eclipse) == Some(true) || context.request.purpose != Purpose::Display;
     let found = occluders::select_occluders(candidates, sun, &receiver, extent, include_all);
-    Some(SunOccluders { receiver, sun, camera, occluders: found.occluders, reason: found.reason })
+    Some(SunOccluders { receiver, sun, camera: viewer, occluders: found.occluders, reason: found.reason })
 }
 
 /// Approximate fraction of sunlight that eclipses leave on the visible part of a body.
@@ -105,7 +125,7 @@ fn evaluate_shade_with_model<T>(
     requested_model: EclipseModelChoice,
     evaluate: impl FnOnce(&Shade<'_>, DVec3) -> T,
 ) -> Option<T> {
-    let mut found = sun_occluders(context, p, diameter_px, None)?;
+    let mut found = sun_occluders(context, p, diameter_px, ReceivingPart::Body, None)?;
     let model = occluders::model(&mut found.occluders, requested_model).model;
     Shade::of(&found.occluders, model, &found.receiver, found.sun).map(|shade| evaluate(&shade, found.camera))
 }

@@ -26,7 +26,7 @@ use std::sync::Arc;
 
 /// Inputs that the decisions about all bodies of a frame have in common.
 #[derive(Clone, Copy)]
-pub(crate) struct Frame<'a> {
+pub(crate) struct FrameContext<'a> {
     pub context: Context<'a>,
     pub camera: &'a Camera,
     /// The threshold below which features are left out.
@@ -38,7 +38,7 @@ pub(crate) struct Frame<'a> {
 
 /// One body of a frame, with the inputs of the decisions about it.
 pub(crate) struct BodyContext<'c, 'a> {
-    pub frame: &'c Frame<'c>,
+    pub frame: &'c FrameContext<'c>,
     pub placed: &'c PlacedBody<'a>,
     /// Diameter of a circle with the area of the body's outline.
     pub diameter_px: f64,
@@ -53,7 +53,7 @@ pub(crate) struct BodyContext<'c, 'a> {
 }
 
 impl<'c, 'a> BodyContext<'c, 'a> {
-    pub(crate) fn of(frame: &'c Frame<'c>, placed: &'c PlacedBody<'a>) -> Self {
+    pub(crate) fn of(frame: &'c FrameContext<'c>, placed: &'c PlacedBody<'a>) -> Self {
         let camera = frame.camera;
         let diameter_px = match placed.outline {
             Outline::Ellipse { area_px, .. } => 2.0 * (area_px / PI).sqrt(),
@@ -103,7 +103,7 @@ impl<'c, 'a> BodyContext<'c, 'a> {
 }
 
 /// The geometry of a body's rings, the input of the decisions about them; `None` without rings.
-fn ring_view<'c>(frame: &'c Frame<'c>, placed: &'c PlacedBody<'_>) -> Option<View<'c>> {
+fn ring_view<'c>(frame: &'c FrameContext<'c>, placed: &'c PlacedBody<'_>) -> Option<View<'c>> {
     let lit = !placed.body.rings.is_empty() && !matches!(placed.body.photometry, Photometry::Emissive { .. });
     lit.then(|| View {
         body: placed.body,
@@ -111,7 +111,7 @@ fn ring_view<'c>(frame: &'c Frame<'c>, placed: &'c PlacedBody<'_>) -> Option<Vie
         placement: &placed.placement,
         sun: (placed.body_from_icrf * placed.sun_from_body_km).normalize(),
         sun_km: placed.sun_from_body_km.length(),
-        alpha: placed.alpha,
+        alpha: placed.phase_angle,
         irradiance: lights::sunlight(placed.sun_from_body_km).irradiance.x,
         threshold: frame.threshold,
         caches: frame.context.caches,

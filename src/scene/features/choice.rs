@@ -6,7 +6,7 @@
 use crate::catalog::{Body, InventedRelief, MAX_OVERLAYS, NaifId, Photometry};
 use crate::scene::atmosphere::species;
 use crate::scene::draw::features::{
-    AtmosphereModel, BodyShadow, Detail, DrawFeatures, Eclipse, Flags, MapSet, PixelView, RingShadow, Shape, Surface,
+    AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, Eclipse, Flags, MapSet, PixelView, RingShadow, Shape, Surface,
 };
 use crate::scene::thresholds::MAX_LIGHTS;
 
@@ -85,6 +85,8 @@ pub struct FeatureSelection {
     pub body_shadow: BodyShadow,
     /// The tier of the atmosphere; [`AtmosphereModel::None`] without an atmosphere.
     pub air: AtmosphereModel,
+    /// Whether the air before ground and clouds is interpolated in a coarse picture.
+    pub air_pass: bool,
     /// Whether the limb follows the lunar limb profile.
     pub limb_heights: bool,
 }
@@ -156,6 +158,7 @@ impl FeatureSelection {
             limb_heights: self.limb_heights && available.limb_heights && mesh.is_none() && !self.detail && self.eclipse.occluders == 0,
             flags: mesh.unwrap_or_default(),
             air,
+            air_pass: if self.air_pass && air.tier != AtmosphereModel::None { AirPass::Read } else { AirPass::None },
             view,
             ..DrawFeatures::MINIMAL
         }
@@ -206,6 +209,7 @@ impl FeatureSelection {
             ring_shine: false,
             limb_heights: false,
             lights: 1,
+            air_pass: AirPass::None,
             ..ground
         };
         (shown && ground.air.tier != AtmosphereModel::None).then_some(sky)

@@ -9,11 +9,12 @@ pub(crate) mod globe;
 pub mod possible;
 
 use crate::catalog::Map;
+use crate::message::{Reason, reason};
 use crate::scene::atmosphere::air_spread;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, ClipRect};
 use crate::scene::decision::{Decision, DecisionLog};
-use crate::scene::draw::features::{AtmosphereModel, DrawFeatures, PixelView, RingShadow, Shape};
+use crate::scene::draw::features::{AirPass, AtmosphereModel, DrawFeatures, PixelView, RingShadow, Shape};
 use crate::scene::draw::uniforms::{DrawUniforms, Light};
 use crate::scene::draw::{Draw, MapFiles, Part, Point};
 use crate::scene::in_view::Appearance;
@@ -23,7 +24,7 @@ use crate::scene::point::{self, BLEND_FROM_PX, BLEND_TO_PX};
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::{ground, mesh_decision, meshes, overlays};
 use crate::scene::{atmosphere, eclipse, light, rings};
-use case::{BodyContext, Decisions, Feature, Frame, decide_in_order};
+use case::{BodyContext, Decisions, Feature, FrameContext, decide_in_order};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
@@ -38,7 +39,7 @@ pub(crate) struct DecidedBody {
 }
 
 /// The features of a body that is drawn as a disc, in the order in which they decide.
-const FEATURES: [Feature; 9] = [
+const FEATURES: [Feature; 10] = [
     ground::decide,
     light::planet_shine::decide,
     eclipse::decision::decide,
@@ -46,6 +47,7 @@ const FEATURES: [Feature; 9] = [
     rings::decision::decide,
     atmosphere::decision::decide,
     leave_out_rare_pairs,
+    atmosphere::air_pass::decide,
     mesh_decision::decide,
     atmosphere::cloud_decision::decide,
 ];
@@ -61,11 +63,11 @@ fn leave_out_rare_pairs<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c
     let chosen = &mut so_far.chosen;
     if chosen.air != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
         // All combinations of ring shadow, atmosphere tier, number of occluders and eclipse model would triple the number of these keys.
-        so_far.log.note(Effect::RingShadow.name(), false, "left out under air in an eclipse".into());
+        so_far.log.note(Effect::RingShadow.name(), false, reason!("left-out-under-air"));
         chosen.ring_shadow = RingShadow::None;
     }
     if chosen.detail && chosen.eclipse.occluders > 0 {
-        so_far.log.note(Effect::Detail.name(), false, "left out in an eclipse".into());
+        so_far.log.note(Effect::Detail.name(), false, reason!("left-out-in-eclipse"));
         chosen.detail = false;
     }
     if chosen.ring_shine && !so_far.secondary_lights.is_empty() {
@@ -74,11 +76,11 @@ fn leave_out_rare_pairs<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c
             so_far.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(case.placed.sun_from_body_km).irradiance.x;
         let of_bodies = so_far.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
         if of_bodies > of_rings {
-            so_far.log.note(Effect::RingShine.name(), false, "negligible beside planet-shine".into());
+            so_far.log.note(Effect::RingShine.name(), false, reason!("rings-beside-shine"));
             chosen.ring_shine = false;
             so_far.ring.shine = None;
         } else {
-            so_far.log.note(Effect::PlanetShine.name(), false, "negligible beside ring-shine".into());
+            so_far.log.note(Effect::PlanetShine.name(), false, reason!("shine-beside-rings"));
             so_far.secondary_lights.clear();
         }
     }
@@ -86,17 +88,17 @@ fn leave_out_rare_pairs<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c
 }
 
 /// Decides on all features of one body. `camera_at_centre`: the camera is at the body's centre.
-pub(crate) fn decide(frame: &Frame<'_>, placed: &PlacedBody<'_>, camera_at_centre: bool) -> DecidedBody {
+pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_at_centre: bool) -> DecidedBody {
     let case = BodyContext::of(frame, placed);
     let mut log = case.log();
     if camera_at_centre {
-        return not_shown(&case, Decisions::new(log), "the camera is at its centre");
+        return not_shown(&case, Decisions::new(log), reason!("camera-at-centre"));
     }
     if case.rect.is_none() && case.ring_view.is_none() {
         return decide_air_only(&case, Decisions::new(log));
     }
-    let visible_part = if case.rect.is_some() { "its outline meets" } else { "its rings meet" };
-    log.note("visible", true, format!("{visible_part} the frame"));
+    let visible_part = if case.rect.is_some() { reason!("outline-meets") } else { reason!("rings-meet") };
+    log.note("visible", true, visible_part);
     let point = point_of(&case, &mut log);
     let diameter_px = case.diameter_px;
     if case.disc_fraction <= 0.0 {
@@ -112,9 +114,9 @@ pub(crate) fn decide(frame: &Frame<'_>, placed: &PlacedBody<'_>, camera_at_centr
 
 /// The map files that the body's draws would read if all files were readable, and the shape of the globe's draw; `None` if the body is not drawn as a
 /// disc.
-pub(crate) fn maps_wanted(frame: &Frame<'_>, placed: &PlacedBody<'_>) -> Option<(MapFiles, Shape)> {
+pub(crate) fn required_maps(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -> Option<(MapFiles, Shape)> {
     let case = BodyContext::of(frame, placed);
-    let has_mesh = meshes::is_wanted(frame.context, frame.camera, placed);
+    let has_mesh = meshes::is_required(frame.context, frame.camera, placed);
     if case.disc_fraction <= 0.0 || case.rect.is_none() && case.ring_view.is_none() && !has_mesh {
         return None;
     }
@@ -126,8 +128,8 @@ pub(crate) fn maps_wanted(frame: &Frame<'_>, placed: &PlacedBody<'_>) -> Option<
     Some((files, if has_mesh { Shape::Mesh } else { features.shape }))
 }
 
-fn not_shown(case: &BodyContext<'_, '_>, mut decided: Decisions<'_>, reason: &str) -> DecidedBody {
-    decided.log.note("visible", false, reason.into());
+fn not_shown(case: &BodyContext<'_, '_>, mut decided: Decisions<'_>, reason: Reason) -> DecidedBody {
+    decided.log.note("visible", false, reason);
     let (appearance, decisions) = (Appearance::NotShown, decided.log.decisions);
     DecidedBody { appearance, diameter_px: case.diameter_px, decisions, draws: Vec::new(), point: None }
 }
@@ -137,7 +139,7 @@ fn decide_air_only<'c>(case: &BodyContext<'c, '_>, so_far: Decisions<'c>) -> Dec
     let features: &[Feature] = if case.body().atmosphere.is_some() { &AIR_ONLY_FEATURES } else { &[] };
     let decided = decide_in_order(features, case, so_far);
     if decided.sky.is_none() {
-        let reason = if case.placed.outline == Outline::Behind { "behind the camera" } else { "outside the frame" };
+        let reason = if case.placed.outline == Outline::Behind { reason!("behind-camera") } else { reason!("outside-frame") };
         return not_shown(case, decided, reason);
     }
     let (draws, decisions) = assemble(case, None, decided);
@@ -153,7 +155,7 @@ fn point_of(case: &BodyContext<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Poi
     // Eclipses are evaluated only for a point that would be visible without them.
     let is_visible = share < 1.0 && frame.threshold.is_exceeded_by(flux.max_element());
     let flux = if is_visible { flux * eclipse::sun_occluders::visible_sunlight_fraction(frame.context, p, case.diameter_px) } else { flux };
-    let reason = format!("{:.3} px across against {BLEND_FROM_PX} to {BLEND_TO_PX} px", case.diameter_px);
+    let reason = reason!("point-size", size = format_args!("{:.3}", case.diameter_px), from = BLEND_FROM_PX, to = BLEND_TO_PX);
     let flux = if case.pixel_view() == PixelView::Final { flux } else { DVec3::ZERO };
     if !log.effect(Effect::Points, share < 1.0, reason) || share >= 1.0 {
         return None;
@@ -214,6 +216,9 @@ fn assemble(case: &BodyContext<'_, '_>, globe: Option<Draw>, mut decided: Decisi
             draw.uniforms.ring.clone_from(&decided.ring);
         }
         draw.uniforms.air.blend_mode = decided.blend_mode;
+        if draw.features.air_pass != AirPass::None {
+            atmosphere::air_pass::set_bound(&mut draw.uniforms, case);
+        }
         if let Some(table) =
             case.frame.context.resources.scattering_tables.get(&draw.body).filter(|_| draw.features.air.tier == AtmosphereModel::Table)
         {

@@ -64,6 +64,12 @@ fn ground_features(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
     })
 }
 
+/// Each ring shadow with the air evaluated for each pixel, and the coarse picture of the air where there may be one.
+fn shadows_on_air(air: AtmosphereModel, view: PixelView) -> impl Iterator<Item = (RingShadow, bool)> {
+    let coarse = !matches!(air, AtmosphereModel::None | AtmosphereModel::Vertex) && matches!(view, PixelView::Final | PixelView::Cost);
+    RingShadow::ALL.map(|shadow| (shadow, false)).into_iter().chain(coarse.then_some((RingShadow::None, true)))
+}
+
 /// The features of the cloud deck for one selection, without and with billows.
 fn possible_clouds(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
     [false, true].into_iter().filter_map(move |cloud_detail| FeatureSelection { cloud_detail, ..chosen }.cloud_features(body, view))
@@ -101,7 +107,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                 all.extend(chosen.ring_features(body, view));
                             }
                             for air in air::possible_tiers(body) {
-                                for ring_shadow in RingShadow::ALL {
+                                for (ring_shadow, air_pass) in shadows_on_air(air, view) {
                                     let chosen = FeatureSelection {
                                         ellipsoid,
                                         maps,
@@ -109,6 +115,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                         eclipse,
                                         air,
                                         ring_shadow,
+                                        air_pass,
                                         ..FeatureSelection::default()
                                     };
                                     all.extend(ground_features(chosen, body, view));
@@ -122,6 +129,8 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
             }
         }
     }
+    let drawn: Vec<_> = all.iter().filter_map(DrawFeatures::coarse_air).collect();
+    all.extend(drawn);
     all.into_iter().collect()
 }
 
@@ -163,8 +172,8 @@ mod tests {
             .features(sun, PixelView::Final);
         assert_eq!((features.surface, features.lights, features.maps.night), (Surface::Emissive, 0, false));
         assert!(all.contains(&features));
-        assert!(all.iter().all(|n| n.lights <= MAX_LIGHTS && (n.surface == Surface::Emissive) == (n.lights == 0)));
-        assert!(!all.iter().any(|n| n.shape == Shape::Mesh));
+        assert!(all.iter().all(|f| f.lights <= MAX_LIGHTS && (f.surface == Surface::Emissive) == (f.lights == 0)));
+        assert!(!all.iter().any(|f| f.shape == Shape::Mesh));
         let foreign = DrawFeatures { flags: Flags { two_sided: true, ..Flags::default() }, ..features };
         assert!(!all.contains(&foreign));
     }
@@ -176,7 +185,7 @@ mod tests {
             Catalog::with_files(&[("mine.toml".into(), text)]).expect("reads")
         };
         let flags = |catalog: &Catalog| -> BTreeSet<Flags> {
-            possible_features(catalog).into_iter().filter(|n| n.shape == Shape::Mesh).map(|n| n.flags).collect()
+            possible_features(catalog).into_iter().filter(|f| f.shape == Shape::Mesh).map(|f| f.flags).collect()
         };
         let plain = Flags::default();
         assert_eq!(flags(&file("")), [plain, Flags { vertex_colour: true, ..plain }].into());

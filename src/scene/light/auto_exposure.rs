@@ -6,6 +6,7 @@
 //! continuously with position, time, field of view and phase. Pixel views of quantities have a fixed exposure, given by their legend.
 
 use crate::catalog::NaifId;
+use crate::message::{Argument, Reason, reason};
 use crate::scene::atmosphere::air;
 use crate::scene::camera::Camera;
 use crate::scene::draw::PixelView;
@@ -36,7 +37,7 @@ pub(crate) fn exposure(
     air: Option<&air::SurroundingAir<'_>>,
 ) -> Exposure {
     if let ExposureRequest::Stops(stops) = context.request.exposure {
-        return Exposure::of(stops, "set by you");
+        return Exposure::of(stops, reason!("set-by-you"));
     }
     let metered = metered(context, camera, placed, reflectors, air);
     Exposure { stops: context.request.exposure.stops_of(metered.stops), ..metered }
@@ -56,13 +57,13 @@ fn metered(
         PixelView::Sunlight => {
             let target = placed.iter().find(|p| Some(p.body.id) == request.target && p.body.id != NaifId::SUN);
             let irradiance = target.map_or(1.0, |p| lights::sunlight(p.sun_from_body_km).irradiance.x);
-            return Exposure::of(-irradiance.log2(), "a plane that faces the Sun at the target is white");
+            return Exposure::of(-irradiance.log2(), reason!("exposure-plane"));
         }
         PixelView::Cost => {
             let stops = COST_STOPS;
-            return Exposure::of(stops, format!("{:.0} instructions are white", (-stops).exp2()));
+            return Exposure::of(stops, reason!("exposure-instructions", count = format_args!("{:.0}", (-stops).exp2())));
         }
-        _ => return Exposure::of(0.0, "the picture shows a number: 1 is white"),
+        _ => return Exposure::of(0.0, reason!("exposure-number")),
     }
     let air = air.filter(|a| a.is_bright());
     let exposure_with =
@@ -91,11 +92,11 @@ fn from_reading(reading: Reading) -> Exposure {
     let limits = [key, reading.glare * (lit + (dark - lit) * dark_weight), darkest_white()];
     let white = limits.iter().map(|w| w.powi(SMOOTH_MAX_EXPONENT)).sum::<f64>().powf(1.0 / f64::from(SMOOTH_MAX_EXPONENT));
     metered.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-    Exposure::of(-white.log2(), reason(&metered, |m| power(m) / total_power, limits))
+    Exposure::of(-white.log2(), reason_of(&metered, |m| power(m) / total_power, limits))
 }
 
 /// Bodies in the frame whose city lights the exposure would overexpose.
-pub(crate) fn night_lights_wanted(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
+pub(crate) fn required_night_lights(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
     let request = context.request;
     let metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final;
     let drawn = request.effects.override_of(Effect::Night) != Some(false);
@@ -107,22 +108,24 @@ pub(crate) fn night_lights_wanted(context: Context<'_>, camera: &Camera, placed:
 }
 
 /// One sentence: the main subject, its luminance, and what limited the exposure.
-fn reason(metered: &[Metered], share: impl Fn(&Metered) -> f64, [key, glare, darkest]: [f64; 3]) -> String {
+fn reason_of(metered: &[Metered], share: impl Fn(&Metered) -> f64, [key, glare, darkest]: [f64; 3]) -> Reason {
     let candelas = |radiance: f64| {
         let l = radiance * CANDELAS_PER_RADIANCE;
-        if (0.01..1e4).contains(&l) { format!("{} cd/m2", Rounded(l)) } else { format!("{l:.1e} cd/m2") }
+        Argument::Number(if (0.01..1e4).contains(&l) { Rounded(l).to_string() } else { format!("{l:.1e}") })
     };
-    let Some(first) = metered.first() else { return "nothing in the frame".into() };
-    let mut text = format!("{} metered at {}, shown at {} of white", first.name, candelas(first.radiance), Rounded(first.target_level));
-    if let Some(second) = metered.get(1).filter(|m| share(m) > 0.1) {
-        text.push_str(&format!("; {:.0} % of the choice for {} at {}", 100.0 * share(second), second.name, candelas(second.radiance)));
-    }
-    if glare > key.max(darkest) {
-        text.push_str(&format!("; limited by the Sun's glare, shown as white at {}", candelas(glare)));
-    } else if darkest >= 0.999 * key {
-        text.push_str(&format!("; limited to a night-sky photograph, EV {DARKEST_EV}"));
-    }
-    text
+    let Some(first) = metered.first() else { return reason!("exposure-nothing") };
+    let level = Argument::Number(Rounded(first.target_level).to_string());
+    let main = reason!("exposure-metered", subject = first.name.clone(), luminance = candelas(first.radiance), level = level);
+    let second = metered.get(1).filter(|m| share(m) > 0.1).map(|second| {
+        let percent = Argument::Number(format!("{:.0}", 100.0 * share(second)));
+        reason!("exposure-second", part = percent, subject = second.name.clone(), luminance = candelas(second.radiance))
+    });
+    let limit = if glare > key.max(darkest) {
+        Some(reason!("exposure-glare", luminance = candelas(glare)))
+    } else {
+        (darkest >= 0.999 * key).then(|| reason!("exposure-night", ev = DARKEST_EV))
+    };
+    [main].into_iter().chain(second).chain(limit).collect()
 }
 
 /// Formats a number with about three significant digits.

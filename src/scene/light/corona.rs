@@ -8,6 +8,7 @@
 //! zodiacal light (scene::sky::zodiacal).
 
 use crate::catalog::NaifId;
+use crate::message::{Reason, reason};
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar};
 use crate::scene::light::glow::{self, VEILING_GLARE};
 use crate::scene::light::photometry::sun_disc_radiance;
@@ -60,7 +61,7 @@ pub struct Corona {
     pub per_cosine: f32,
     pub colour: Vec3,
     /// Radiance that is subtracted everywhere, so that the light falls to zero at the rectangle's edge; 0 for linear light.
-    pub least: f32,
+    pub cutoff: f32,
 }
 
 /// Baumbach's factors and exponents; the factors in units of the radiance of a white plane that faces the Sun at 1 au.
@@ -92,12 +93,12 @@ pub fn flattening(time: Instant) -> f64 {
     LUDENDORFF_INDEX.0 + (LUDENDORFF_INDEX.1 - LUDENDORFF_INDEX.0) * activity(time)
 }
 
-/// Distance from the centre, in solar radii, within which the corona is brighter than `least`.
-fn reach(least: f64) -> f64 {
+/// Distance from the centre, in solar radii, within which the corona is brighter than `min_radiance`.
+fn radius_of(min_radiance: f64) -> f64 {
     let (mut near, mut far) = (1.0_f64, 1e5_f64);
     for _ in 0..50 {
         let middle = (near * far).sqrt();
-        if radiance(middle) > least { near = middle } else { far = middle }
+        if radiance(middle) > min_radiance { near = middle } else { far = middle }
     }
     far
 }
@@ -107,8 +108,7 @@ fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     if sine >= 1.0 {
         return ClipRect::VIEWPORT;
     }
-    let in_camera = DVec3::new(towards.dot(camera.right), towards.dot(camera.up), towards.dot(camera.forward));
-    glow::reach(camera, in_camera, 2.0 * (0.5 * sine.asin()).sin())
+    glow::rect_around(camera, camera.in_axes(towards), 2.0 * (0.5 * sine.asin()).sin())
 }
 
 /// The corona of a frame, whether it is visible, and the reason; `None` if it is outside the picture. `tint`: colour that the air gives to light from
@@ -119,7 +119,7 @@ pub(crate) fn corona(
     placed: &[PlacedBody<'_>],
     threshold: Threshold,
     tint: impl Fn(DVec3) -> DVec3,
-) -> Option<(Corona, bool, String)> {
+) -> Option<(Corona, bool, Reason)> {
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
     let towards = sun.placement.centre_km / sun.distance_km;
     let sine = sun.body.radii_km.x / sun.distance_km;
@@ -131,17 +131,17 @@ pub(crate) fn corona(
     let ahead = towards.dot(camera.forward).clamp(0.1, 1.0);
     let limb = radiance(1.0);
     // Flattening changes the radiance by a factor of 0.5 to 2 from the mean over position angle.
-    let least = threshold.cutoff_radiance(VISIBLE_LIGHT);
-    let mut reach_sine = reach(0.5 * least) * sine;
+    let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
+    let mut radius_sine = radius_of(0.5 * cutoff) * sine;
     // A camera as close to the Sun as this has no zodiacal light, so the corona need not fade into it.
     let [inner_cosine, outer_cosine] = if sun.distance_km < zodiacal::NEAREST_AU * KM_PER_AU {
         [-2.0, -3.0]
     } else {
-        let (inner, outer) = zodiacal::HANDOVER_DEG;
-        reach_sine = reach_sine.min(outer.to_radians().sin());
+        let (inner, outer) = zodiacal::CORONA_BLEND_DEG;
+        radius_sine = radius_sine.min(outer.to_radians().sin());
         [inner, outer].map(|deg| deg.to_radians().cos())
     };
-    let rect = rect(camera, towards, reach_sine);
+    let rect = rect(camera, towards, radius_sine);
     if rect.left >= rect.right || rect.bottom >= rect.top {
         return None;
     }
@@ -156,11 +156,16 @@ pub(crate) fn corona(
     // The corona must change the glare by the same relative amount by which a feature must change white.
     let on = sun_px >= MIN_SUN_PX && threshold.is_exceeded_by(limb - VISIBLE_CHANGE * glare);
     let reason = if sun_px < MIN_SUN_PX {
-        format!("the Sun is {sun_px:.2} px across against {MIN_SUN_PX}")
+        reason!("corona-sun-small", size = format_args!("{sun_px:.2}"), least = MIN_SUN_PX)
     } else {
         let index = flattening(request.time);
-        let glare_note = if glare > 0.0 { format!(", under glare {:.1e} times as bright", glare / limb) } else { String::new() };
-        format!("beside the limb it is {}{glare_note}; flattened by {index:.2} at 2 radii", threshold.description(limb))
+        let light = threshold.description(limb);
+        let at_limb = if glare > 0.0 {
+            reason!("corona-under-glare", light = light, times = format_args!("{:.1e}", glare / limb))
+        } else {
+            reason!("corona-limb", light = light)
+        };
+        at_limb.and(reason!("corona-flattened", index = format_args!("{index:.2}")))
     };
     let in_sun_axes = |v: DVec3| narrow(axes(v));
     let corona = Corona {
@@ -177,7 +182,7 @@ pub(crate) fn corona(
         outer_cosine: narrow_scalar(outer_cosine),
         per_cosine: narrow_scalar(1.0 / (inner_cosine - outer_cosine)),
         colour: sun.body.colour * narrow(tint(sun.placement.centre_km)),
-        least: narrow_scalar(least),
+        cutoff: narrow_scalar(cutoff),
     };
     Some((corona, on, reason))
 }
@@ -194,8 +199,8 @@ mod tests {
         let rings = 20_000;
         let step = 9.0 / f64::from(rings);
         let total: f64 = (0..rings).map(|k| 1.03 + (f64::from(k) + 0.5) * step).map(|rho| radiance(rho) * TAU * rho * step).sum();
-        let part = total / (PI * sun_disc_radiance());
-        assert!((0.5e-6..2e-6).contains(&part), "{part:e}");
+        let fraction = total / (PI * sun_disc_radiance());
+        assert!((0.5e-6..2e-6).contains(&fraction), "{fraction:e}");
     }
 
     #[test]
@@ -203,9 +208,9 @@ mod tests {
         assert_eq!(radiance(0.99), 0.0);
         let falls = (0..100).map(|k| 1.0 + f64::from(k) * 0.1).collect::<Vec<_>>();
         assert!(falls.windows(2).all(|w| radiance(w[0]) > radiance(w[1])));
-        for least in [1e-1, 1e-3, 1e-6, 1e-9] {
-            let rho = reach(least);
-            assert!(radiance(rho) <= least && radiance(0.999 * rho) > least, "{least}: {rho}");
+        for cutoff in [1e-1, 1e-3, 1e-6, 1e-9] {
+            let rho = radius_of(cutoff);
+            assert!(radiance(rho) <= cutoff && radiance(0.999 * rho) > cutoff, "{cutoff}: {rho}");
         }
     }
 

@@ -1,5 +1,6 @@
 //! The exposure of a picture: the factor from radiance to display values, and the target levels of automatic exposure.
 
+use crate::message::Reason;
 use crate::scene::camera::narrow_scalar;
 
 /// The exposure of a picture.
@@ -10,13 +11,13 @@ pub struct Exposure {
     /// The light meter's result, if the light was metered; otherwise equal to `stops`.
     pub metered_stops: f64,
     /// The reason for this exposure, for the user.
-    pub reason: String,
+    pub reason: Reason,
 }
 
 impl Exposure {
     /// An exposure of 2^stops, and the reason for it.
-    pub(crate) fn of(stops: f64, reason: impl Into<String>) -> Self {
-        Self { stops, metered_stops: stops, reason: reason.into() }
+    pub(crate) fn of(stops: f64, reason: Reason) -> Self {
+        Self { stops, metered_stops: stops, reason }
     }
     /// The factor on radiance.
     pub fn factor(&self) -> f64 {

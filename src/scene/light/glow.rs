@@ -8,6 +8,7 @@
 //! specific to a lens, and the glare of bodies other than the Sun.
 
 use crate::catalog::NaifId;
+use crate::message::{Reason, reason};
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar, narrow2};
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Threshold;
@@ -28,11 +29,11 @@ pub struct Glow {
     /// Left, top, right, bottom of the rectangle that contains all radiance above [`VISIBLE_LIGHT`] of white.
     pub rect_in_clip: Vec4,
     pub sun_direction: Vec3,
-    pub least_sq: f32,
+    pub core_angle_sq: f32,
     pub strength: Vec3,
     pub tan_half_fov: Vec2,
     /// Radiance that is subtracted everywhere, so that the light falls to zero at the rectangle's edge; 0 for linear light.
-    pub least: f32,
+    pub cutoff: f32,
 }
 
 /// The fraction of the Sun's light that no body hides from the camera.
@@ -46,7 +47,7 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) 
 /// a power, so that the glare of the Sun, nineteen stops above the dark sky, appears gradually. The outline's bounding rectangle cannot be used instead,
 /// because it is too wide for a body at a right angle to the view.
 fn entry_fraction(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
-    if camera.one_of_several {
+    if camera.is_part_of_composite {
         return 1.0;
     }
     let ahead = towards.dot(camera.forward);
@@ -54,18 +55,18 @@ fn entry_fraction(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
         return 0.0;
     }
     let within = |across: f64, half: f64| {
-        let reach = radius * (1.0 + half * half);
-        ((half + reach - (across / ahead).abs()) / reach.min(half)).clamp(0.0, 1.0).powi(ENTRY_EXPONENT)
+        let projected_radius = radius * (1.0 + half * half);
+        ((half + projected_radius - (across / ahead).abs()) / projected_radius.min(half)).clamp(0.0, 1.0).powi(ENTRY_EXPONENT)
     };
     within(towards.dot(camera.right), camera.tan_half_fov.x) * within(towards.dot(camera.up), camera.tan_half_fov.y)
 }
 
-/// The glare around the Sun. Its radiance at an angle theta is `strength` / theta²; it is constant where theta² is below `least_sq`.
+/// The glare around the Sun. Its radiance at an angle theta is `strength` / theta²; it is constant where theta² is below `core_angle_sq`.
 pub(crate) struct VeilingGlare {
     /// Unit vector towards the Sun, ICRF.
     pub towards: DVec3,
     pub strength: f64,
-    pub least_sq: f64,
+    pub core_angle_sq: f64,
     /// Fraction of the Sun's light that no body hides, reduced while the Sun enters the frame.
     pub visible_fraction: f64,
 }
@@ -82,18 +83,23 @@ impl VeilingGlare {
         }
         let visible_fraction = entered * visible_fraction(placed, sun);
         let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
-        let least = radius.max(camera.pixel_tangent());
-        Some(Self { towards, strength: VEILING_GLARE * irradiance * visible_fraction, least_sq: least * least, visible_fraction })
+        let core_angle = radius.max(camera.pixel_tangent());
+        Some(Self {
+            towards,
+            strength: VEILING_GLARE * irradiance * visible_fraction,
+            core_angle_sq: core_angle * core_angle,
+            visible_fraction,
+        })
     }
 
     /// Radiance in a direction (a unit vector).
     pub(crate) fn radiance(&self, direction: DVec3) -> f64 {
-        self.strength / (direction - self.towards).length_squared().max(self.least_sq)
+        self.strength / (direction - self.towards).length_squared().max(self.core_angle_sq)
     }
 }
 
-/// The rectangle around all unit vectors whose distance from `towards` (a unit vector in camera axes: right, up, forward) is less than `chord`.
-pub(crate) fn reach(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
+/// The bounding rectangle of all unit vectors whose distance from `towards` (a unit vector in camera axes: right, up, forward) is less than `chord`.
+pub(crate) fn rect_around(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
     let angle = 2.0 * (0.5 * chord).min(1.0).asin();
     // Tangents of the smallest and the largest angle from the view axis, after projection along the picture's other axis.
     let span = |across: f64| {
@@ -115,26 +121,23 @@ pub(crate) fn glow(
     placed: &[PlacedBody<'_>],
     threshold: Threshold,
     transmittance: impl Fn(DVec3) -> DVec3,
-) -> Option<(Glow, bool, String)> {
-    let VeilingGlare { towards, strength, least_sq, visible_fraction } = VeilingGlare::of(camera, placed)?;
+) -> Option<(Glow, bool, Reason)> {
+    let VeilingGlare { towards, strength, core_angle_sq, visible_fraction } = VeilingGlare::of(camera, placed)?;
     let strength = transmittance(towards) * strength;
-    let at_limb = strength.max_element() / least_sq;
+    let at_limb = strength.max_element() / core_angle_sq;
     let on = threshold.is_exceeded_by(at_limb);
-    let reason = if visible_fraction > 0.0 {
-        format!("glare at the limb: {}", threshold.description(at_limb))
-    } else {
-        "other bodies hide it".into()
-    };
-    let in_camera = DVec3::new(towards.dot(camera.right), towards.dot(camera.up), towards.dot(camera.forward));
-    let least = threshold.cutoff_radiance(VISIBLE_LIGHT);
-    let rect = reach(camera, in_camera, (strength.max_element() / least.max(f64::MIN_POSITIVE)).sqrt());
+    let reason =
+        if visible_fraction > 0.0 { reason!("glare-at-limb", light = threshold.description(at_limb)) } else { reason!("glare-hidden") };
+    let in_camera = camera.in_axes(towards);
+    let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
+    let rect = rect_around(camera, in_camera, (strength.max_element() / cutoff.max(f64::MIN_POSITIVE)).sqrt());
     let glow = Glow {
         rect_in_clip: Vec4::from_array([rect.left, rect.top, rect.right, rect.bottom].map(narrow_scalar)),
         sun_direction: narrow(in_camera),
-        least_sq: narrow_scalar(least_sq),
+        core_angle_sq: narrow_scalar(core_angle_sq),
         strength: narrow(strength),
         tan_half_fov: narrow2(camera.tan_half_fov),
-        least: narrow_scalar(least),
+        cutoff: narrow_scalar(cutoff),
     };
     Some((glow, on, reason))
 }
@@ -147,8 +150,8 @@ mod tests {
     fn a_tenth_of_the_light_is_scattered() {
         // The radiance divided by pi (the unit contains no factor pi), integrated over the solid angle from the limb to 30 degrees.
         let (from, to) = (0.266_f64.to_radians(), 30f64.to_radians());
-        let part = VEILING_GLARE / PI * 2.0 * PI * (to / from).ln();
-        assert!((0.05..0.15).contains(&part), "{part}");
+        let fraction = VEILING_GLARE / PI * 2.0 * PI * (to / from).ln();
+        assert!((0.05..0.15).contains(&fraction), "{fraction}");
     }
 
     #[test]
@@ -165,7 +168,7 @@ mod tests {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 60.0, 100, 80);
         for (direction, chord) in [([0.0, 0.0, 1.0], 0.2), ([0.3, -0.2, 0.9], 0.1), ([0.5, 0.5, 0.8], 0.7), ([0.1, 0.0, 1.0], 1.9)] {
             let towards = DVec3::from(direction).normalize();
-            let rect = reach(&camera, towards, chord);
+            let rect = rect_around(&camera, towards, chord);
             let (mut nearest, mut inside, mut outside) = (f64::INFINITY, 0, 0);
             for k in 0..400 * 400 {
                 let clip = glam::DVec2::new(f64::from(k % 400), f64::from(k / 400)) / 200.0 - 1.0;

@@ -34,7 +34,7 @@ fn may_be_eclipsed(p: &PlacedBody<'_>, placed: &[PlacedBody<'_>]) -> bool {
         let from_p_km = q.position_km - p.position_km;
         let along_km = from_p_km.dot(to_sun);
         let off_axis_km = (from_p_km - to_sun * along_km).length();
-        let reach_km = q.body.radii_km.max_element() + p.body.radii_km.max_element() + along_km * sun_radius_km / sun_distance_km;
-        (0.0..sun_distance_km).contains(&along_km) && off_axis_km < reach_km + PLACEMENT_SHIFT_KM
+        let max_off_axis_km = q.body.radii_km.max_element() + p.body.radii_km.max_element() + along_km * sun_radius_km / sun_distance_km;
+        (0.0..sun_distance_km).contains(&along_km) && off_axis_km < max_off_axis_km + PLACEMENT_SHIFT_KM
     })
 }

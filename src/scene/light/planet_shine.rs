@@ -1,6 +1,7 @@
 //! The decision on planet-shine: the reflected light of other bodies on a body's ground, in addition to sunlight.
 
 use crate::catalog::NaifId;
+use crate::message::reason;
 use crate::scene::features::case::{BodyContext, Decisions};
 use crate::scene::features::choice::Capabilities;
 use crate::scene::light::lights;
@@ -13,14 +14,15 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
         return so_far;
     }
     let log = &mut so_far.log;
-    log.note("sunlight", true, format!("irradiance {:.3e} of that at 1 au", lights::sunlight(p.sun_from_body_km).irradiance.x));
+    let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
+    log.note("sunlight", true, reason!("irradiance", irradiance = format_args!("{irradiance:.3e}")));
     let is_forced = case.effects().override_of(Effect::PlanetShine) == Some(true);
     let (secondary_lights, strongest) =
         lights::planet_shine(body, p.position_km, reflectors, |radiance| is_forced || threshold.is_exceeded_by(radiance));
     let name_of = |id: NaifId| reflectors.iter().find(|r| r.body.id == id).map_or("?", |r| r.body.name.as_str());
     let reason = match strongest {
-        Some((from, radiance)) => format!("the strongest, from {}, gives {}", name_of(from), threshold.description(radiance)),
-        None => "no other body reflects light on it".into(),
+        Some((from, radiance)) => reason!("shine-strongest", body = name_of(from), light = threshold.description(radiance)),
+        None => reason!("shine-none"),
     };
     if log.effect(Effect::PlanetShine, !secondary_lights.is_empty(), reason) {
         so_far.secondary_lights = secondary_lights;

@@ -137,12 +137,12 @@ impl CameraFile {
 
     /// Copies position, look, up and field of view into a request. The body that the camera looks at becomes the target.
     pub fn resolve(&self, catalog: &Catalog, request: &mut ViewRequest) -> Result<(), SceneError> {
-        let place = |name: &str| catalog.place(name);
+        let place = |name: &str| catalog.body_or_barycenter(name);
         let p = &self.position.0;
         let body = place(&p.body)?;
         request.position = match (p.radii, p.km, p.latitude_deg, p.longitude_deg) {
             (Some(radii), None, None, None) => {
-                let radius_km = catalog.named(&p.body)?.radii_km.x;
+                let radius_km = catalog.body_named(&p.body)?.radii_km.x;
                 Position::Offset { body, offset_km: DVec3::from_array(radii) * radius_km, axes: p.axes }
             }
             (None, Some(km), None, None) => Position::Offset { body, offset_km: DVec3::from_array(km), axes: p.axes },

@@ -118,7 +118,7 @@ pub enum ExposureRequest {
         /// The stops at the start.
         from_stops: f64,
         /// Fraction of the way to the metered stops, 0 to 1.
-        part: f64,
+        progress: f64,
     },
 }
 
@@ -130,7 +130,7 @@ impl ExposureRequest {
             Self::Stops(stops) => stops,
             // A transition ends when the difference is invisible, so that a picture at rest has exactly the metered exposure, whatever the start.
             Self::Transition { from_stops, .. } if (metered_stops - from_stops).abs() <= SETTLED_STOPS => metered_stops,
-            Self::Transition { from_stops, part } => from_stops + (metered_stops - from_stops) * part.clamp(0.0, 1.0),
+            Self::Transition { from_stops, progress } => from_stops + (metered_stops - from_stops) * progress.clamp(0.0, 1.0),
         }
     }
 }
@@ -274,7 +274,7 @@ impl ViewRequest {
     /// Rejects effects for bodies that the catalog does not have.
     pub fn check_bodies(&self, catalog: &Catalog) -> Result<(), SceneError> {
         for name in self.effects.bodies() {
-            catalog.named(name).map_err(|e| SceneError::Request(format!("effects: {e}")))?;
+            catalog.body_named(name).map_err(|e| SceneError::Request(format!("effects: {e}")))?;
         }
         Ok(())
     }

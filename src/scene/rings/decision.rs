@@ -3,6 +3,7 @@
 //! In: the case of one body and its decisions so far. Out: the decisions, with the draws of the rings and the ring uniforms of the globe.
 
 use crate::catalog::Ring;
+use crate::message::reason;
 use crate::scene::camera;
 use crate::scene::draw::features::RingShadow;
 use crate::scene::draw::uniforms::{DrawUniforms, Light, RingUniforms};
@@ -25,7 +26,7 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
     let all_rings = view.visible_rings(true).rings;
     so_far.ring = for_globe(case, view, &all_rings, &mut so_far);
     if !drawn || seen.rings.is_empty() {
-        so_far.log.note(Effect::BodyShadow.name(), false, "no ring is drawn".into());
+        so_far.log.note(Effect::BodyShadow.name(), false, reason!("rings-not-drawn"));
         return so_far;
     }
     so_far.rings = draws_of_halves(case, view, &seen.rings, &mut so_far);
@@ -64,21 +65,28 @@ fn draws_of_halves(case: &BodyContext<'_, '_>, view: &View<'_>, seen: &[&Ring], 
     }
     let outer_km = seen.iter().map(|r| r.outer_km).fold(0.0, f64::max);
     let eclipse = eclipse::decision::decide_for_rings(case, so_far, outer_km);
-    let (Some(rect), Some(features)) = (view.rect(outer_km), so_far.chosen.ring_features(view.body, case.pixel_view())) else {
-        return Vec::new();
-    };
+    let Some(features) = so_far.chosen.ring_features(view.body, case.pixel_view()) else { return Vec::new() };
     let sunlight = lights::sunlight(view.sun * view.sun_km);
     let shared = DrawUniforms {
         albedo: camera::narrow(DVec3::splat(case.disc_fraction)),
         lights: vec![Light { direction_in_body: camera::narrow(view.sun), irradiance: camera::narrow(sunlight.irradiance) }],
         ring: view.uniforms(seen, case.sun(), case.pixel_view()),
         eclipse,
-        ..view.rays(rect)
+        ..DrawUniforms::default()
     };
-    let half = |part: Part, half_sign: f32| {
-        let mut uniforms = shared.clone();
-        uniforms.ring.half = half_sign;
-        Draw { body: view.body.id, part, name: format!("{} rings", view.body.name), features, uniforms, map_files: MapFiles::default() }
+    let half = |part: Part, side: f32| {
+        let rays = view.rays(view.half_rect(outer_km, side.into())?);
+        let DrawUniforms { albedo, lights, mut ring, eclipse, .. } = shared.clone();
+        ring.half = side;
+        let uniforms = DrawUniforms { albedo, lights, ring, eclipse, ..rays };
+        Some(Draw {
+            body: view.body.id,
+            part,
+            name: format!("{} rings", view.body.name),
+            features,
+            uniforms,
+            map_files: MapFiles::default(),
+        })
     };
-    vec![half(Part::RingBehind, -1.0), half(Part::Ring, 1.0)]
+    [half(Part::RingBehind, -1.0), half(Part::Ring, 1.0)].into_iter().flatten().collect()
 }

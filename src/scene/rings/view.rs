@@ -4,7 +4,8 @@
 //! circular here: halos, the inclination and eccentricity of the Uranian rings (0.008 of the radius for epsilon) and the arcs of Adams are left out.
 
 use crate::catalog::{Body, Ring};
-use crate::scene::camera::silhouette::Outline;
+use crate::message::{Reason, reason};
+use crate::scene::camera::silhouette::{Outline, PADDING_PX};
 use crate::scene::camera::{self, AnchorForm, Camera, ClipRect, Placement};
 use crate::scene::draw::DrawUniforms;
 use crate::scene::draw::features::{BodyShadow, PixelView, RingShadow};
@@ -21,8 +22,18 @@ use glam::{DVec2, DVec3, Vec2, Vec4};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+/// Corners of the polygon around a ring's outline.
+const OUTLINE_CORNERS: usize = 96;
+/// Most pieces of a pixel's stretch along the view.
+const MAX_PIECES: f64 = 16.0;
 /// Thickness relative to radius of the spheroid that represents the ring when its outline is computed.
 const THIN: f64 = 1e-6;
+
+/// Rounds to 17 significant bits (relative error below 8e-6, of the light of the rings below 2e-5), so that frames of some minutes share a table.
+fn rounded_for_reuse(x: f64) -> f64 {
+    const DROPPED_BITS: u32 = 36;
+    f64::from_bits((x.to_bits() + (1 << (DROPPED_BITS - 1))) & !((1 << DROPPED_BITS) - 1))
+}
 
 /// The geometry of a body's rings in a frame.
 pub(crate) struct View<'a> {
@@ -63,7 +74,7 @@ struct RingChange {
 /// The result of comparing a value with its threshold.
 pub(crate) struct ThresholdCheck {
     pub on: bool,
-    pub reason: String,
+    pub reason: Reason,
 }
 
 /// The rings that can visibly change a pixel.
@@ -159,12 +170,15 @@ impl<'a> View<'a> {
         let seen: Vec<&Ring> = self.body.rings.iter().filter(|r| r.outer_km <= outer).collect();
         let area_px = PI * (outer / self.body.radii_km.x * self.pixels_per_radius()).powi(2);
         let reason = match strongest {
-            None => "it has no rings".into(),
+            None => reason!("rings-none"),
             Some((part, name)) if seen.is_empty() => {
-                format!("the strongest, {name}, changes a pixel by {part:.2e} of white against {:.2e}", self.threshold.least_change())
+                let least = self.threshold.min_change();
+                let light = reason!("of-white", light = format_args!("{part:.2e}"), least = format_args!("{least:.2e}"));
+                reason!("rings-strongest", ring = name, light = light)
             }
             Some((part, name)) => {
-                format!("{name} changes a pixel by {part:.2e} of white; out to {outer:.0} km, {area_px:.1} px against 0.5")
+                let reach = reason!("rings-out-to", distance = format_args!("{outer:.0}"), area = format_args!("{area_px:.1}"));
+                reason!("rings-change", ring = name, part = format_args!("{part:.2e}")).and(reach)
             }
         };
         VisibleRings { check: ThresholdCheck { on: !seen.is_empty() && area_px > 0.5, reason }, rings: seen }
@@ -189,11 +203,9 @@ impl<'a> View<'a> {
             rings.iter().filter(|r| r.inner_km < farthest_km).map(|r| -(-r.tau_normal / sine.max(MIN_COSINE)).exp_m1()).fold(0.0, f64::max);
         let penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius();
         let model = if penumbra_px > MAX_EDGE_ERROR_PX { RingShadow::Penumbra } else { RingShadow::PointSun };
-        let reason = format!(
-            "the Sun stands {:.3} degrees over their plane and they take {}; penumbra up to {penumbra_px:.1} px",
-            sine.asin().to_degrees(),
-            self.threshold.change_description(darkest)
-        );
+        let (degrees, light) = (sine.asin().to_degrees(), self.threshold.change_description(darkest));
+        let reason = reason!("ring-shadow-sun", degrees = format_args!("{degrees:.3}"), light = light)
+            .and(reason!("ring-shadow-penumbra", size = format_args!("{penumbra_px:.1}")));
         (ThresholdCheck { on: self.threshold.is_exceeded_by_change(darkest) && sine > 0.0, reason }, model)
     }
 
@@ -211,10 +223,8 @@ impl<'a> View<'a> {
         let penumbra_width = 2.0 * self.sun_tangent(sun_radius_km) * outer;
         let offset_px = oblateness_offset.max(penumbra_width) * self.pixels_per_radius();
         let model = if offset_px > MAX_EDGE_ERROR_PX { BodyShadow::EllipsoidPenumbra } else { BodyShadow::Sphere };
-        let reason = format!(
-            "the shadow's axis passes {axis_distance:.3} radii from the innermost ring against {penumbra_radius:.3}; oblateness and \
-             penumbra make {offset_px:.1} px"
-        );
+        let reason = reason!("body-shadow-axis", radii = format_args!("{axis_distance:.3}"), limit = format_args!("{penumbra_radius:.3}"))
+            .and(reason!("body-shadow-edges", size = format_args!("{offset_px:.1}")));
         (ThresholdCheck { on: axis_distance <= penumbra_radius, reason }, model)
     }
 
@@ -225,6 +235,56 @@ impl<'a> View<'a> {
             return Some(ClipRect::VIEWPORT);
         }
         Outline::of(self.camera, &disc).rect(self.camera)
+    }
+
+    /// The rectangle around the half of the visible rings in front of the body's centre (`side` 1) or behind it (-1), as lib/ring/surface.wesl divides them.
+    pub(crate) fn half_rect(&self, outer_km: f64, side: f64) -> Option<ClipRect> {
+        let whole = self.rect(outer_km)?;
+        self.half_bounds(outer_km, side).map_or(Some(whole), |half| whole.common(&half))
+    }
+
+    /// Bounds of one half, padded; `None` for a camera over the rings or next to them, where any pixel may show both.
+    fn half_bounds(&self, outer_km: f64, side: f64) -> Option<ClipRect> {
+        let viewer = (self.placement.body_from_icrf * -self.placement.centre_km).truncate();
+        let distance = viewer.length();
+        if distance < 1.01 * outer_km {
+            return None;
+        }
+        // The halves meet where the view ray is nearest to the axis: on the circle over the line from the centre to the camera's foot v. So p.v >= |p|^2 >= 0 in
+        // front, and p.v <= |p|^2 <= outer^2 behind.
+        let towards = viewer / distance;
+        let limit = if side > 0.0 { 0.0 } else { outer_km * outer_km / distance };
+        let excess = |p: DVec2| side * (p.dot(towards) - limit);
+        let corner =
+            |k: usize| DVec2::from_angle(2.0 * PI * k as f64 / OUTLINE_CORNERS as f64) * (outer_km / (PI / OUTLINE_CORNERS as f64).cos());
+        let body_to_icrf = self.placement.body_from_icrf.transpose();
+        let (mut least, mut most) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let mut include = |p: DVec2| {
+            let clip = self.camera.clip(self.placement.centre_km + body_to_icrf * p.extend(0.0))?;
+            (least, most) = (least.min(clip), most.max(clip));
+            Some(())
+        };
+        for k in 0..OUTLINE_CORNERS {
+            let (p, q) = (corner(k), corner(k + 1));
+            if excess(p) >= 0.0 {
+                include(p)?;
+            }
+            if (excess(p) < 0.0) != (excess(q) < 0.0) {
+                include(p + (q - p) * (excess(p) / (excess(p) - excess(q))))?;
+            }
+        }
+        let pad = DVec2::splat(PADDING_PX + 1.0) / self.camera.half_size();
+        let (least, most) = (least - pad, most + pad);
+        (least.x < most.x && least.y < most.y).then_some(ClipRect { left: least.x, top: most.y, right: most.x, bottom: least.y })
+    }
+
+    /// Most pieces into which shaders/lib/ring/surface.wesl divides a pixel's stretch: 32 per radius, as many as its longest stretch needs.
+    fn most_pieces(&self) -> f64 {
+        let (height, axis_distance) = self.viewer_radii();
+        let outer = self.outermost_km() / self.body.radii_km.x;
+        // A pixel turns the ray by at most its tangent. The part added covers what a pixel at the edge has outside of the ring.
+        let cosine = (height / height.hypot(axis_distance + 1.05 * outer)).max(MIN_COSINE);
+        (32.0 * 1.05 * height * self.camera.pixel_tangent() / (cosine * cosine)).ceil().clamp(1.0, MAX_PIECES)
     }
 
     /// The view rays over the rectangle, in units of the equatorial radius on all axes.
@@ -246,12 +306,12 @@ impl<'a> View<'a> {
         let radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
         let upper_limit = geometry.upper_limit() * radiance;
         if user_choice == Some(false) || user_choice.is_none() && !self.threshold.is_exceeded_by(upper_limit) {
-            let reason = format!("ring-shine below {}", self.threshold.description(upper_limit));
+            let reason = reason!("ring-shine-below", light = self.threshold.description(upper_limit));
             return (ThresholdCheck { on: false, reason }, None);
         }
         let shine = geometry.shine(&self.caches.ring_shines);
         let most = shine.as_ref().map_or(0.0, |s| s.brightest) * radiance;
-        let reason = format!("ring-shine up to {}", self.threshold.description(most));
+        let reason = reason!("ring-shine-up-to", light = self.threshold.description(most));
         (ThresholdCheck { on: self.threshold.is_exceeded_by(most), reason }, shine)
     }
 
@@ -268,6 +328,7 @@ impl<'a> View<'a> {
         let viewer = self.placement.body_from_icrf * -self.placement.centre_km;
         let [same, other] = halves(self.sun.z.abs(), self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6));
         let sunlight = if viewer.z * self.sun.z > 0.0 { [same, other] } else { [other, same] };
+        let sunlight = sunlight.map(|half| half.map(rounded_for_reuse));
         // Slopes from the point of the plane nearest to the viewer to the farthest point of any ring, drawn or not, because the middle of a pixel may lie
         // outside the drawn rings.
         let outer_km = self.outermost_km();
@@ -305,6 +366,7 @@ impl<'a> View<'a> {
             reach: Vec2::new(narrow(table.reach[0]), narrow(table.reach[1])),
             table: Some(table),
             extent: narrow(self.outermost_km() / self.body.radii_km.x),
+            pieces: narrow(self.most_pieces()),
             blur: narrow(0.5 / self.pixels_per_radius()),
             phase: Vec2::new(narrow(phase_factor()), narrow(PHASE_EXPONENT)),
             dust_asymmetry: lobe(0),

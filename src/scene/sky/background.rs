@@ -6,6 +6,7 @@
 //! aberration of diffuse light (0.3 arcmin), its tint by air, and the parallax of the Milky Way.
 
 use crate::catalog::NaifId;
+use crate::message::{Reason, reason};
 use crate::scene::camera::{Camera, narrow, narrow_scalar, narrow4};
 use crate::scene::decision::Decision;
 use crate::scene::draw::PixelView;
@@ -34,7 +35,7 @@ pub struct SkyBackground {
     pub to_sun: Vec3,
     pub ecliptic_pole: Vec3,
     pub zodiacal_law: [Vec4; 5],
-    /// `zodiacal::NEAR`, and the cosines of `zodiacal::HANDOVER_DEG`; see the shader.
+    /// `zodiacal::NEAR`, and the cosines of `zodiacal::CORONA_BLEND_DEG`; see the shader.
     pub near: f32,
     pub inner_cosine: f32,
     pub outer_cosine: f32,
@@ -46,7 +47,7 @@ const PROBES: u32 = 17;
 
 /// The brightest zodiacal light in the frame, radiance.
 fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit: f64) -> f64 {
-    let inner = zodiacal::HANDOVER_DEG.0.to_radians().cos();
+    let inner = zodiacal::CORONA_BLEND_DEG.0.to_radians().cos();
     let clip = |k: u32| 2.0 * f64::from(k) / f64::from(PROBES - 1) - 1.0;
     let at = |k: u32| {
         let ray = camera.ray(DVec2::new(clip(k % PROBES), clip(k / PROBES))).normalize();
@@ -69,20 +70,25 @@ pub(crate) fn background(
         return (None, Vec::new());
     }
     let boost = request.stars_boost.exp2();
-    let decided = |feature, on: bool, reason: String| Decision { feature, on, reason, tier: None };
+    let decided = |feature, on: bool, reason: Reason| Decision { feature, on, reason, tier: None };
     // Like stars, the background is drawn if it reaches half a display level on black.
     let is_visible = |radiance: f64| radiance > threshold.cutoff_radiance(VISIBLE_LIGHT);
     let comparison = |radiance: f64| match threshold.is_linear() {
         true => threshold.description(radiance),
-        false => format!("{:.1e} of white against {VISIBLE_LIGHT:.1e}", threshold.relative_to_white(radiance)),
+        false => {
+            let light = threshold.relative_to_white(radiance);
+            reason!("of-white", light = format_args!("{light:.1e}"), least = format_args!("{VISIBLE_LIGHT:.1e}"))
+        }
     };
     let brightest = map.brightest * map.unit_radiance * boost;
     let milky_way = match () {
-        () if !request.layers.milky_way => decided("milky-way", false, "set by you".into()),
-        () if is_unreadable => decided("milky-way", false, format!("{} cannot be read", map.file)),
+        () if !request.layers.milky_way => decided("milky-way", false, reason!("set-by-you")),
+        () if is_unreadable => decided("milky-way", false, reason!("cannot-be-read", file = &map.file)),
         () => {
-            let subject = if map.is_milky_way { "its brightest clouds are" } else { "the panorama of --sky is at most" };
-            decided("milky-way", is_visible(brightest), format!("{subject} {}", comparison(brightest)))
+            let light = comparison(brightest);
+            let reason =
+                if map.is_milky_way { reason!("milky-way-clouds", light = light) } else { reason!("milky-way-panorama", light = light) };
+            decided("milky-way", is_visible(brightest), reason)
         }
     };
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
@@ -90,11 +96,11 @@ pub(crate) fn background(
     let unit = zodiacal::unit_radiance(sun_au.max(zodiacal::NEAREST_AU)) * boost;
     let light = brightest_zodiacal(camera, to_sun, unit);
     let zodiacal_light = match () {
-        () if !request.layers.zodiacal_light => decided("zodiacal-light", false, "set by you".into()),
+        () if !request.layers.zodiacal_light => decided("zodiacal-light", false, reason!("set-by-you")),
         () if sun_au < zodiacal::NEAREST_AU => {
-            decided("zodiacal-light", false, format!("the Sun is nearer than {} au: the corona takes its place", zodiacal::NEAREST_AU))
+            decided("zodiacal-light", false, reason!("zodiacal-near-sun", distance = zodiacal::NEAREST_AU))
         }
-        () => decided("zodiacal-light", is_visible(light), format!("in the frame at most {}", comparison(light))),
+        () => decided("zodiacal-light", is_visible(light), reason!("zodiacal-at-most", light = comparison(light))),
     };
     let (draws_map, draws_dust) = (milky_way.on, zodiacal_light.on);
     let map_from_icrf = map.frame.icrf_from_frame().transpose();
@@ -112,8 +118,8 @@ pub(crate) fn background(
         ecliptic_pole: axis(ecliptic_pole()),
         zodiacal_law: zodiacal::LAW.map(|row| narrow4(DVec4::from_array(row))),
         near: narrow_scalar(zodiacal::NEAR),
-        inner_cosine: narrow_scalar(zodiacal::HANDOVER_DEG.0.to_radians().cos()),
-        outer_cosine: narrow_scalar(zodiacal::HANDOVER_DEG.1.to_radians().cos()),
+        inner_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.0.to_radians().cos()),
+        outer_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.1.to_radians().cos()),
         // With boosted zodiacal light the transition to the corona would be visible, so it is not made.
         corona: if has_corona && request.stars_boost == 0.0 { 1.0 } else { 0.0 },
     };

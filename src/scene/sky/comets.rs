@@ -12,6 +12,7 @@ use crate::catalog::small_bodies::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOr
 use crate::ephemeris::State;
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::conic::{ConicState, heliocentric_state};
+use crate::message::{Reason, reason};
 use crate::scene::annotation::orbits::{self, Conic, OrbitArc};
 use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::camera::{Camera, narrow, narrow_scalar, narrow2};
@@ -47,7 +48,7 @@ const TAILS_AU: (f64, f64) = (3.0, 1.5);
 /// Fraction of white below which tails are left out.
 const MIN_LEVEL: f64 = 1.0 / 4096.0;
 /// Opacity of a comet's orbit at the comet.
-const ORBIT_STRENGTH: f64 = 0.6;
+const ORBIT_OPACITY: f64 = 0.6;
 /// Length of the ion tail at a production of 10^30 water molecules per second, and its maximum, au.
 const ION_LENGTH_AU: f64 = 0.25;
 const MAX_ION_LENGTH_AU: f64 = 0.8;
@@ -64,7 +65,7 @@ const COMA_RGB: [f64; 3] = [0.85, 1.05, 0.8];
 
 /// A segment of a ribbon, the shape of which tails consist.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TailPiece {
+pub struct TailSegment {
     /// Clip x and y, reversed depth.
     pub ends: [Vec3; 2],
     /// Vectors from each end to the ribbon's edge, pixels, x right, y up.
@@ -81,7 +82,7 @@ pub struct TailPiece {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comets {
     pub heads: Vec<StarSprite>,
-    pub tails: Vec<TailPiece>,
+    pub tails: Vec<TailSegment>,
     /// Orbits of the comets in the frame that have tails, if orbits are switched on.
     pub orbits: Vec<OrbitArc>,
 }
@@ -161,13 +162,20 @@ impl CometProjection<'_> {
 
     /// Whether a segment, including its width, is outside the frame.
     fn is_outside(&self, a: &ProjectedPoint, b: &ProjectedPoint, half_px: f64) -> bool {
-        let reach = self.camera.half_size() + DVec2::splat(half_px);
-        let beyond = |v: DVec2| v.cmpgt(reach);
+        let limit_px = self.camera.half_size() + DVec2::splat(half_px);
+        let beyond = |v: DVec2| v.cmpgt(limit_px);
         (beyond(a.px) & beyond(b.px)).any() || (beyond(-a.px) & beyond(-b.px)).any()
     }
 
     /// Adds a ribbon through points. For each point: `irradiance` is that of the segment that starts there, `half_px` the ribbon's half width.
-    fn ribbon(&self, stations: &[Option<ProjectedPoint>], irradiance: &[f64], half_px: &[f64], colour: DVec3, into: &mut Vec<TailPiece>) {
+    fn ribbon(
+        &self,
+        stations: &[Option<ProjectedPoint>],
+        irradiance: &[f64],
+        half_px: &[f64],
+        colour: DVec3,
+        segments: &mut Vec<TailSegment>,
+    ) {
         let length = |k: usize| match (stations.get(k).copied().flatten(), stations.get(k + 1).copied().flatten()) {
             (Some(a), Some(b)) => a.px.distance(b.px),
             _ => 0.0,
@@ -188,7 +196,7 @@ impl CometProjection<'_> {
                 continue;
             }
             let edge = |k: usize| narrow2(tangent(k).perp() * half_px[k]);
-            into.push(TailPiece {
+            segments.push(TailSegment {
                 ends: [self.clip(&a), self.clip(&b)],
                 edges: [edge(k), edge(k + 1)],
                 radiance: [radiance(k, &a), radiance(k + 1, &b)],
@@ -199,12 +207,12 @@ impl CometProjection<'_> {
     }
 
     /// Adds the dust tail, of total irradiance `light`: patches between grains of neighbouring beta and age.
-    fn dust(&self, orbit: &HeliocentricOrbit, days: f64, light: f64, into: &mut Vec<TailPiece>) {
+    fn dust(&self, orbit: &HeliocentricOrbit, days: f64, light: f64, segments: &mut Vec<TailSegment>) {
         // Ages are more densely spaced for recently released grains.
         let age = |k: usize| MAX_AGE_DAYS * (k as f64 / (STATIONS - 1) as f64).powi(2);
         // Light is distributed evenly in the logarithm of beta, and fades at both ends.
-        let part = |line: usize| line as f64 / (SYNDYNES - 1) as f64;
-        let beta = |line: usize| MIN_BETA * (MAX_BETA / MIN_BETA).powf(part(line));
+        let beta_fraction = |line: usize| line as f64 / (SYNDYNES - 1) as f64;
+        let beta = |line: usize| MIN_BETA * (MAX_BETA / MIN_BETA).powf(beta_fraction(line));
         let fan: Vec<Vec<DVec3>> =
             (0..SYNDYNES).map(|line| (0..STATIONS).map(|k| grain(orbit, days, age(k), beta(line))).collect()).collect();
         let projected: Vec<Vec<Option<ProjectedPoint>>> = fan.iter().map(|line| line.iter().map(|p| self.station(*p)).collect()).collect();
@@ -214,7 +222,8 @@ impl CometProjection<'_> {
             (age(k + 1) - age(k)) / (release_au * release_au * current_au * current_au) * (-age(k) / (0.4 * MAX_AGE_DAYS)).exp()
         };
         let production: Vec<f64> = (0..STATIONS - 1).map(production).collect();
-        let beta_weight: Vec<f64> = (0..SYNDYNES - 1).map(|line| (PI * 0.5 * (part(line) + part(line + 1))).sin().powi(2)).collect();
+        let beta_weight: Vec<f64> =
+            (0..SYNDYNES - 1).map(|line| (PI * 0.5 * (beta_fraction(line) + beta_fraction(line + 1))).sin().powi(2)).collect();
         let total = production.iter().sum::<f64>() * beta_weight.iter().sum::<f64>();
         // A point of a patch's centre line, the vector to the patch's edge, widened by the grains' own speed, and the point's projection.
         let side = |line: usize, k: usize| -> Option<(DVec2, DVec2, ProjectedPoint)> {
@@ -245,7 +254,7 @@ impl CometProjection<'_> {
                 if self.is_outside(&a.2, &b.2, a.1.length().max(b.1.length())) {
                     continue;
                 }
-                into.push(TailPiece {
+                segments.push(TailSegment {
                     ends: [self.clip(&a.2), self.clip(&b.2)],
                     edges: [narrow2(a.1), narrow2(b.1)],
                     radiance: [mean(line, k), mean(line, k + 1)],
@@ -263,11 +272,11 @@ impl CometProjection<'_> {
         let from_camera = state.position - self.camera_au;
         let apparent_km = aberrated(from_camera.normalize(), self.velocity_km_s) * from_camera.length() * KM_PER_AU;
         let conic = Conic::of(&km, gm_km3_s2);
-        conic.map_or_else(Vec::new, |conic| orbits::arcs(self.camera, &conic, apparent_km, ORBIT_STRENGTH, of_luminance_1(COMA_RGB)))
+        conic.map_or_else(Vec::new, |conic| orbits::arcs(self.camera, &conic, apparent_km, ORBIT_OPACITY, of_luminance_1(COMA_RGB)))
     }
 
     /// Adds the ion tail, of total irradiance `light`: a straight ribbon.
-    fn ions(&self, state: &ConicState, light: f64, length_au: f64, into: &mut Vec<TailPiece>) {
+    fn ions(&self, state: &ConicState, light: f64, length_au: f64, segments: &mut Vec<TailSegment>) {
         let direction = ion_direction(state);
         let along = |k: usize| length_au * (k as f64 / (STATIONS - 1) as f64).powf(1.5);
         let stations: Vec<_> = (0..STATIONS).map(|k| self.station(state.position + direction * along(k))).collect();
@@ -275,7 +284,7 @@ impl CometProjection<'_> {
         // Light that the part of the tail beyond a station has.
         let beyond = |k: usize| (-3.0 * along(k) / length_au).exp() - (-3.0_f64).exp();
         let irradiance: Vec<f64> = (0..STATIONS - 1).map(|k| light * (beyond(k) - beyond(k + 1)) / beyond(0)).collect();
-        self.ribbon(&stations, &irradiance, &(0..STATIONS).map(half).collect::<Vec<_>>(), of_luminance_1(ION_RGB), into);
+        self.ribbon(&stations, &irradiance, &(0..STATIONS).map(half).collect::<Vec<_>>(), of_luminance_1(ION_RGB), segments);
     }
 }
 
@@ -297,15 +306,15 @@ pub(crate) fn comets(
     sun_km: Option<DVec3>,
     white: f64,
 ) -> (Comets, Option<Decision>) {
-    let decided = |on: bool, reason: String| Some(Decision { feature: "comets", on, reason, tier: None });
+    let decided = |on: bool, reason: Reason| Some(Decision { feature: "comets", on, reason, tier: None });
     if request.pixel_view != PixelView::Final {
         return (Comets::default(), None);
     }
     if !request.layers.comets {
-        return (Comets::default(), decided(false, "off unless you ask for it: faint ones are marks".into()));
+        return (Comets::default(), decided(false, reason!("comets-off")));
     }
     let Some(sun_km) = sun_km else {
-        return (Comets::default(), decided(false, "no source knows where the Sun is at this time".into()));
+        return (Comets::default(), decided(false, reason!("no-sun-known")));
     };
     let (camera, days) = (&viewer.camera, request.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY);
     let projection = CometProjection { camera, camera_au: (camera.position_km - sun_km) / KM_PER_AU, velocity_km_s: viewer.velocity_km_s };
@@ -344,12 +353,13 @@ pub(crate) fn comets(
     // Segments that are too faint to be visible would only cost time.
     let min_radiance = narrow_scalar(white * MIN_LEVEL);
     in_frame.tails.retain(|t| t.radiance[0].max(t.radiance[1]) > min_radiance);
-    let reason = match brightest {
+    let heads = match brightest {
         Some((magnitude, name)) => {
-            format!("{shown} in the frame, the brightest {name} of magnitude {magnitude:.1}; {} pieces of tails", in_frame.tails.len())
+            reason!("comets-brightest", count = shown, comet = &name, magnitude = format_args!("{magnitude:.1}"))
         }
-        None => format!("none in the frame; {} pieces of tails", in_frame.tails.len()),
+        None => reason!("comets-none"),
     };
+    let reason = heads.and(reason!("comets-tails", count = in_frame.tails.len()));
     let on = shown > 0 || !in_frame.tails.is_empty();
     (in_frame, decided(on, reason))
 }

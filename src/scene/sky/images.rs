@@ -5,8 +5,9 @@
 //! follow stellar aberration; the variation of aberration over the image (0.35 arcsec per degree) is left out. All values are f64; only the view's axes in
 //! the image are narrowed.
 
-use crate::catalog::{DataLayer, ImagePlace};
+use crate::catalog::{DataLayer, ImageWcs};
 use crate::ephemeris::apparent::aberrated;
+use crate::message::{Argument, reason};
 use crate::scene::camera::{Camera, narrow, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
 use glam::{DMat2, DMat3, DVec2, DVec3, Vec2, Vec3};
@@ -32,8 +33,8 @@ pub struct SkyImageDraw {
 
 /// The homography h from a direction (ICRF) to image coordinates (u, v) = h.xy / h.z: u to the right, v down, 0 to 1. `None` for an image that is not of
 /// the sky.
-fn image_from_icrf(place: &ImagePlace, size: DVec2, velocity_km_s: DVec3) -> Option<DMat3> {
-    let ImagePlace::Tangent { centre_deg, centre_px, deg_per_px } = place else { return None };
+fn image_from_icrf(wcs: &ImageWcs, size: DVec2, velocity_km_s: DVec3) -> Option<DMat3> {
+    let ImageWcs::Tangent { centre_deg, centre_px, deg_per_px } = wcs else { return None };
     let [(sin_a, cos_a), (sin_d, cos_d)] = centre_deg.map(|v| v.to_radians().sin_cos());
     let to_centre = DVec3::new(cos_d * cos_a, cos_d * sin_a, sin_d);
     let east = DVec3::new(-sin_a, cos_a, 0.0);
@@ -60,7 +61,7 @@ pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: 
     let (mut draws, mut decisions) = (Vec::new(), Vec::new());
     for (layer, image) in layers.iter().filter_map(|l| Some((l, l.image.as_ref()?))) {
         let size = DVec2::new(f64::from(image.width), f64::from(image.height));
-        let Some(from_icrf) = image_from_icrf(&image.place, size, velocity_km_s) else { continue };
+        let Some(from_icrf) = image_from_icrf(&image.wcs, size, velocity_km_s) else { continue };
         // The centre of the image, and the image's size in pixels of the picture, from the size of a texel at the centre.
         let middle = from_icrf.inverse() * DVec3::new(0.5, 0.5, 1.0);
         let distance_px = |step: DVec2| {
@@ -70,10 +71,15 @@ pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: 
         let texel = DVec2::ONE / size;
         let span_px = DVec2::new(distance_px(DVec2::X * texel) * size.x, distance_px(DVec2::Y * texel) * size.y);
         let radius = 0.5 * span_px.length() * camera.pixel_tangent() / middle.normalize().length();
-        let in_frame = camera.may_show_ball(axes(camera, middle.normalize()), radius.min(2.0), 1.0);
+        let in_frame = camera.sphere_may_be_in_frame(camera.in_axes(middle.normalize()), radius.min(2.0), 1.0);
         let on = in_frame && span_px.max_element() > MIN_SIZE_PX;
-        let reason =
-            format!("{}: {:.1} x {:.1} px{}", layer.name, span_px.x, span_px.y, if in_frame { "" } else { ", outside of the frame" });
+        let [width, height] = [span_px.x, span_px.y].map(|px| Argument::Number(format!("{px:.1}")));
+        let name = &layer.name;
+        let reason = if in_frame {
+            reason!("image-size", image = name, width = width, height = height)
+        } else {
+            reason!("image-outside", image = name, width = width, height = height)
+        };
         decisions.push(Decision { feature: "data", on, reason, tier: None });
         if on {
             draws.push(SkyImageDraw {
@@ -90,10 +96,6 @@ pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: 
     (draws, decisions)
 }
 
-fn axes(camera: &Camera, v: DVec3) -> DVec3 {
-    DVec3::new(v.dot(camera.right), v.dot(camera.up), v.dot(camera.forward))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -103,9 +105,9 @@ mod tests {
     fn positions_in_the_image_follow_the_standard() {
         let (ra0, dec0) = (83.633_f64, 22.0145_f64);
         let cd = [[-2e-4, 5e-5], [3e-5, 2.5e-4]];
-        let place = ImagePlace::Tangent { centre_deg: [ra0, dec0], centre_px: [310.5, 120.25], deg_per_px: cd };
+        let wcs = ImageWcs::Tangent { centre_deg: [ra0, dec0], centre_px: [310.5, 120.25], deg_per_px: cd };
         let size = DVec2::new(640.0, 480.0);
-        let from_icrf = image_from_icrf(&place, size, DVec3::ZERO).expect("of the sky");
+        let from_icrf = image_from_icrf(&wcs, size, DVec3::ZERO).expect("of the sky");
         for (ra, dec) in [(83.633, 22.0145), (83.6, 22.05), (83.75, 21.96)] {
             let (da, d, d0) = ((ra - ra0).to_radians(), f64::to_radians(dec), dec0.to_radians());
             let cos_c = d0.sin() * d.sin() + d0.cos() * d.cos() * da.cos();
@@ -123,7 +125,7 @@ mod tests {
         }
         // For a moving viewer the tangent point appears where a star in its direction appears.
         let velocity = DVec3::new(10.0, -25.0, 7.0);
-        let moved = image_from_icrf(&place, size, velocity).expect("of the sky");
+        let moved = image_from_icrf(&wcs, size, velocity).expect("of the sky");
         let (sin_a, cos_a) = ra0.to_radians().sin_cos();
         let star = DVec3::new(dec0.to_radians().cos() * cos_a, dec0.to_radians().cos() * sin_a, dec0.to_radians().sin());
         let h = moved * aberrated(star, velocity);

@@ -8,6 +8,7 @@
 
 use super::minor_planet_columns::MinorPlanetColumns;
 use crate::catalog::small_bodies::GAUSS_CONSTANT;
+use crate::message::{Reason, reason};
 use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::camera::{NEAR_DEPTH_KM, narrow, narrow_scalar};
 use crate::scene::decision::Decision;
@@ -66,14 +67,14 @@ pub(crate) fn minor_planets(
     sun_km: Option<DVec3>,
     white: f64,
 ) -> (Option<MinorPlanets>, Option<Decision>) {
-    let decided = |on: bool, reason: String| Some(Decision { feature: "minor-planets", on, reason, tier: None });
+    let decided = |on: bool, reason: Reason| Some(Decision { feature: "minor-planets", on, reason, tier: None });
     if request.pixel_view != PixelView::Final {
         return (None, None);
     }
     if !request.layers.minor_planets {
-        return (None, decided(false, "off unless you ask for it: most are marks, far fainter than any exposure shows".into()));
+        return (None, decided(false, reason!("minor-off")));
     }
-    let Some(sun_km) = sun_km else { return (None, decided(false, "no source knows where the Sun is at this time".into())) };
+    let Some(sun_km) = sun_km else { return (None, decided(false, reason!("no-sun-known"))) };
     let (camera, columns) = (&viewer.camera, columns());
     let mark_level = MARK_LEVEL * (FADE_COUNT / columns.slope.len() as f64).powf(0.25).min(1.0);
     let days = request.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY;
@@ -90,6 +91,6 @@ pub(crate) fn minor_planets(
         columns,
     };
     let count = all.times.len();
-    let reason = format!("{count} orbits; brightness by H and G, and marks of {mark_level:.2} of white where that is less");
+    let reason = reason!("minor-orbits", count = count).and(reason!("minor-brightness", level = format_args!("{mark_level:.2}")));
     (Some(all), decided(count > 0, reason))
 }

@@ -10,6 +10,7 @@ use crate::catalog::Catalog;
 use crate::catalog::stars::{Cell, Star, StarCatalog};
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::star_place::star_from_viewer;
+use crate::message::{Reason, reason};
 use crate::scene::atmosphere::air::SurroundingAir;
 use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::camera::{Camera, narrow, narrow_scalar};
@@ -26,14 +27,14 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// The apparent direction of a star, and its brightness relative to that in the catalogue.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StarPlace {
+pub struct ApparentStar {
     /// Unit vector, ICRF, with proper motion, parallax and aberration.
     pub direction: DVec3,
     /// Factor on the catalogue's irradiance.
     pub brightening: f64,
 }
 
-impl StarPlace {
+impl ApparentStar {
     fn boosted(self, factor: f64) -> Self {
         Self { brightening: self.brightening * factor, ..self }
     }
@@ -60,11 +61,11 @@ impl StarPlacer {
         }
     }
 
-    pub fn place(&self, star: &Star) -> StarPlace {
+    pub fn place(&self, star: &Star) -> ApparentStar {
         let vector = star_from_viewer(star, self.years, self.viewer_au);
         // Avoids a division by zero for a viewer at the star.
         let distance = vector.length().max(1e-9);
-        StarPlace { direction: aberrated(vector / distance, self.velocity_km_s), brightening: distance.powi(-2) }
+        ApparentStar { direction: aberrated(vector / distance, self.velocity_km_s), brightening: distance.powi(-2) }
     }
 
     /// Upper limit of the displacement of a cell's stars by motion since the epoch and by parallax, relative to their distance.
@@ -125,22 +126,23 @@ pub(crate) fn stars(
     white: f64,
     air: Option<&SurroundingAir<'_>>,
 ) -> (Vec<StarSprite>, Option<Decision>) {
-    let decided = |on: bool, reason: String| Some(Decision { feature: "stars", on, reason, tier: None });
+    let decided = |on: bool, reason: Reason| Some(Decision { feature: "stars", on, reason, tier: None });
     if request.pixel_view != PixelView::Final {
         return (Vec::new(), None);
     }
     if !request.layers.stars {
-        return (Vec::new(), decided(false, "set by you".into()));
+        return (Vec::new(), decided(false, reason!("set-by-you")));
     }
     let camera = &viewer.camera;
     // A boost of one stop lowers the limit by 2.5 log10(2) magnitudes.
     let boost = request.stars_boost.exp2();
     let limit = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
-    let boost_note = if boost == 1.0 { String::new() } else { format!(", {:+.1} stops brighter than they are", request.stars_boost) };
-    let limit_note = if limit.is_finite() {
-        format!("the exposure shows stars to magnitude {limit:.1}{boost_note}")
-    } else {
-        "linear light shows any star".into()
+    let limit_note = match limit.is_finite() {
+        false => reason!("stars-linear"),
+        true if boost == 1.0 => reason!("stars-to-magnitude", limit = format_args!("{limit:.1}")),
+        true => {
+            reason!("stars-lifted", limit = format_args!("{limit:.1}"), stops = format_args!("{:+.1}", request.stars_boost))
+        }
     };
     // Near the Sun no star is brighter than in the catalogue, so the brightest star decides; farther away cells are tested with their parallax.
     let is_near_sun = viewer.camera.position_km.length() < CONSTANT_BRIGHTNESS_KM;
@@ -150,7 +152,7 @@ pub(crate) fn stars(
     let placer = StarPlacer::of(catalog, viewer, request);
     let tint = air.map(AirTint::of);
     let all = catalog.stars();
-    let in_view = InView { camera, limit, reach_rad: corner_rad(camera) + viewer.body_velocity_km_s.length() / SPEED_OF_LIGHT_KM_S };
+    let in_view = InView { camera, limit, max_off_axis_rad: corner_rad(camera) + viewer.body_velocity_km_s.length() / SPEED_OF_LIGHT_KM_S };
     let mut sprites = Vec::new();
     for cell in all.cells().iter().filter(|cell| in_view.may_show_star_of(cell, placer.shift(cell))) {
         let faintest = in_view.faintest(placer.shift(cell));
@@ -161,7 +163,7 @@ pub(crate) fn stars(
         };
         sprites.extend(bright.filter_map(to_sprite));
     }
-    let reason = format!("{} in the frame; {limit_note}", sprites.len());
+    let reason = reason!("stars-in-frame", count = sprites.len()).and(limit_note);
     let on = !sprites.is_empty();
     (sprites, decided(on, reason))
 }
@@ -174,7 +176,7 @@ struct InView<'c> {
     camera: &'c Camera,
     limit: f64,
     /// Angle from the middle of the frame to its corner, plus the largest angle of aberration.
-    reach_rad: f64,
+    max_off_axis_rad: f64,
 }
 
 impl InView<'_> {
@@ -187,9 +189,9 @@ impl InView<'_> {
     fn may_show_star_of(&self, cell: &Cell, shift: f64) -> bool {
         // A displacement by a fraction of the distance changes the direction by at most the arc sine of the fraction.
         let shift_rad = if shift < 1.0 { shift.asin() } else { PI };
-        let reach = self.reach_rad + cell.radius_rad + shift_rad + self.sprite_rad();
+        let max_off_axis_rad = self.max_off_axis_rad + cell.radius_rad + shift_rad + self.sprite_rad();
         let ahead = cell.axis.dot(self.camera.forward);
-        (reach >= PI || ahead >= reach.cos()) && f64::from(cell.brightest_magnitude) <= self.faintest(shift)
+        (max_off_axis_rad >= PI || ahead >= max_off_axis_rad.cos()) && f64::from(cell.brightest_magnitude) <= self.faintest(shift)
     }
 
     /// Largest angular radius of a sprite, whose glare can reach into the frame from outside.
@@ -199,15 +201,15 @@ impl InView<'_> {
 }
 
 /// The sprite of a star, if it is in the frame. The caller sets the star's index.
-fn sprite(camera: &Camera, star: &Star, place: &StarPlace, tint: Option<&AirTint>, white: f64) -> Option<StarSprite> {
+fn sprite(camera: &Camera, star: &Star, place: &ApparentStar, tint: Option<&AirTint>, white: f64) -> Option<StarSprite> {
     let clip = camera.clip(place.direction)?;
     let cos_off_axis = place.direction.dot(camera.forward);
     let pixel_sr = camera.pixel_tangent().powi(2) * cos_off_axis.max(1e-3).powi(3);
     let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightening * PI / pixel_sr;
     let colour = star_colour(star.b_v) * tint.map_or(DVec3::ONE, |t| t.at(place.direction));
     let radius_px = point_radius_px(flux * point_peak() / white);
-    let reach = DVec2::ONE + (radius_px + 1.0) / camera.half_size();
-    (clip.abs().cmple(reach).all()).then(|| StarSprite {
+    let limit = DVec2::ONE + (radius_px + 1.0) / camera.half_size();
+    (clip.abs().cmple(limit).all()).then(|| StarSprite {
         centre: narrow(clip.extend(0.0)),
         radius_px: narrow_scalar(radius_px),
         flux: narrow(colour * flux),

@@ -25,7 +25,7 @@ const DISTANCE_EXPONENT: f64 = -2.3;
 /// Distance from the Sun, au, within which only the corona's law is used.
 pub(crate) const NEAREST_AU: f64 = 0.1;
 /// Elongations, degrees, between which the corona blends into the zodiacal light.
-pub(crate) const HANDOVER_DEG: (f64, f64) = (15.0, 25.0);
+pub(crate) const CORONA_BLEND_DEG: (f64, f64) = (15.0, 25.0);
 
 /// Offset in [`law`] that keeps the logarithm's argument positive in the direction of the Sun.
 pub(crate) const NEAR: f64 = 1.02;
@@ -108,7 +108,7 @@ mod tests {
     /// From outside the ecliptic, any combination of elongation and latitude occurs: the law stays within the table's range.
     #[test]
     fn the_law_stays_finite_for_every_direction() {
-        let (brightest, faintest) = (law(HANDOVER_DEG.0.to_radians().cos(), 0.0), 60.0);
+        let (brightest, faintest) = (law(CORONA_BLEND_DEG.0.to_radians().cos(), 0.0), 60.0);
         for elongation in 15..=180 {
             for latitude in 0..=90 {
                 let value = law(f64::from(elongation).to_radians().cos(), f64::from(latitude).to_radians().sin());
@@ -124,7 +124,7 @@ mod tests {
         use crate::scene::light::corona;
         use crate::units::{KM_PER_AU, SUN_RADIUS_KM};
         for au in [0.3, 1.0, 5.2] {
-            for degrees in [HANDOVER_DEG.0, 20.0, HANDOVER_DEG.1] {
+            for degrees in [CORONA_BLEND_DEG.0, 20.0, CORONA_BLEND_DEG.1] {
                 let (sin, cos) = f64::to_radians(degrees).sin_cos();
                 let around = (0..360).map(|a| law(cos, sin * f64::from(a).to_radians().sin())).sum::<f64>() / 360.0;
                 let ratio = around * unit_radiance(au) / corona::radiance(sin * au * KM_PER_AU / SUN_RADIUS_KM);

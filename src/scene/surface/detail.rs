@@ -5,6 +5,7 @@
 //! fields the shader's positions are relative to a point of the visible ground. Size classes fade in and out from weight 0 as the camera moves.
 
 use crate::catalog::Map;
+use crate::message::{Reason, reason};
 use crate::scene::camera::{Camera, Placement, ViewRays, narrow, narrow_scalar};
 use crate::scene::constants::DETAIL_ROWS;
 use crate::scene::draw::Detail;
@@ -12,12 +13,12 @@ use crate::scene::draw::uniforms::DetailUniforms;
 use glam::{DVec2, DVec3, Vec4};
 
 /// The description of the detail for decisions and the window.
-pub(crate) fn law(detail: Detail) -> &'static str {
+pub(crate) fn law(detail: Detail) -> Reason {
     match detail {
-        Detail::None => "nothing finer than the map",
-        Detail::Craters => "craters finer than the map, by the law N(>D) ~ D^-2; nobody has measured them",
-        Detail::Hills => "hills finer than the map, as steep at all sizes; nobody has measured them",
-        Detail::Billows => "billows finer than the map of clouds, by the cube root of their size; nobody has measured them",
+        Detail::None => reason!("detail-none"),
+        Detail::Craters => reason!("detail-craters").and(reason!("detail-unmeasured")),
+        Detail::Hills => reason!("detail-hills").and(reason!("detail-unmeasured")),
+        Detail::Billows => reason!("detail-billows").and(reason!("detail-unmeasured")),
     }
 }
 

@@ -3,6 +3,7 @@
 //! Relief, sun glint and cloud shadows are visible at every size of a disc: averaged over a pixel they still change its light by several levels. They are
 //! left out if no sunlit ground is in view.
 
+use crate::message::{Reason, reason};
 use crate::scene::draw::features::{Detail, MapSet};
 use crate::scene::features::case::{BodyContext, Decisions};
 use crate::scene::features::choice::{Capabilities, flattening};
@@ -18,42 +19,43 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
     let normal_tilt_rad = flattening(body);
     // A normal tilted by an angle changes the cosine of incidence by at most this angle; the change is visible first on white ground at the terminator.
     let changed = normal_tilt_rad * lights::sunlight(case.placed.sun_from_body_km).irradiance.max_element();
-    let reason =
-        format!("its normals lean {normal_tilt_rad:.2e} rad from a sphere's: at the terminator {}", threshold.description(changed));
+    let light = threshold.description(changed);
+    let reason = reason!("ellipsoid-lean", lean = format_args!("{normal_tilt_rad:.2e}"), light = light);
     so_far.chosen.ellipsoid = available.ellipsoid && log.effect(Effect::Ellipsoid, threshold.is_exceeded_by(changed), reason);
     if !available.ellipsoid {
-        log.note(Effect::Ellipsoid.name(), false, "its axes are equal".into());
+        log.note(Effect::Ellipsoid.name(), false, reason!("axes-equal"));
     }
-    let albedo = log.map(Effect::Albedo, body.maps.albedo.as_ref(), || (true, format!("a disc of {:.1} px is drawn", case.diameter_px)));
+    let disc = || (true, reason!("albedo-disc", size = format_args!("{:.1}", case.diameter_px)));
+    let albedo = log.map(Effect::Albedo, body.maps.albedo.as_ref(), disc);
     let mut maps = MapSet { albedo, ..MapSet::default() };
     if available.custom_surface > 0 {
-        so_far.chosen.custom_surface = log.effect(Effect::CustomSurface, true, "by --surface".into());
+        so_far.chosen.custom_surface = log.effect(Effect::CustomSurface, true, reason!("by-surface"));
     }
     if available.emissive {
-        log.note("lights", false, "it emits light".into());
+        log.note("lights", false, reason!("emits-light"));
         so_far.chosen.maps = maps;
         return so_far;
     }
     // Relief is drawn without sunlight too, because it is visible in planet-shine.
-    maps.normal = log.map(Effect::Normal, body.maps.normal.as_ref(), || (true, "slopes show at every size of a disc".into()));
+    maps.normal = log.map(Effect::Normal, body.maps.normal.as_ref(), || (true, reason!("slopes-show")));
     let sunlit_ground = lit_ground(case);
     let glint = || if sunlit_ground.0 { sunlit_ground.clone() } else { reflected_glint(case) };
     maps.specular = log.map(Effect::Specular, body.maps.specular.as_ref(), glint);
     maps.night = log.map(Effect::Night, body.maps.night.as_ref(), || {
         let brightest = night_lights::brightest(body);
-        (threshold.is_exceeded_by(brightest), format!("brightest city lights {}", threshold.description(brightest)))
+        (threshold.is_exceeded_by(brightest), reason!("city-lights", light = threshold.description(brightest)))
     });
     if let Some(c) = &body.clouds {
         let no_clouds = log.is_switched_off(Effect::Clouds);
-        let visibility = || if no_clouds { (false, "the clouds are switched off".into()) } else { sunlit_ground.clone() };
+        let visibility = || if no_clouds { (false, reason!("clouds-off")) } else { sunlit_ground.clone() };
         maps.cloud_shadow = log.map(Effect::CloudShadow, Some(&c.map), visibility);
     }
     if available.detail != Detail::None {
         // The fragment uses the texel size of the albedo map, or without one that of the normal map.
         let map = body.maps.albedo.as_ref().filter(|_| maps.albedo).or(body.maps.normal.as_ref().filter(|_| maps.normal));
         let (span_deg, max_span_deg) = detail::ground_deg_per_px(case.frame.camera, &case.placed.placement, map);
-        let law = detail::law(available.detail);
-        let reason = format!("{law}; a pixel spans {span_deg:.4} degrees of the nearest ground against {max_span_deg:.4}");
+        let sizes = reason!("detail-span", span = format_args!("{span_deg:.4}"), most = format_args!("{max_span_deg:.4}"));
+        let reason = detail::law(available.detail).and(sizes);
         so_far.chosen.detail = so_far.log.effect(Effect::Detail, span_deg < max_span_deg, reason);
     }
     so_far.chosen.maps = maps;
@@ -65,15 +67,12 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
 const GLINT_OVER_GROUND: f64 = 100.0;
 
 /// Whether the glint of another body's light is visible; used if no sunlit ground is in view.
-fn reflected_glint(case: &BodyContext<'_, '_>) -> (bool, String) {
+fn reflected_glint(case: &BodyContext<'_, '_>) -> (bool, Reason) {
     let (p, threshold) = (case.placed, case.threshold());
     let shines = case.effects().override_of(Effect::PlanetShine) != Some(false);
     let strongest = lights::planet_shine(case.body(), p.position_km, case.frame.reflectors, |_| false).1.filter(|_| shines);
     let glint = strongest.map_or(0.0, |(_, radiance)| radiance * GLINT_OVER_GROUND);
-    (
-        threshold.is_exceeded_by(glint),
-        format!("no sunlit ground is in sight; the glint of other bodies' light gives {} at most", threshold.description(glint)),
-    )
+    (threshold.is_exceeded_by(glint), reason!("no-lit-ground").and(reason!("glint-of-others", light = threshold.description(glint))))
 }
 
 /// Margin beyond the terminator for the Sun's angular radius at Mercury and for refraction, degrees.
@@ -81,14 +80,13 @@ const TERMINATOR_MARGIN_DEG: f64 = 2.0;
 
 /// Whether sunlit ground is in view. This is so if the angle between sub-camera and sub-solar point is less than the sum of two angles: from the sub-camera
 /// point to the horizon, and from the sub-solar point to the terminator.
-fn lit_ground(case: &BodyContext<'_, '_>) -> (bool, String) {
+fn lit_ground(case: &BodyContext<'_, '_>) -> (bool, Reason) {
     let (body, p) = (case.body(), case.placed);
     let horizon_deg = (body.radii_km.min_element() / p.distance_km).min(1.0).acos().to_degrees();
-    let (separation_deg, max_separation_deg) = (p.alpha.to_degrees(), 90.0 + horizon_deg + TERMINATOR_MARGIN_DEG);
+    let (separation_deg, max_separation_deg) = (p.phase_angle.to_degrees(), 90.0 + horizon_deg + TERMINATOR_MARGIN_DEG);
     (
         separation_deg < max_separation_deg,
-        format!(
-            "the Sun stands {separation_deg:.1} degrees from the camera's zenith; lit ground is in sight up to {max_separation_deg:.1}"
-        ),
+        reason!("sun-from-zenith", degrees = format_args!("{separation_deg:.1}"))
+            .and(reason!("lit-ground-up-to", degrees = format_args!("{max_separation_deg:.1}"))),
     )
 }

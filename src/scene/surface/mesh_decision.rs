@@ -2,9 +2,10 @@
 
 use crate::catalog::NaifId;
 use crate::mesh::Model;
+use crate::message::reason;
 use crate::scene::decision::with_invented;
 use crate::scene::draw::uniforms::{DrawUniforms, MeshInstance};
-use crate::scene::features::case::{BodyContext, Decisions, Frame};
+use crate::scene::features::case::{BodyContext, Decisions, FrameContext};
 use crate::scene::features::choice::Capabilities;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
@@ -16,7 +17,7 @@ use std::sync::Arc;
 const UNOBSTRUCTED_SUN_HEIGHT: f32 = 1e3;
 
 /// Direction of the Sun in body axes and its angular radius (radians), for a mesh's self-shadowing; `None` without sunlight.
-pub(crate) fn sun_over(frame: &Frame<'_>, p: &PlacedBody<'_>) -> Option<(DVec3, f64)> {
+pub(crate) fn sun_over(frame: &FrameContext<'_>, p: &PlacedBody<'_>) -> Option<(DVec3, f64)> {
     let sun = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN && r.body.id != p.body.id)?;
     let radius_rad = (sun.body.radii_km.x / p.sun_from_body_km.length()).clamp(0.0, 1.0).asin();
     Some(((p.body_from_icrf * p.sun_from_body_km).normalize(), radius_rad))
@@ -27,22 +28,22 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
     let (name, body, log) = (Effect::Mesh.name(), case.body(), &mut so_far.log);
     let resources = case.frame.context.resources;
     let Some(named) = &body.mesh else {
-        log.note(name, false, "not available for this body".into());
+        log.note(name, false, reason!("not-available"));
         return so_far;
     };
     if resources.is_unreadable(&named.file) {
-        log.note(name, false, format!("{} could not be read: drawn as its ellipsoid", named.file));
+        log.note(name, false, reason!("unreadable-mesh", file = &named.file));
         return so_far;
     }
     let Some(model) = case.model else {
-        log.effect(Effect::Mesh, false, format!("{} is not read here: drawn as its ellipsoid", named.file));
+        log.effect(Effect::Mesh, false, reason!("unread-mesh", file = &named.file));
         return so_far;
     };
-    let reason = format!("{} triangles of {}, up to {:.3} radii from the centre", model.triangles(), named.file, model.reach);
-    log.effect(Effect::Mesh, true, with_invented(reason, "the shape", named.invented.as_deref()));
+    let reason = reason!("mesh-triangles", count = model.triangles(), file = &named.file, radii = format_args!("{:.3}", model.max_radius));
+    log.effect(Effect::Mesh, true, with_invented(reason, named.invented.as_deref(), |how| reason!("shape-invented", how = how)));
     so_far.chosen.mesh = Some(meshes::flags(body, model));
     let Some((towards, radius_rad)) = sun_over(case.frame, case.placed) else { return so_far };
-    let reason = format!("at each vertex, of a Sun of {:.3} degrees across; sharp to an edge's length", 2.0 * radius_rad.to_degrees());
+    let reason = reason!("mesh-shadow", degrees = format_args!("{:.3}", 2.0 * radius_rad.to_degrees())).and(reason!("mesh-shadow-sharp"));
     let is_lit = !Capabilities::of(body).emissive;
     if log.effect(Effect::SelfShadow, is_lit, reason) {
         so_far.self_shadow = Some((towards, radius_rad));

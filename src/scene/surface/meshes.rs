@@ -32,7 +32,7 @@ pub(crate) fn model<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Mod
 }
 
 /// Whether a body's model is needed: the body is large enough and the file is readable.
-pub(crate) fn is_wanted(context: Context<'_>, camera: &Camera, p: &PlacedBody<'_>) -> bool {
+pub(crate) fn is_required(context: Context<'_>, camera: &Camera, p: &PlacedBody<'_>) -> bool {
     let large = 2.0 * p.body.radii_km.max_element() / p.distance_km.max(1e-9) / camera.pixel_tangent() > BLEND_FROM_PX;
     let wanted = p.body.mesh.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
     large && wanted && context.request.effects.override_of(Effect::Mesh) != Some(false)
@@ -40,7 +40,7 @@ pub(crate) fn is_wanted(context: Context<'_>, camera: &Camera, p: &PlacedBody<'_
 
 /// The rectangle of the picture that the model may touch; `None` if it is outside.
 pub(crate) fn rect(camera: &Camera, placement: &Placement, model: &Model) -> Option<ClipRect> {
-    let bounds = Placement { radii_km: placement.radii_km * model.reach.max(1e-9), ..*placement };
+    let bounds = Placement { radii_km: placement.radii_km * model.max_radius.max(1e-9), ..*placement };
     if bounds.camera_is_inside() { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &bounds).rect(camera) }
 }
 

@@ -4,7 +4,8 @@
 //! colour by its alpha; relief, water, city lights and clouds do not change. Left out: the displacement by relief in an image that was taken
 //! obliquely.
 
-use crate::catalog::{Body, Overlay, Projection};
+use crate::catalog::{Body, Overlay, OverlayProjection};
+use crate::message::{Reason, reason};
 use crate::scene::camera;
 use crate::scene::draw::uniforms::OverlayUniforms;
 use crate::scene::features::case::{BodyContext, Decisions};
@@ -17,13 +18,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 const NO_EDGE: f64 = 1e6;
 
 /// Whether an overlay can change a pixel. `ground_deg_per_px`: degrees of ground per pixel.
-pub(crate) fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64, threshold: Threshold) -> (bool, String) {
+pub(crate) fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64, threshold: Threshold) -> (bool, Reason) {
     let extent_deg = match overlay.projection {
-        Projection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => (east_deg - west_deg).min(north_deg - south_deg),
-        Projection::Orthographic { width_km, height_km, .. } => (width_km.min(height_km) / body.radii_km.x).min(PI).to_degrees(),
+        OverlayProjection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => (east_deg - west_deg).min(north_deg - south_deg),
+        OverlayProjection::Orthographic { width_km, height_km, .. } => (width_km.min(height_km) / body.radii_km.x).min(PI).to_degrees(),
     };
     let size_px = extent_deg / ground_deg_per_px;
-    let reason = format!("{} is {size_px:.1} px across against 0.5, opacity {}", overlay.name, overlay.opacity);
+    let reason = reason!("overlay-size", overlay = &overlay.name, size = format_args!("{size_px:.1}"), opacity = overlay.opacity);
     ((size_px > 0.5 || threshold.is_linear()) && threshold.is_exceeded_by_change(overlay.opacity), reason)
 }
 
@@ -31,12 +32,12 @@ pub(crate) fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64,
 pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
     let (body, name) = (case.body(), Effect::Overlays.name());
     if body.overlays.is_empty() {
-        so_far.log.note(name, false, "not available for this body".into());
+        so_far.log.note(name, false, reason!("not-available"));
     }
     let resources = case.frame.context.resources;
     for overlay in &body.overlays {
         if resources.is_unreadable(&overlay.file) {
-            so_far.log.note(name, false, format!("{} could not be read: drawn without it", overlay.file));
+            so_far.log.note(name, false, reason!("unreadable", file = &overlay.file));
             continue;
         }
         let (on, reason) = is_visible(body, overlay, case.ground_deg_per_px(), case.threshold());
@@ -52,7 +53,7 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
 pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> OverlayUniforms {
     let shape = body.radii_km / body.radii_km.x;
     let (axes, kind, limits, around) = match overlay.projection {
-        Projection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => {
+        OverlayProjection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => {
             let [west, east, south, north] = [west_deg, east_deg, south_deg, north_deg].map(f64::to_radians);
             let (sin, cos) = (0.5 * (west + east)).sin_cos();
             let around = east_deg - west_deg >= 360.0;
@@ -66,7 +67,7 @@ pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> Overlay
             let axes = [DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0), DVec3::Z];
             (axes, DVec4::new(1.0 / (east - west), 1.0 / (north - south), 0.5 * (north + south), 0.0), limits, around)
         }
-        Projection::Orthographic { latitude_deg, longitude_deg, width_km, height_km } => {
+        OverlayProjection::Orthographic { latitude_deg, longitude_deg, width_km, height_km } => {
             let (sin_lat, cos_lat) = latitude_deg.to_radians().sin_cos();
             let (sin_lon, cos_lon) = longitude_deg.to_radians().sin_cos();
             let up = DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat);

@@ -7,6 +7,7 @@
 //! larger than a tenth of the disc (tests/eclipse/overlapping_limbs.rs compares with the closed forms of the eclipse fragments).
 
 use crate::catalog::NaifId;
+use crate::message::reason;
 use crate::scene::camera::{Camera, Placement, narrow, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
 use crate::scene::draw::{Draw, Part, Point, Shape, Surface};
@@ -28,13 +29,13 @@ struct Limb {
 
 impl Limb {
     /// The limb on the plane of the rays `ray + x dx + y dy`.
-    fn on(place: &Placement, ray: DVec3, dx: DVec3, dy: DVec3) -> Self {
-        let camera = place.camera_in_unit_sphere();
-        let middle = place.centre_km.normalize();
+    fn on(placement: &Placement, ray: DVec3, dx: DVec3, dy: DVec3) -> Self {
+        let camera = placement.camera_in_unit_sphere();
+        let middle = placement.centre_km.normalize();
         // The camera's position is parallel to the direction of the body's centre: that component drops out of the cross product and is removed
         // before rounding.
-        let [d0, d1, d2] = [ray, dx, dy].map(|v| place.direction_in_unit_sphere(v));
-        let [n0, n1, n2] = [ray, dx, dy].map(|v| camera.cross(place.direction_in_unit_sphere(v - middle * v.dot(middle))));
+        let [d0, d1, d2] = [ray, dx, dy].map(|v| placement.direction_in_unit_sphere(v));
+        let [n0, n1, n2] = [ray, dx, dy].map(|v| camera.cross(placement.direction_in_unit_sphere(v - middle * v.dot(middle))));
         let near = [-camera.dot(d0), -camera.dot(d1), -camera.dot(d2)];
         // The scale is arbitrary but must suit f32. It does not use L, because above a horizon the middle ray may point away from the body.
         let unit = 1.0 / (camera.length() * d0.length());
@@ -162,7 +163,7 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
     let placed_body = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let mut note = |farther: &PlacedBody<'_>, visible: DVec3| {
         if visible != DVec3::ONE {
-            let reason = format!("nearer bodies leave {:.6} of its disc's light", visible.y);
+            let reason = reason!("hidden", part = format_args!("{:.6}", visible.y));
             let decision = Decision { feature: "hidden", on: visible == DVec3::ZERO, reason, tier: None };
             let is_unrecorded = |b: &&mut BodyInView| b.id == farther.body.id && b.decisions.iter().all(|d| d.feature != decision.feature);
             bodies.iter_mut().filter(is_unrecorded).for_each(|b| b.decisions.push(decision.clone()));

@@ -26,9 +26,9 @@ impl Default for LimbProfiles {
 impl LimbProfiles {
     /// The profile seen from a position in the Moon's axes, which must be outside all ground.
     pub(crate) fn seen_from(&self, map: &Arc<HeightMap>, viewer_km: DVec3) -> Arc<LimbProfile> {
-        let is_same_limb = |kept: &(usize, DVec3), wanted: &(usize, DVec3)| {
-            let distance_ratio = kept.1.length() / wanted.1.length();
-            kept.0 == wanted.0 && angle_rad(kept.1, wanted.1) < SAME_DIRECTION_RAD && (distance_ratio - 1.0).abs() < 1e-3
+        let is_same_limb = |cached: &(usize, DVec3), requested: &(usize, DVec3)| {
+            let distance_ratio = cached.1.length() / requested.1.length();
+            cached.0 == requested.0 && angle_rad(cached.1, requested.1) < SAME_DIRECTION_RAD && (distance_ratio - 1.0).abs() < 1e-3
         };
         let key = (Arc::as_ptr(map) as usize, viewer_km);
         self.0.get_compatible(is_same_limb, key, || Arc::new(LimbProfile::seen_from(map, viewer_km)))

@@ -8,6 +8,7 @@
 use crate::catalog::NaifId;
 use crate::ephemeris::angle_rad;
 use crate::ephemeris::limb_profile::{LIMB_POINTS, LimbProfile};
+use crate::message::reason;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{AnchorForm, Camera, Placement, narrow, narrow_scalar};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
@@ -34,10 +35,10 @@ pub(crate) fn compute_profile(placed: &mut [PlacedBody<'_>], profiles: &LimbProf
     let (moon_placement, placed_sun) = (placed[moon].placement, &placed[sun]);
     let Some(map) = placed[moon].catalog.lunar_heights() else { return };
     let camera_in_moon_axes_km = moon_placement.body_from_icrf * -moon_placement.centre_km;
-    let [_, greatest_km] = map.range_km();
+    let [_, max_km] = map.range_km();
     let angular_radius = |radius_km: f64, distance_km: f64| (radius_km / distance_km).min(1.0).asin();
     let gap = angle_rad(moon_placement.centre_km, placed_sun.placement.centre_km)
-        - angular_radius(map.sphere_km() + greatest_km, camera_in_moon_axes_km.length())
+        - angular_radius(map.sphere_km() + max_km, camera_in_moon_axes_km.length())
         - angular_radius(placed_sun.body.radii_km.max_element(), placed_sun.distance_km);
     // The profile assumes that the camera is at least one radius above the Moon, and that the Moon is closer to the camera than the Sun.
     if gap > 0.0 || camera_in_moon_axes_km.length() < 2.0 * map.sphere_km() || camera_in_moon_axes_km.length() > placed_sun.distance_km {
@@ -116,14 +117,18 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
 pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], bodies: &mut [BodyInView]) {
     let Some(moon) = placed.iter().find(|p| p.body.id == NaifId::MOON) else { return };
     let Some(profile) = moon.limb_profile.as_deref() else { return };
-    let [least_km, greatest_km] = profile.range_km();
-    let span_px = (greatest_km - least_km) / (moon.distance_km * camera.pixel_tangent());
+    let [min_km, max_km] = profile.range_km();
+    let span_px = (max_km - min_km) / (moon.distance_km * camera.pixel_tangent());
     let draw = draws.iter_mut().find(|d| d.body == NaifId::MOON && d.part == Part::Globe);
     let supports_limb_profile = |d: &Draw| d.features.shape == Shape::Sphere && d.features.eclipse.occluders == 0;
     let on = span_px >= MIN_SPAN_PX && draw.as_ref().is_some_and(|d| supports_limb_profile(d));
-    let reason = format!(
-        "its limb by {} points reaches from {least_km:.2} to {greatest_km:.2} km: {span_px:.2} px against {MIN_SPAN_PX}",
-        LIMB_POINTS
+    let reason = reason!(
+        "limb-heights",
+        count = LIMB_POINTS,
+        least = format_args!("{min_km:.2}"),
+        greatest = format_args!("{max_km:.2}"),
+        size = format_args!("{span_px:.2}"),
+        limit = MIN_SPAN_PX
     );
     let decision = Decision { feature: "limb-heights", on, reason, tier: None };
     bodies.iter_mut().filter(|b| b.id == NaifId::MOON).for_each(|b| b.decisions.push(decision.clone()));
@@ -136,7 +141,7 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
     let texels = (0..LIMB_POINTS).flat_map(|k| [height(k), height(k + 1) - height(k), 0.0, 0.0]).map(narrow_scalar).collect();
     let across = profile.across().map(|a| narrow(a).extend(0.0));
     draw.uniforms.limb = LimbUniforms { across, table: Some(Arc::new(LimbTable { texels })) };
-    let peak_radius_ratio = (profile.sphere_km() + greatest_km.max(0.0)) / radius_km;
+    let peak_radius_ratio = (profile.sphere_km() + max_km.max(0.0)) / radius_km;
     let placement_with_peaks = Placement { radii_km: moon.placement.radii_km * peak_radius_ratio.max(1.0), ..moon.placement };
     if let Some(rect) = Outline::of(camera, &placement_with_peaks).rect(camera) {
         let rays = camera.view_rays(&moon.placement, rect, AnchorForm::Auto);

@@ -34,8 +34,8 @@ impl BoundingSphere {
 
     /// Whether the outlines overlap.
     fn overlaps(&self, other: &Self) -> bool {
-        let reach = |b: &Self| (b.radius_km / b.centre_km.length()).min(1.0).asin();
-        crate::ephemeris::angle_rad(self.centre_km, other.centre_km) < reach(self) + reach(other)
+        let angular_radius = |b: &Self| (b.radius_km / b.centre_km.length()).min(1.0).asin();
+        crate::ephemeris::angle_rad(self.centre_km, other.centre_km) < angular_radius(self) + angular_radius(other)
     }
 }
 
@@ -45,17 +45,17 @@ pub(crate) fn is_in_front(a: &PlacedBody<'_>, b: &PlacedBody<'_>) -> bool {
 }
 
 /// The sort key of a draw: farther groups first, within a group by step, then farther bodies first. A group is a planet with rings and its moons, or a
-/// single body. Distances are squared tangent lengths.
+/// single body. Distances are the squared lengths of tangents to bounding spheres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct DrawOrder {
-    group_squared_km2: f64,
-    step: Step,
-    own_squared_km2: f64,
+    group_tangent_squared_km2: f64,
+    step: DrawingStep,
+    body_tangent_squared_km2: f64,
 }
 
 /// The steps in which a body with rings and the moons around it are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Step {
+enum DrawingStep {
     MoonsBehindRings,
     FarHalf,
     MoonsBehindGlobe,
@@ -65,7 +65,7 @@ enum Step {
 }
 
 /// The step in which a moon of a ringed planet is drawn; `None`: in front of all layers of the planet. `pole`: normal of the ring's plane, unit vector.
-fn step_among_rings(moon: &BoundingSphere, planet: &BoundingSphere, pole: DVec3) -> Option<Step> {
+fn step_among_rings(moon: &BoundingSphere, planet: &BoundingSphere, pole: DVec3) -> Option<DrawingStep> {
     let from_planet_km = moon.centre_km - planet.centre_km;
     let (height_km, camera_km) = (pole.dot(from_planet_km), -pole.dot(planet.centre_km));
     let crosses_plane = height_km.abs() <= moon.radius_km;
@@ -75,10 +75,10 @@ fn step_among_rings(moon: &BoundingSphere, planet: &BoundingSphere, pole: DVec3)
     let outwards = from_planet_km.dot(moon.centre_km) > 0.0 && !moon.overlaps(planet);
     match (crosses_plane, on_far_side, in_front_of_globe) {
         (true, _, true) | (false, false, true) => None,
-        (true, _, false) | (false, true, false) => Some(Step::MoonsBehindRings),
-        (false, true, true) if outwards => Some(Step::MoonsBehindRings),
-        (false, true, true) => Some(Step::MoonsBehindNearHalf),
-        (false, false, false) => Some(Step::MoonsBehindGlobe),
+        (true, _, false) | (false, true, false) => Some(DrawingStep::MoonsBehindRings),
+        (false, true, true) if outwards => Some(DrawingStep::MoonsBehindRings),
+        (false, true, true) => Some(DrawingStep::MoonsBehindNearHalf),
+        (false, false, false) => Some(DrawingStep::MoonsBehindGlobe),
     }
 }
 
@@ -87,25 +87,27 @@ pub(crate) fn far_to_near(placed: &[PlacedBody<'_>], mut draws: Vec<Draw>) -> Ve
     let ringed: Vec<NaifId> = draws.iter().filter(|d| d.part == Part::Ring).map(|d| d.body).collect();
     let placed_body = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let order_of = |id: NaifId, part: Part| {
-        let Some(p) = placed_body(id) else { return DrawOrder { group_squared_km2: 0.0, step: Step::Globe, own_squared_km2: 0.0 } };
-        let own = BoundingSphere::of(p);
-        let own_squared_km2 = own.tangent_squared_km2();
+        let Some(p) = placed_body(id) else {
+            return DrawOrder { group_tangent_squared_km2: 0.0, step: DrawingStep::Globe, body_tangent_squared_km2: 0.0 };
+        };
+        let sphere = BoundingSphere::of(p);
+        let body_tangent_squared_km2 = sphere.tangent_squared_km2();
         let step = match part {
-            Part::RingBehind => Step::FarHalf,
-            Part::Ring => Step::NearHalf,
-            Part::Sky | Part::Globe | Part::Clouds => Step::Globe,
+            Part::RingBehind => DrawingStep::FarHalf,
+            Part::Ring => DrawingStep::NearHalf,
+            Part::Sky | Part::Globe | Part::Clouds => DrawingStep::Globe,
         };
         let planet = p.body.parent.filter(|parent| ringed.contains(parent)).and_then(placed_body);
         let moon_order = planet.and_then(|planet| {
             let pole = planet.placement.body_from_icrf.transpose() * DVec3::Z;
-            Some((BoundingSphere::of(planet).tangent_squared_km2(), step_among_rings(&own, &BoundingSphere::of(planet), pole)?))
+            Some((BoundingSphere::of(planet).tangent_squared_km2(), step_among_rings(&sphere, &BoundingSphere::of(planet), pole)?))
         });
-        let (group_squared_km2, step) = moon_order.unwrap_or((own_squared_km2, step));
-        DrawOrder { group_squared_km2, step, own_squared_km2 }
+        let (group_tangent_squared_km2, step) = moon_order.unwrap_or((body_tangent_squared_km2, step));
+        DrawOrder { group_tangent_squared_km2, step, body_tangent_squared_km2 }
     };
     draws.sort_by_cached_key(|d| {
         let order = order_of(d.body, d.part);
-        (Farther(order.group_squared_km2), order.step, Farther(order.own_squared_km2), d.part)
+        (Farther(order.group_tangent_squared_km2), order.step, Farther(order.body_tangent_squared_km2), d.part)
     });
     draws
 }
@@ -114,8 +116,8 @@ pub(crate) fn far_to_near(placed: &[PlacedBody<'_>], mut draws: Vec<Draw>) -> Ve
 /// the last farther body.
 pub(crate) fn draws_behind(placed: &[PlacedBody<'_>], draws: &[Draw], body: NaifId) -> usize {
     let distance_km = |id: NaifId| placed.iter().find(|p| p.body.id == id).map_or(0.0, |p| p.distance_km);
-    let own_km = distance_km(body);
-    let last = draws.iter().rposition(|d| d.body == body).or_else(|| draws.iter().rposition(|d| distance_km(d.body) >= own_km));
+    let body_km = distance_km(body);
+    let last = draws.iter().rposition(|d| d.body == body).or_else(|| draws.iter().rposition(|d| distance_km(d.body) >= body_km));
     last.map_or(0, |last| last + 1)
 }
 
@@ -161,8 +163,8 @@ mod tests {
     fn along_every_ray_the_nearer_is_drawn_later() {
         let mut next = numbers(7);
         let mut direction = move || {
-            let (z, turn) = (2.0 * next() - 1.0, std::f64::consts::TAU * next());
-            (DVec3::new(turn.cos(), turn.sin(), 0.0) * (1.0_f64 - z * z).sqrt() + DVec3::Z * z, next(), next())
+            let (z, angle) = (2.0 * next() - 1.0, std::f64::consts::TAU * next());
+            (DVec3::new(angle.cos(), angle.sin(), 0.0) * (1.0_f64 - z * z).sqrt() + DVec3::Z * z, next(), next())
         };
         let (mut pairs, mut with_ring) = (0, 0);
         for _ in 0..40_000 {
@@ -184,7 +186,7 @@ mod tests {
             let step = step_among_rings(&moon, &planet, pole);
             let drawn = step.map_or(if in_front_of_globe { 9 } else { -1 }, |s| s as i32);
             if let Some(at_globe) = distance_to(&planet, along) {
-                assert_eq!(at_moon < at_globe, drawn > Step::Globe as i32, "{moon:?} {step:?} from {camera}");
+                assert_eq!(at_moon < at_globe, drawn > DrawingStep::Globe as i32, "{moon:?} {step:?} from {camera}");
                 pairs += 1;
             }
             let crosses_plane = (moon.centre_km + camera).z.abs() <= moon.radius_km;
@@ -193,12 +195,12 @@ mod tests {
             if crosses_plane || at_ring <= 0.0 || !(1.2..2.3).contains(&on_ring.length()) {
                 continue;
             }
-            let half = if on_ring.dot(along) > 0.0 { Step::FarHalf } else { Step::NearHalf };
+            let half = if on_ring.dot(along) > 0.0 { DrawingStep::FarHalf } else { DrawingStep::NearHalf };
             assert_eq!(at_moon < at_ring, drawn > half as i32, "{moon:?} {step:?}, {half:?} from {camera}");
             with_ring += 1;
             // The half of the ring itself is behind the globe or in front of it.
             if let Some(at_globe) = distance_to(&planet, along) {
-                assert_eq!(at_ring < at_globe, half > Step::Globe, "from {camera} along {along}");
+                assert_eq!(at_ring < at_globe, half > DrawingStep::Globe, "from {camera} along {along}");
             }
         }
         assert!(pairs > 500 && with_ring > 500, "{pairs} {with_ring}");

@@ -1,7 +1,7 @@
 //! The canonical form of a draw's features: rules that remove features without an effect on the image.
 
 use super::dimension::{DIMENSIONS, Dimension};
-use crate::scene::draw::{AtmosphereModel, Detail, DrawFeatures, EclipseModel, PixelView, RingShadow, Shape, Surface};
+use crate::scene::draw::{AirPass, AtmosphereModel, Detail, DrawFeatures, EclipseModel, PixelView, RingShadow, Shape, Surface};
 use std::sync::OnceLock;
 
 /// If `applies` holds, `dimension` can be set to `value` without changing the image.
@@ -14,35 +14,43 @@ pub struct CanonicalRule {
     pub because: &'static str,
 }
 
-fn emissive(n: &DrawFeatures) -> bool {
-    n.surface == Surface::Emissive
+fn emissive(f: &DrawFeatures) -> bool {
+    f.surface == Surface::Emissive
 }
 /// Whether the pixel shows radiance, or the cost of computing radiance.
-fn shows_radiance(n: &DrawFeatures) -> bool {
-    matches!(n.view, PixelView::Final | PixelView::Cost)
+fn shows_radiance(f: &DrawFeatures) -> bool {
+    matches!(f.view, PixelView::Final | PixelView::Cost)
 }
 /// Sky, cloud and ring: surfaces without the maps and effects of solid ground.
-fn no_ground(n: &DrawFeatures) -> bool {
-    matches!(n.surface, Surface::Sky | Surface::Cloud | Surface::Ring)
+fn no_ground(f: &DrawFeatures) -> bool {
+    matches!(f.surface, Surface::Sky | Surface::Cloud | Surface::Ring)
 }
 /// Whether the image shows reflected light.
-fn lit(n: &DrawFeatures) -> bool {
-    shows_radiance(n) && !emissive(n) && n.lights > 0
+fn lit(f: &DrawFeatures) -> bool {
+    shows_radiance(f) && !emissive(f) && f.lights > 0
 }
 /// Whether the image depends on how much sunlight arrives.
-fn shows_sunlight(n: &DrawFeatures) -> bool {
-    lit(n) || (n.view == PixelView::Sunlight && n.lights > 0 && !emissive(n))
+fn shows_sunlight(f: &DrawFeatures) -> bool {
+    lit(f) || (f.view == PixelView::Sunlight && f.lights > 0 && !emissive(f))
 }
 /// Whether the pixel's value depends on the surface normal.
-fn shows_normal(n: &DrawFeatures) -> bool {
-    (lit(n) || (shows_radiance(n) && emissive(n)) || n.view == PixelView::Normal || (n.view == PixelView::Sunlight && n.lights > 0))
-        && n.surface != Surface::Sky
+fn shows_normal(f: &DrawFeatures) -> bool {
+    (lit(f) || (shows_radiance(f) && emissive(f)) || f.view == PixelView::Normal || (f.view == PixelView::Sunlight && f.lights > 0))
+        && f.surface != Surface::Sky
+}
+/// Whether the draw fills the coarse picture of the air.
+fn draws_air_alone(n: &DrawFeatures) -> bool {
+    n.air_pass == AirPass::Drawn
+}
+/// The draw of the air alone has none of the ground's features.
+const fn alone(dimension: &'static str) -> CanonicalRule {
+    CanonicalRule { dimension, value: "", applies: draws_air_alone, because: "the air alone is drawn" }
 }
 /// Whether the pixel's value depends on the albedo of the ground. Clouds have their own map, rings their own table.
-fn shows_albedo(n: &DrawFeatures) -> bool {
-    match n.surface {
+fn shows_albedo(f: &DrawFeatures) -> bool {
+    match f.surface {
         Surface::Sky | Surface::Cloud | Surface::Ring => false,
-        _ => lit(n) || (shows_radiance(n) && emissive(n)) || n.view == PixelView::Albedo,
+        _ => lit(f) || (shows_radiance(f) && emissive(f)) || f.view == PixelView::Albedo,
     }
 }
 
@@ -51,11 +59,11 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "surface",
         value: "lambert",
-        applies: |n| {
-            n.surface == Surface::Sky
-                && (n.air.tier == AtmosphereModel::None
-                    || !(shows_radiance(n) || n.view == PixelView::OpticalDepth)
-                    || (shows_radiance(n) && n.lights == 0))
+        applies: |f| {
+            f.surface == Surface::Sky
+                && (f.air.tier == AtmosphereModel::None
+                    || !(shows_radiance(f) || f.view == PixelView::OpticalDepth)
+                    || (shows_radiance(f) && f.lights == 0))
         },
         because: "a sky without lit air shows nothing",
     },
@@ -63,172 +71,213 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "lights",
         value: "sun0",
-        applies: |n| matches!(n.view, PixelView::Depth | PixelView::Normal | PixelView::Albedo | PixelView::Uv | PixelView::OpticalDepth),
+        applies: |f| matches!(f.view, PixelView::Depth | PixelView::Normal | PixelView::Albedo | PixelView::Uv | PixelView::OpticalDepth),
         because: "this view shows no light",
     },
     CanonicalRule {
         dimension: "lights",
         value: "sun0",
-        applies: |n| n.view == PixelView::Eclipse && n.eclipse.occluders == 0,
+        applies: |f| f.view == PixelView::Eclipse && f.eclipse.occluders == 0,
         because: "no occluder stands before the Sun",
     },
     CanonicalRule {
         dimension: "lights",
         value: "sun0",
-        applies: |n| n.view == PixelView::Ring && (n.ring_shadow == RingShadow::None || n.surface == Surface::Ring),
+        applies: |f| f.view == PixelView::Ring && (f.ring_shadow == RingShadow::None || f.surface == Surface::Ring),
         because: "no ring stands before the Sun",
     },
     CanonicalRule {
         dimension: "lights",
         value: "sun1",
-        applies: |n| matches!(n.view, PixelView::Eclipse | PixelView::Ring) && n.lights > 1,
+        applies: |f| matches!(f.view, PixelView::Eclipse | PixelView::Ring) && f.lights > 1,
         because: "this view shows the Sun's light alone",
     },
     CanonicalRule {
         dimension: "surface",
         value: "lambert",
-        applies: |n| !shows_radiance(n) && !no_ground(n),
+        applies: |f| !shows_radiance(f) && !no_ground(f),
         because: "this view does not show how the surface turns light",
     },
     CanonicalRule {
         dimension: "surface",
         value: "lambert",
-        applies: |n| !emissive(n) && !no_ground(n) && n.lights == 0,
+        applies: |f| !emissive(f) && !no_ground(f) && f.lights == 0,
         because: "without a light every reflecting surface is black",
     },
-    CanonicalRule { dimension: "shape", value: "sphere", applies: |n| n.surface == Surface::Ring, because: "a ring is flat" },
+    CanonicalRule { dimension: "shape", value: "sphere", applies: |f| f.surface == Surface::Ring, because: "a ring is flat" },
     CanonicalRule {
         dimension: "shape",
         value: "ellipsoid",
-        applies: |n| n.shape == Shape::Mesh && matches!(n.surface, Surface::Sky | Surface::Cloud),
+        applies: |f| f.shape == Shape::Mesh && matches!(f.surface, Surface::Sky | Surface::Cloud),
         because: "air and clouds follow the ellipsoid",
     },
     CanonicalRule {
         dimension: "normal",
         value: "",
-        applies: |n| !shows_normal(n) || (shows_radiance(n) && emissive(n)) || no_ground(n),
+        applies: |f| !shows_normal(f) || (shows_radiance(f) && emissive(f)) || no_ground(f),
         because: "relief shows only where light falls on ground, or in the normal view",
     },
     CanonicalRule {
         dimension: "specular",
         value: "",
-        applies: |n| !lit(n) || no_ground(n),
+        applies: |f| !lit(f) || no_ground(f),
         because: "a glint needs a light and a reflecting ground",
     },
     CanonicalRule {
         dimension: "night",
         value: "",
-        applies: |n| !shows_radiance(n) || emissive(n) || no_ground(n),
+        applies: |f| !shows_radiance(f) || emissive(f) || no_ground(f),
         because: "city lights show only on a shaded, reflecting ground",
     },
     CanonicalRule {
         dimension: "cloudshadow",
         value: "",
-        applies: |n| !shows_sunlight(n) || no_ground(n),
+        applies: |f| !shows_sunlight(f) || no_ground(f),
         because: "clouds throw a shadow only where the Sun falls on ground",
     },
     CanonicalRule {
         dimension: "detail",
         value: "",
-        applies: |n| !lit(n) || n.shape == Shape::Mesh || matches!(n.surface, Surface::Sky | Surface::Ring),
+        applies: |f| !lit(f) || f.shape == Shape::Mesh || matches!(f.surface, Surface::Sky | Surface::Ring),
         because: "finer relief than the map shows only on lit ground or clouds of a smooth body",
     },
     CanonicalRule {
         dimension: "detail",
         value: "",
-        applies: |n| (n.surface == Surface::Cloud) != (n.detail == Detail::Billows),
+        applies: |f| (f.surface == Surface::Cloud) != (f.detail == Detail::Billows),
         because: "billows are of clouds, craters and hills of the ground",
     },
     CanonicalRule {
         dimension: "custom-surface",
         value: "",
-        applies: |n| !shows_albedo(n) || no_ground(n),
+        applies: |f| !shows_albedo(f) || no_ground(f),
         because: "this image does not show the ground's colour",
     },
     CanonicalRule {
         dimension: "overlays",
         value: "",
-        applies: |n| !shows_albedo(n) || no_ground(n),
+        applies: |f| !shows_albedo(f) || no_ground(f),
         because: "this image does not show the ground's colour",
     },
     CanonicalRule {
         dimension: "occluders",
         value: "",
-        applies: |n| n.eclipse.model == EclipseModel::None,
+        applies: |f| f.eclipse.model == EclipseModel::None,
         because: "without a model nothing is darkened",
     },
     CanonicalRule {
         dimension: "occluders",
         value: "",
-        applies: |n| !(shows_sunlight(n) || n.view == PixelView::Eclipse && n.lights > 0 && !emissive(n)),
+        applies: |f| !(shows_sunlight(f) || f.view == PixelView::Eclipse && f.lights > 0 && !emissive(f)),
         because: "this image does not show the Sun's light",
     },
     CanonicalRule {
         dimension: "eclipse-model",
         value: "",
-        applies: |n| n.eclipse.occluders == 0,
+        applies: |f| f.eclipse.occluders == 0,
         because: "no occluder stands before the Sun",
     },
     CanonicalRule {
         dimension: "ring-shadow",
         value: "",
-        applies: |n| n.surface == Surface::Ring || !(shows_sunlight(n) || n.view == PixelView::Ring && n.lights > 0 && !emissive(n)),
+        applies: |f| f.surface == Surface::Ring || !(shows_sunlight(f) || f.view == PixelView::Ring && f.lights > 0 && !emissive(f)),
         because: "a ring's shadow needs sunlight and something else than the ring",
     },
     CanonicalRule {
         dimension: "ringshine",
         value: "",
-        applies: |n| no_ground(n) || !shows_sunlight(n),
+        applies: |f| no_ground(f) || !shows_sunlight(f),
         because: "a ring lights ground only, and in views that show the light",
     },
     CanonicalRule {
         dimension: "body-shadow",
         value: "",
-        applies: |n| n.surface != Surface::Ring || !shows_sunlight(n),
+        applies: |f| f.surface != Surface::Ring || !shows_sunlight(f),
         because: "the body's shadow falls on its ring, in sunlight",
     },
     CanonicalRule {
         dimension: "air",
         value: "",
-        applies: |n| {
-            emissive(n)
-                || n.surface == Surface::Ring
-                || !(shows_radiance(n) || n.view == PixelView::OpticalDepth)
-                || shows_radiance(n) && n.lights == 0
+        applies: |f| {
+            emissive(f)
+                || f.surface == Surface::Ring
+                || !(shows_radiance(f) || f.view == PixelView::OpticalDepth)
+                || shows_radiance(f) && f.lights == 0
         },
         because: "this image shows no air",
     },
-    CanonicalRule { dimension: "air", value: "", applies: |n| n.shape == Shape::Mesh, because: "air lies over an ellipsoid" },
-    CanonicalRule { dimension: "mie", value: "", applies: |n| n.air.tier == AtmosphereModel::None, because: "there is no air" },
-    CanonicalRule { dimension: "absorption", value: "", applies: |n| n.air.tier == AtmosphereModel::None, because: "there is no air" },
+    CanonicalRule { dimension: "air", value: "", applies: |f| f.shape == Shape::Mesh, because: "air lies over an ellipsoid" },
+    CanonicalRule { dimension: "mie", value: "", applies: |f| f.air.tier == AtmosphereModel::None, because: "there is no air" },
+    CanonicalRule { dimension: "absorption", value: "", applies: |f| f.air.tier == AtmosphereModel::None, because: "there is no air" },
+    CanonicalRule {
+        dimension: "air-pass",
+        value: "",
+        applies: |n| matches!(n.air.tier, AtmosphereModel::None | AtmosphereModel::Vertex),
+        because: "there is no air whose evaluation it would spare",
+    },
+    CanonicalRule {
+        dimension: "air-pass",
+        value: "",
+        applies: |n| n.surface == Surface::Sky || !shows_radiance(n),
+        because: "a coarse picture holds the light before ground and clouds",
+    },
+    CanonicalRule {
+        dimension: "air-pass",
+        value: "",
+        applies: |n| n.ring_shadow != RingShadow::None,
+        because: "a ring's shadow is finer than the coarse picture",
+    },
+    CanonicalRule {
+        dimension: "surface",
+        value: "lambert",
+        applies: |n| draws_air_alone(n) && n.surface != Surface::Cloud,
+        because: "the air alone is drawn",
+    },
+    CanonicalRule {
+        dimension: "lights",
+        value: "sun1",
+        applies: |n| draws_air_alone(n) && n.lights > 1,
+        because: "the air alone is drawn",
+    },
+    alone("albedo"),
+    alone("normal"),
+    alone("specular"),
+    alone("night"),
+    alone("cloudshadow"),
+    alone("detail"),
+    alone("custom-surface"),
+    alone("overlays"),
+    alone("ringshine"),
+    alone("limbheights"),
+    alone("alphatexture"),
     CanonicalRule {
         dimension: "limbheights",
         value: "",
-        applies: |n| no_ground(n) || n.shape == Shape::Mesh,
+        applies: |f| no_ground(f) || f.shape == Shape::Mesh,
         because: "the Moon's own limb is that of its ground, or cuts the Sun behind it",
     },
     CanonicalRule {
         dimension: "twosided",
         value: "",
-        applies: |n| n.shape != Shape::Mesh,
+        applies: |f| f.shape != Shape::Mesh,
         because: "a closed body shows its outside only",
     },
     CanonicalRule {
         dimension: "twosided",
         value: "",
-        applies: |n| !shows_normal(n),
+        applies: |f| !shows_normal(f),
         because: "this image does not depend on the surface's direction",
     },
     CanonicalRule {
         dimension: "vertexcolour",
         value: "",
-        applies: |n| n.shape != Shape::Mesh,
+        applies: |f| f.shape != Shape::Mesh,
         because: "only a mesh has vertices with a colour",
     },
     CanonicalRule {
         dimension: "vertexcolour",
         value: "",
-        applies: |n| !shows_albedo(n),
+        applies: |f| !shows_albedo(f),
         because: "this image does not show the surface's colour",
     },
     CanonicalRule {
@@ -240,10 +289,10 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "albedo",
         value: "",
-        applies: |n| !shows_albedo(n) && !n.flags.alpha_texture,
+        applies: |f| !shows_albedo(f) && !f.flags.alpha_texture,
         because: "this image does not show the surface's colour",
     },
-    CanonicalRule { dimension: "alphatexture", value: "", applies: |n| !n.maps.albedo, because: "alpha comes from the albedo map" },
+    CanonicalRule { dimension: "alphatexture", value: "", applies: |f| !f.maps.albedo, because: "alpha comes from the albedo map" },
 ];
 
 fn dimension_named(name: &str) -> Option<&'static Dimension> {
@@ -300,18 +349,18 @@ mod tests {
         for rule in RULES {
             let d = dimension_named(rule.dimension).unwrap_or_else(|| panic!("no dimension {}", rule.dimension));
             assert!(d.texts.contains(&rule.value), "{}: no value {:?}", rule.dimension, rule.value);
-            assert!(some.iter().any(|n| (rule.applies)(n)), "{} never applies", rule.because);
+            assert!(some.iter().any(|f| (rule.applies)(f)), "{} never applies", rule.because);
         }
     }
 
     #[test]
     fn canonical_is_idempotent_and_only_removes_features() {
-        for n in sample_features(2, 100_000) {
-            let c = canonical(&n);
-            assert_eq!(canonical(&c), c, "{n:?}");
-            assert_eq!(c.view, n.view, "the pixel view never changes");
+        for f in sample_features(2, 100_000) {
+            let c = canonical(&f);
+            assert_eq!(canonical(&c), c, "{f:?}");
+            assert_eq!(c.view, f.view, "the pixel view never changes");
             for d in DIMENSIONS.iter().filter(|d| d.name != "surface") {
-                assert!((d.get)(&c) <= (d.get)(&n), "{} grew: {n:?}", d.name);
+                assert!((d.get)(&c) <= (d.get)(&f), "{} grew: {f:?}", d.name);
             }
         }
     }
@@ -319,7 +368,7 @@ mod tests {
     #[test]
     fn canonical_keeps_all_features_of_a_lit_planet_that_has_every_effect() {
         use crate::scene::draw::{Air, Eclipse, Flags, MapSet};
-        let n = DrawFeatures {
+        let f = DrawFeatures {
             surface: Surface::OrenNayar,
             maps: MapSet { albedo: true, normal: true, specular: true, night: true, cloud_shadow: true },
             overlays: 2,
@@ -333,11 +382,11 @@ mod tests {
             flags: Flags { alpha_texture: true, ..Flags::default() },
             ..DrawFeatures::MINIMAL
         };
-        assert_eq!(canonical(&n), n);
+        assert_eq!(canonical(&f), f);
         // A mesh has additional flags, and no atmosphere.
         let flags = Flags { two_sided: true, alpha_texture: true, vertex_colour: true };
-        let mesh = DrawFeatures { shape: Shape::Mesh, air: Air::default(), limb_heights: false, flags, ..n };
+        let mesh = DrawFeatures { shape: Shape::Mesh, air: Air::default(), limb_heights: false, flags, ..f };
         assert_eq!(canonical(&mesh), mesh);
-        assert_eq!(canonical(&DrawFeatures { air: n.air, ..mesh }), mesh);
+        assert_eq!(canonical(&DrawFeatures { air: f.air, ..mesh }), mesh);
     }
 }

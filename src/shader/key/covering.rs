@@ -34,14 +34,15 @@ pub fn sample(seed: u64, count: usize) -> Vec<ShaderKey> {
 
 /// Dimensions that the canonical rules read, each with the number of values that the rules distinguish (all further values behave like the
 /// last of these).
-const RULE_DIMENSIONS: [(&str, usize); 10] = [
+const RULE_DIMENSIONS: [(&str, usize); 11] = [
     ("surface", 8),
     ("albedo", 2),
     ("lights", 3),
     ("occluders", 2),
     ("eclipse-model", 2),
     ("ring-shadow", 2),
-    ("air", 2),
+    ("air", 3),
+    ("air-pass", 3),
     ("shape", 3),
     ("alphatexture", 2),
     ("view", 10),
@@ -82,7 +83,7 @@ fn has_values(features: &DrawFeatures, values: &Combination<'_>) -> bool {
 /// Canonical features with these values, from the first skeleton at or after `start` that allows it.
 fn complete(skeletons: &[DrawFeatures], start: usize, values: &Combination<'_>) -> Option<DrawFeatures> {
     let (before, after) = skeletons.split_at(start);
-    after.iter().chain(before).map(|s| with(*s, values)).find(|n| canonical(n) == *n)
+    after.iter().chain(before).map(|s| with(*s, values)).find(|f| canonical(f) == *f)
 }
 
 /// Every choice of `t` dimensions out of `count`, ascending, with the index of its first combination in the list of all combinations. Then
@@ -157,7 +158,7 @@ fn compute_covering(t: usize) -> Vec<ShaderKey> {
                 continue;
             }
             let Some(features) =
-                best_completion(&skeletons, &values, &mut random, |n| combinations_of(n, &choices).filter(|p| !covered[*p]).count())
+                best_completion(&skeletons, &values, &mut random, |f| combinations_of(f, &choices).filter(|p| !covered[*p]).count())
             else {
                 continue;
             };
@@ -198,9 +199,9 @@ fn best_completion(
     skeletons: &[DrawFeatures],
     values: &Combination<'_>,
     random: &mut Random,
-    adds: impl Fn(&DrawFeatures) -> usize,
+    count_new: impl Fn(&DrawFeatures) -> usize,
 ) -> Option<DrawFeatures> {
-    let mut best = complete(skeletons, random.below(skeletons.len()), values).map(|n| (adds(&n), n))?;
+    let mut best = complete(skeletons, random.below(skeletons.len()), values).map(|f| (count_new(&f), f))?;
     for _ in 0..TRIES {
         let Some(mut features) = complete(skeletons, random.below(skeletons.len()), values) else { break };
         for d in DIMENSIONS.iter().filter(|d| !RULE_DIMENSIONS.iter().any(|(name, _)| *name == d.name)) {
@@ -214,8 +215,8 @@ fn best_completion(
             }
         }
         let features = canonical(&with(features, values));
-        if has_values(&features, values) && adds(&features) > best.0 {
-            best = (adds(&features), features);
+        if has_values(&features, values) && count_new(&features) > best.0 {
+            best = (count_new(&features), features);
         }
     }
     Some(best.1)
@@ -242,7 +243,7 @@ mod tests {
 
     #[test]
     fn the_nominal_size_is_the_product_of_the_dimensions() {
-        assert_eq!(nominal_size(), 8 * 32 * 4 * 5 * 3 * 4 * 25 * 2 * 3 * 2 * 3 * 24 * 3 * 8 * 10);
+        assert_eq!(nominal_size(), 8 * 32 * 4 * 5 * 3 * 4 * 25 * 2 * 3 * 2 * 3 * 24 * 3 * 3 * 8 * 10);
     }
 
     #[test]

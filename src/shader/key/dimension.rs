@@ -1,8 +1,8 @@
 //! The table of dimensions: the only place that names a dimension's values, in key texts and in fragment conditions.
 
 use crate::scene::draw::{
-    AtmosphereModel, BodyShadow, Detail, DrawFeatures, EclipseModel, MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, PixelView, RingShadow, Shape,
-    Surface,
+    AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, EclipseModel, MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, PixelView, RingShadow,
+    Shape, Surface,
 };
 
 /// A part of the text form. Dimensions of one part are joined by `-`, parts by `.`, both in the order of the table.
@@ -71,8 +71,8 @@ macro_rules! switch {
             texts: &["", $name],
             features: &["", $feature],
             cumulative: false,
-            get: |n| usize::from(n.$($field).+),
-            set: |n, v| n.$($field).+ = v == 1,
+            get: |f| usize::from(f.$($field).+),
+            set: |f, v| f.$($field).+ = v == 1,
         }
     };
 }
@@ -94,8 +94,8 @@ pub static DIMENSIONS: &[Dimension] = &[
             "surface.ring",
         ],
         cumulative: false,
-        get: |n| index_of(&SURFACES, &n.surface),
-        set: |n, v| n.surface = SURFACES[v],
+        get: |f| index_of(&SURFACES, &f.surface),
+        set: |f, v| f.surface = SURFACES[v],
     },
     switch!("albedo", Part::Maps, "maps.albedo", maps.albedo),
     switch!("normal", Part::Maps, "maps.normal", maps.normal),
@@ -108,8 +108,8 @@ pub static DIMENSIONS: &[Dimension] = &[
         texts: &["", "detail", "hills", "billows"],
         features: &["", "detail.craters", "detail.hills", "detail.billows"],
         cumulative: false,
-        get: |n| index_of(&Detail::ALL, &n.detail),
-        set: |n, v| n.detail = Detail::ALL[v],
+        get: |f| index_of(&Detail::ALL, &f.detail),
+        set: |f, v| f.detail = Detail::ALL[v],
     },
     Dimension {
         name: "custom-surface",
@@ -117,8 +117,8 @@ pub static DIMENSIONS: &[Dimension] = &[
         texts: &["", "custom1", "custom2", "custom3", "custom4"],
         features: &["", "custom.1", "custom.2", "custom.3", "custom.4"],
         cumulative: false,
-        get: |n| usize::from(n.custom_surface.min(MAX_CUSTOM_SURFACES)),
-        set: |n, v| n.custom_surface = v as u8,
+        get: |f| usize::from(f.custom_surface.min(MAX_CUSTOM_SURFACES)),
+        set: |f, v| f.custom_surface = v as u8,
     },
     Dimension {
         name: "overlays",
@@ -126,8 +126,8 @@ pub static DIMENSIONS: &[Dimension] = &[
         texts: &["", "overlay1", "overlay2"],
         features: &["", "overlays.1", "overlays.2"],
         cumulative: true,
-        get: |n| usize::from(n.overlays).min(2),
-        set: |n, v| n.overlays = v as u8,
+        get: |f| usize::from(f.overlays).min(2),
+        set: |f, v| f.overlays = v as u8,
     },
     Dimension {
         name: "lights",
@@ -135,8 +135,8 @@ pub static DIMENSIONS: &[Dimension] = &[
         texts: &["sun0", "sun1", "sun2", "sun3"],
         features: &["", "lights.1", "lights.2", "lights.3"],
         cumulative: true,
-        get: |n| usize::from(n.lights).min(3),
-        set: |n, v| n.lights = v as u8,
+        get: |f| usize::from(f.lights).min(3),
+        set: |f, v| f.lights = v as u8,
     },
     Dimension {
         name: "occluders",
@@ -144,8 +144,8 @@ pub static DIMENSIONS: &[Dimension] = &[
         texts: &["", "eclipse1", "eclipse2", "eclipse3", "eclipse4"],
         features: &["", "eclipse.1", "eclipse.2", "eclipse.3", "eclipse.4"],
         cumulative: true,
-        get: |n| usize::from(n.eclipse.occluders.min(MAX_OCCLUDERS)),
-        set: |n, v| n.eclipse.occluders = v as u8,
+        get: |f| usize::from(f.eclipse.occluders.min(MAX_OCCLUDERS)),
+        set: |f, v| f.eclipse.occluders = v as u8,
     },
     Dimension {
         name: "eclipse-model",
@@ -153,8 +153,8 @@ pub static DIMENSIONS: &[Dimension] = &[
         texts: &["", "linear", "uniform-disc", "limb-darkened", "refracted"],
         features: &["", "eclipse.linear", "eclipse.uniform-disc", "eclipse.limb-darkened", "eclipse.refracted"],
         cumulative: false,
-        get: |n| index_of(&EclipseModel::ALL, &n.eclipse.model),
-        set: |n, v| n.eclipse.model = EclipseModel::ALL[v],
+        get: |f| index_of(&EclipseModel::ALL, &f.eclipse.model),
+        set: |f, v| f.eclipse.model = EclipseModel::ALL[v],
     },
     Dimension {
         name: "ring-shadow",
@@ -162,8 +162,8 @@ pub static DIMENSIONS: &[Dimension] = &[
         texts: &["", "ringshadow-point-sun", "ringshadow-penumbra"],
         features: &["", "ring-shadow.point-sun", "ring-shadow.penumbra"],
         cumulative: false,
-        get: |n| index_of(&RingShadow::ALL, &n.ring_shadow),
-        set: |n, v| n.ring_shadow = RingShadow::ALL[v],
+        get: |f| index_of(&RingShadow::ALL, &f.ring_shadow),
+        set: |f, v| f.ring_shadow = RingShadow::ALL[v],
     },
     switch!("ringshine", Part::RingShine, "ring-shine", ring_shine),
     Dimension {
@@ -172,8 +172,8 @@ pub static DIMENSIONS: &[Dimension] = &[
         texts: &["", "bodyshadow-sphere", "bodyshadow-ellipsoid-penumbra"],
         features: &["", "body-shadow.sphere", "body-shadow.ellipsoid-penumbra"],
         cumulative: false,
-        get: |n| index_of(&BodyShadow::ALL, &n.body_shadow),
-        set: |n, v| n.body_shadow = BodyShadow::ALL[v],
+        get: |f| index_of(&BodyShadow::ALL, &f.body_shadow),
+        set: |f, v| f.body_shadow = BodyShadow::ALL[v],
     },
     Dimension {
         name: "air",
@@ -181,19 +181,28 @@ pub static DIMENSIONS: &[Dimension] = &[
         texts: &["", "air-vertex", "air-pixel-8", "air-pixel-16", "air-pixel-32", "air-table"],
         features: &["", "air.vertex", "air.pixel-8", "air.pixel-16", "air.pixel-32", "air.table"],
         cumulative: false,
-        get: |n| index_of(&AtmosphereModel::ALL, &n.air.tier),
-        set: |n, v| n.air.tier = AtmosphereModel::ALL[v],
+        get: |f| index_of(&AtmosphereModel::ALL, &f.air.tier),
+        set: |f, v| f.air.tier = AtmosphereModel::ALL[v],
     },
     switch!("mie", Part::Air, "air.mie", air.mie),
     switch!("absorption", Part::Air, "air.absorption", air.absorption),
+    Dimension {
+        name: "air-pass",
+        part: Part::Air,
+        texts: &["", "coarse", "coarsedraw"],
+        features: &["", "air-pass.read", "air-pass.drawn"],
+        cumulative: false,
+        get: |n| index_of(&AirPass::ALL, &n.air_pass),
+        set: |n, v| n.air_pass = AirPass::ALL[v],
+    },
     Dimension {
         name: "shape",
         part: Part::Shape,
         texts: &["sphere", "ellipsoid", "mesh"],
         features: &["shape.sphere", "shape.ellipsoid", "shape.mesh"],
         cumulative: false,
-        get: |n| index_of(&SHAPES, &n.shape),
-        set: |n, v| n.shape = SHAPES[v],
+        get: |f| index_of(&SHAPES, &f.shape),
+        set: |f, v| f.shape = SHAPES[v],
     },
     switch!("limbheights", Part::Shape, "limb-heights", limb_heights),
     switch!("twosided", Part::Flags, "flags.twosided", flags.two_sided),
@@ -217,8 +226,8 @@ pub static DIMENSIONS: &[Dimension] = &[
             "view.shaded",
         ],
         cumulative: false,
-        get: |n| index_of(&VIEWS, &n.view),
-        set: |n, v| n.view = VIEWS[v],
+        get: |f| index_of(&VIEWS, &f.view),
+        set: |f, v| f.view = VIEWS[v],
     },
 ];
 

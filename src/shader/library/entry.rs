@@ -33,7 +33,7 @@ pub enum EntryError {
     Tape,
 }
 
-/// The start of an entry, which can be decoded without the module.
+/// The start of an entry, which can be decoded without the rest.
 #[derive(Serialize, Deserialize)]
 struct Head {
     generator: String,
@@ -41,7 +41,7 @@ struct Head {
 }
 
 #[derive(Serialize)]
-struct Written<'a> {
+struct EncodedBody<'a> {
     wgsl: &'a str,
     module: &'a naga::Module,
     source_map: &'a SourceMap,
@@ -49,7 +49,7 @@ struct Written<'a> {
 }
 
 #[derive(Deserialize)]
-struct Read {
+struct DecodedBody {
     wgsl: String,
     module: naga::Module,
     source_map: SourceMap,
@@ -59,7 +59,7 @@ struct Read {
 /// The bytes of an entry; `None` if the module cannot be encoded.
 pub fn encode(generator: &str, m: &ShaderModule) -> Option<Vec<u8>> {
     let head = Head { generator: generator.to_owned(), module: m.id.to_string() };
-    let body = Written { wgsl: &m.wgsl, module: &m.module, source_map: &m.source_map, tape: &m.tape };
+    let body = EncodedBody { wgsl: &m.wgsl, module: &m.module, source_map: &m.source_map, tape: &m.tape };
     let content = postcard::to_stdvec(&(head, body)).ok()?;
     let mut bytes = MAGIC.to_vec();
     bytes.extend_from_slice(&Sha256::digest(&content));
@@ -103,8 +103,8 @@ pub fn decode(generator: &str, id: &ModuleId, bytes: &[u8], lowering: &Lowering)
 pub fn decode_of_any_generator(id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
     let unchecked = Lowering { check: |_, _| Ok(()), ..lowering.clone() };
     let mut module = catch_panic(|| decode_unguarded(None, id, bytes, &unchecked)).unwrap_or(Err(EntryError::Content))?;
-    let runs = catch_panic(|| (lowering.check)(&module.module, &module.tape).is_ok()).unwrap_or(false);
-    if !runs {
+    let is_runnable = catch_panic(|| (lowering.check)(&module.module, &module.tape).is_ok()).unwrap_or(false);
+    if !is_runnable {
         module.tape = (lowering.lower)(&module.module, &module.info).map_err(|_| EntryError::Tape)?;
     }
     Ok(module)
@@ -115,8 +115,8 @@ fn decode_unguarded(generator: Option<&str>, id: &ModuleId, bytes: &[u8], loweri
     if generator.is_some_and(|g| head.generator != g) || head.module != id.to_string() {
         return Err(EntryError::OtherModule);
     }
-    let (read, rest): (Read, _) = postcard::take_from_bytes(rest).map_err(|_| EntryError::Content)?;
-    let Read { wgsl, module, source_map, tape } = read;
+    let (body, rest): (DecodedBody, _) = postcard::take_from_bytes(rest).map_err(|_| EntryError::Content)?;
+    let DecodedBody { wgsl, module, source_map, tape } = body;
     if !rest.is_empty() || wgsl.lines().count() != source_map.lines.len() {
         return Err(EntryError::Content);
     }

@@ -12,9 +12,9 @@ use super::fragments::Fragments;
 use super::generator;
 use super::{Lowering, ModuleId, ShaderError, ShaderModule};
 use crate::files::{is_temporary, read_bytes, write_cached};
+use crate::memo::RecentMap;
 use parking_lot::{Mutex, RwLock};
 use rayon::prelude::*;
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -23,12 +23,13 @@ use std::time::{Duration, Instant};
 /// Maximum size of an entry in bytes; the longest entries have about 300 kB.
 pub const MAX_ENTRY_BYTES: u64 = 1 << 24;
 
-type Slot = Arc<OnceLock<Result<(Arc<ShaderModule>, Origin), ShaderError>>>;
+/// A module once it is loaded or built.
+type ModuleCell = Arc<OnceLock<Result<(Arc<ShaderModule>, Origin), ShaderError>>>;
 
 /// Where a module came from, and how long that took.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Origin {
-    pub how: CacheOutcome,
+    pub outcome: CacheOutcome,
     pub took_ms: f64,
 }
 
@@ -57,7 +58,8 @@ pub struct Statistics {
     pub written: u64,
     pub writing_s: f64,
     /// Entries on disk that were damaged or foreign and were replaced.
-    pub healed: u64,
+    #[serde(rename = "healed")]
+    pub repaired: u64,
 }
 
 #[derive(Default)]
@@ -69,7 +71,7 @@ struct Counters {
     emitting_ns: AtomicU64,
     written: AtomicU64,
     writing_ns: AtomicU64,
-    healed: AtomicU64,
+    repaired: AtomicU64,
 }
 
 fn count(counter: &AtomicU64, nanoseconds: &AtomicU64, since: Instant) {
@@ -77,7 +79,7 @@ fn count(counter: &AtomicU64, nanoseconds: &AtomicU64, since: Instant) {
     nanoseconds.fetch_add(u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
 }
 
-/// An entry that cannot be used.
+/// An entry on disk that cannot be used.
 struct Damaged;
 
 /// The content of the disk cache.
@@ -97,7 +99,9 @@ pub struct DiskStatus {
 /// The result of [`ShaderLibrary::verify`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DiskCheck {
-    pub whole: u64,
+    /// Number of intact entries.
+    #[serde(rename = "whole")]
+    pub valid: u64,
     /// File and what is wrong with it.
     pub damaged: Vec<(PathBuf, String)>,
     /// The first folder that could not be read, and why.
@@ -118,13 +122,17 @@ impl Generator {
     }
 }
 
+/// Largest number of modules in memory; they have a quarter of a megabyte each. A view of the whole system with all effects has some forty. One that made way
+/// is read again within a millisecond.
+const MODULES_KEPT: usize = 96;
+
 /// A cache of modules by name, in memory and on disk; shared between threads.
 pub struct ShaderLibrary {
     /// `<cache>/orrery/shaders`; `None` for a library that is only in memory.
     root: Option<PathBuf>,
     generator: RwLock<Generator>,
     lowering: Lowering,
-    modules: Mutex<HashMap<ModuleId, Slot>>,
+    modules: Mutex<RecentMap<ModuleId, ModuleCell>>,
     counters: Counters,
     report: Box<dyn Fn(&str) + Send + Sync>,
     write_error_reported: AtomicBool,
@@ -147,7 +155,7 @@ impl ShaderLibrary {
             root,
             generator: RwLock::new(Generator::of(Fragments::default(), &lowering)),
             lowering,
-            modules: Mutex::default(),
+            modules: Mutex::new(RecentMap::with_capacity(MODULES_KEPT)),
             counters: Counters::default(),
             report,
             write_error_reported: AtomicBool::new(false),
@@ -190,7 +198,7 @@ impl ShaderLibrary {
     /// Where a module came from; `None` for a module that has not been requested.
     pub fn origin(&self, id: &ModuleId) -> Option<Origin> {
         let modules = self.modules.lock();
-        Some(modules.get(id)?.get()?.as_ref().ok()?.1)
+        Some(modules.peek(id)?.get()?.as_ref().ok()?.1)
     }
 
     /// Path of a module's entry, whether or not the file exists.
@@ -200,26 +208,30 @@ impl ShaderLibrary {
 
     /// Returns the module. Concurrent requests for one module wait for the first of them.
     pub fn get(&self, id: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
-        let slot = {
+        let cell = {
             let mut modules = self.modules.lock();
-            Arc::clone(modules.entry(id.clone()).or_default())
+            modules.get(id).unwrap_or_else(|| {
+                let cell = ModuleCell::default();
+                modules.insert(id.clone(), Arc::clone(&cell));
+                cell
+            })
         };
-        if slot.get().is_some() {
+        if cell.get().is_some() {
             self.counters.from_memory.fetch_add(1, Ordering::Relaxed);
         }
-        slot.get_or_init(|| self.load_or_build(id)).as_ref().map(|(module, _)| Arc::clone(module)).map_err(Clone::clone)
+        cell.get_or_init(|| self.load_or_build(id)).as_ref().map(|(module, _)| Arc::clone(module)).map_err(Clone::clone)
     }
 
     fn is_in_memory(&self, id: &ModuleId) -> bool {
-        self.modules.lock().get(id).is_some_and(|slot| slot.get().is_some())
+        self.modules.lock().peek(id).is_some_and(|cell| cell.get().is_some())
     }
 
     fn load_or_build(&self, id: &ModuleId) -> Result<(Arc<ShaderModule>, Origin), ShaderError> {
         let generator = self.current_generator();
         let root = self.root.as_ref().filter(|_| generator.fragments.are_built_in());
         let path = root.map(|root| root.join(&*generator.digest).join(file_name(id)));
-        let requested = Instant::now();
-        let origin = |how: CacheOutcome| Origin { how, took_ms: requested.elapsed().as_secs_f64() * 1e3 };
+        let start_of_request = Instant::now();
+        let origin = |outcome: CacheOutcome| Origin { outcome, took_ms: start_of_request.elapsed().as_secs_f64() * 1e3 };
         let mut outcome = CacheOutcome::Emitted;
         if let Some(path) = path.as_deref() {
             match self.read(&generator.digest, id, path) {
@@ -258,7 +270,7 @@ impl ShaderLibrary {
                 Some(Ok(module))
             }
             Err(e) => {
-                self.counters.healed.fetch_add(1, Ordering::Relaxed);
+                self.counters.repaired.fetch_add(1, Ordering::Relaxed);
                 (self.report)(&format!("shader library: {} is replaced: {e}", path.display()));
                 Some(Err(Damaged))
             }
@@ -311,7 +323,7 @@ impl ShaderLibrary {
             emitting_s: seconds(&c.emitting_ns),
             written: number(&c.written),
             writing_s: seconds(&c.writing_ns),
-            healed: number(&c.healed),
+            repaired: number(&c.repaired),
         }
     }
 
@@ -340,7 +352,7 @@ impl ShaderLibrary {
         let found: Vec<_> = files.into_par_iter().map(|file| (self.verify_file(&file), file)).collect();
         for (found, file) in found {
             match found {
-                Ok(()) => check.whole += 1,
+                Ok(()) => check.valid += 1,
                 Err(what) => check.damaged.push((file, what)),
             }
         }
@@ -360,13 +372,13 @@ impl ShaderLibrary {
         if entry::encode(&generator, &built).as_deref() == Some(&bytes) { Ok(()) } else { Err("it is not what its key emits".into()) }
     }
 
-    /// For callers that could not use a module: rebuilds modules that came from disk, and drops entries that differ from the rebuilt
-    /// module. Returns the number of dropped entries.
+    /// For callers that could not run a module. Rebuilds those of the modules that came from disk, and drops each entry that differs from its
+    /// rebuilt module: a file that passes all checks of form but was not written by the generator. Returns the number of dropped entries.
     pub fn replace_forged(&self, ids: &[ModuleId]) -> usize {
         let generator = self.current_generator();
         let is_forged = |id: &&ModuleId| {
-            let slot = self.modules.lock().get(id).cloned();
-            let Some(Ok((loaded, Origin { how: CacheOutcome::Read, .. }))) = slot.as_ref().and_then(|s| s.get()) else { return false };
+            let cell = self.modules.lock().peek(id).cloned();
+            let Some(Ok((loaded, Origin { outcome: CacheOutcome::Read, .. }))) = cell.as_ref().and_then(|s| s.get()) else { return false };
             let built = ShaderModule::build_with(&generator.fragments, id, &self.lowering).ok();
             built.is_some_and(|built| entry::encode(&generator.digest, &built) != entry::encode(&generator.digest, loaded))
         };
@@ -374,7 +386,7 @@ impl ShaderLibrary {
         for id in &forged {
             let path = self.entry_path(id).unwrap_or_default();
             (self.report)(&format!("shader library: {} is replaced: it is not what its key emits", path.display()));
-            self.counters.healed.fetch_add(1, Ordering::Relaxed);
+            self.counters.repaired.fetch_add(1, Ordering::Relaxed);
             // Removed from disk and memory, the module is rebuilt at the next request.
             drop(std::fs::remove_file(path));
             self.modules.lock().remove(id);

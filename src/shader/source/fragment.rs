@@ -22,9 +22,8 @@ pub struct Piece {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
     pub pieces: Vec<Piece>,
-    /// A part was removed, or the line belongs to several blocks. Such a line is not emitted if the rest of it
-    /// is empty.
-    pub cut: bool,
+    /// Whether a part was removed, or the line belongs to several blocks. Such a line is not emitted if the rest of it is empty.
+    pub is_divided: bool,
 }
 
 /// One imported item.
@@ -62,16 +61,16 @@ impl Fragment {
     /// # Errors
     /// The first syntax error or unsupported construct, with line and column.
     pub fn parse(path: &str, text: &str) -> Result<Self, ShaderError> {
-        let at = |at: usize, what: String| {
+        let error = |at: usize, what: String| {
             let (line, column) = line_and_column(text, at);
             ShaderError::Fragment { path: path.to_owned(), line, column, what }
         };
         if let Some(old) = old_directive(text) {
             let what = "`//: if`, `//: else` and `//: use` are no longer read: write `@if(lights_1)` before each declaration, member or \
                         statement, and `import package::lib::draw::draw;` (`orrery shader export` writes the fragments of this version)";
-            return Err(at(old, what.into()));
+            return Err(error(old, what.into()));
         }
-        let scan = scan(path.trim_end_matches(".wesl"), text).map_err(|Fault { at: byte, what }| at(byte, what))?;
+        let scan = scan(path.trim_end_matches(".wesl"), text).map_err(|Fault { at: byte, what }| error(byte, what))?;
         Ok(Self::of(text, scan))
     }
 
@@ -95,24 +94,24 @@ impl Fragment {
     }
 
     fn of(text: &str, scan: Scan) -> Self {
-        let owners = owners(text, &scan);
+        let block_of_byte = blocks_of_bytes(text, &scan);
         let mut lines = Vec::new();
         let mut start = 0;
         for line in text.split('\n') {
             let end = start + line.len();
             let mut pieces: Vec<Piece> = Vec::new();
-            let mut cut = false;
-            for (byte, &block) in (start..).zip(&owners[start..end]) {
+            let mut has_removed = false;
+            for (byte, &block) in (start..).zip(&block_of_byte[start..end]) {
                 match pieces.last_mut() {
-                    _ if block == REMOVED => cut = true,
+                    _ if block == REMOVED => has_removed = true,
                     Some(last) if last.block == block && last.span.end == byte => last.span.end = byte + 1,
                     _ => pieces.push(Piece { span: byte..byte + 1, block }),
                 }
             }
             if start == end && start < text.len() {
-                pieces.push(Piece { span: start..start, block: owners[start] });
+                pieces.push(Piece { span: start..start, block: block_of_byte[start] });
             }
-            lines.push(Line { cut: cut || pieces.len() > 1, pieces });
+            lines.push(Line { is_divided: has_removed || pieces.len() > 1, pieces });
             start = end + 1;
         }
         if text.ends_with('\n') {
@@ -178,28 +177,28 @@ impl Fragment {
 }
 
 /// For each byte, the block to which it belongs, or [`REMOVED`].
-fn owners(text: &str, scan: &Scan) -> Vec<u32> {
-    let mut owners = vec![ROOT; text.len()];
+fn blocks_of_bytes(text: &str, scan: &Scan) -> Vec<u32> {
+    let mut block_of_byte = vec![ROOT; text.len()];
     // Outer spans first, so that inner ones overwrite them.
-    for owned in scan.owned.iter().rev() {
-        let end = end_with_comment(text, owned.span.end);
-        owners[owned.span.start..end].fill(owned.block);
+    for item in scan.conditional_spans.iter().rev() {
+        let end = end_with_comment(text, item.span.end);
+        block_of_byte[item.span.start..end].fill(item.block);
     }
     for Chain { start, block } in &scan.chains {
-        owners[comments_above(text, *start)..line_start(text, *start)].fill(*block);
+        block_of_byte[comments_above(text, *start)..line_start(text, *start)].fill(*block);
     }
-    for owned in &scan.owned {
+    for item in &scan.conditional_spans {
         // Comments above an alternative that is not the first of its chain.
-        let above = comments_above(text, owned.span.start)..line_start(text, owned.span.start);
-        if !scan.chains.iter().any(|c| c.start == owned.span.start) {
-            owners[above].fill(owned.block);
+        let above = comments_above(text, item.span.start)..line_start(text, item.span.start);
+        if !scan.chains.iter().any(|c| c.start == item.span.start) {
+            block_of_byte[above].fill(item.block);
         }
     }
-    for cut in &scan.cuts {
-        let after = text[cut.end..].bytes().take_while(|b| *b == b' ').count();
-        owners[cut.start..cut.end + after].fill(REMOVED);
+    for removed in &scan.removed_spans {
+        let after = text[removed.end..].bytes().take_while(|b| *b == b' ').count();
+        block_of_byte[removed.start..removed.end + after].fill(REMOVED);
     }
-    owners
+    block_of_byte
 }
 
 fn line_start(text: &str, at: usize) -> usize {

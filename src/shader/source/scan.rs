@@ -40,9 +40,9 @@ pub(super) struct Scan {
     /// Blocks in order, each after its parent and after the alternatives that precede it. The first is [`ROOT`].
     pub blocks: Vec<Block>,
     /// Inner spans come before outer ones.
-    pub owned: Vec<ConditionalSpan>,
+    pub conditional_spans: Vec<ConditionalSpan>,
     /// Conditional attributes and import statements, which are never emitted.
-    pub cuts: Vec<Range<usize>>,
+    pub removed_spans: Vec<Range<usize>>,
     pub imports: Vec<Imported>,
     pub chains: Vec<Chain>,
     /// Names of the declarations.
@@ -79,7 +79,7 @@ pub(super) fn scan(path: &str, text: &str) -> Result<Scan, Fault> {
     }
     let mut scanner = Scanner { text, path, tokens, next: 0, scan: Scan { blocks: vec![Block::Root], ..Scan::default() } };
     scanner.items(ROOT, List::Module)?;
-    match scanner.word() {
+    match scanner.token() {
         "" => Ok(scanner.scan),
         bracket => Err(scanner.fault(format!("`{bracket}` closes nothing"))),
     }
@@ -87,7 +87,7 @@ pub(super) fn scan(path: &str, text: &str) -> Result<Scan, Fault> {
 
 impl<'a> Scanner<'a> {
     /// The next token's text; empty at the end.
-    fn word(&self) -> &'a str {
+    fn token(&self) -> &'a str {
         self.tokens.get(self.next).map_or("", |(span, _)| &self.text[span.clone()])
     }
 
@@ -96,7 +96,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// End of the previous token.
-    fn end(&self) -> usize {
+    fn previous_end(&self) -> usize {
         self.next.checked_sub(1).and_then(|k| self.tokens.get(k)).map_or(0, |(span, _)| span.end)
     }
 
@@ -104,9 +104,9 @@ impl<'a> Scanner<'a> {
         Fault { at: self.at(), what }
     }
 
-    fn closes(&self) -> bool {
+    fn is_at_end_of_list(&self) -> bool {
         self.next >= self.tokens.len()
-            || matches!(self.word(), "}" | ")" | "]")
+            || matches!(self.token(), "}" | ")" | "]")
             || matches!(self.tokens[self.next].1, Token::TemplateArgsEnd)
     }
 
@@ -115,7 +115,7 @@ impl<'a> Scanner<'a> {
         // The blocks of the chain that an `@elif` or `@else` would continue, and the start of its first item.
         let mut chain: Vec<u32> = Vec::new();
         let mut chain_start = 0;
-        while !self.closes() {
+        while !self.is_at_end_of_list() {
             let start = self.at();
             let (branch, attribute) = self.attributes()?.unzip();
             let continues_chain = matches!(branch, Some(Branch::Elif(_) | Branch::Else));
@@ -133,14 +133,14 @@ impl<'a> Scanner<'a> {
                 Some(Branch::If(condition) | Branch::Elif(condition)) => self.block(Block::When { parent, condition, unless }),
                 Some(Branch::Else) => self.block(Block::When { parent, condition: Condition::Constant(true), unless }),
             };
-            if self.word() == "import" && list == List::Module {
+            if self.token() == "import" && list == List::Module {
                 self.import(block)?;
             } else {
                 self.item(block, list)?;
             }
             if let Some(attribute) = attribute {
-                self.scan.cuts.push(attribute);
-                self.scan.owned.push(ConditionalSpan { span: start..self.end(), block });
+                self.scan.removed_spans.push(attribute);
+                self.scan.conditional_spans.push(ConditionalSpan { span: start..self.previous_end(), block });
                 chain.push(block);
             }
         }
@@ -165,12 +165,12 @@ impl<'a> Scanner<'a> {
     /// Scans the attributes before an item; returns the conditional one with its span.
     fn attributes(&mut self) -> Result<Option<(Branch, Range<usize>)>, Fault> {
         let mut found = None;
-        while self.word() == "@" {
+        while self.token() == "@" {
             let start = self.at();
             self.next += 1;
-            let name = self.word().to_owned();
+            let name = self.token().to_owned();
             self.next += 1;
-            let argument = if self.word() == "(" {
+            let argument = if self.token() == "(" {
                 let open = self.at() + 1;
                 self.next += 1;
                 self.items(ROOT, List::Commas)?;
@@ -191,7 +191,7 @@ impl<'a> Scanner<'a> {
                 "else" => Branch::Else,
                 _ => continue,
             };
-            if found.replace((branch, start..self.end())).is_some() {
+            if found.replace((branch, start..self.previous_end())).is_some() {
                 return Err(Fault { at: start, what: "an item has one condition; join several with `&&`".into() });
             }
         }
@@ -199,7 +199,7 @@ impl<'a> Scanner<'a> {
     }
 
     fn expect(&mut self, word: &str) -> Result<(), Fault> {
-        if self.word() != word {
+        if self.token() != word {
             return Err(self.fault(format!("`{word}` is missing here")));
         }
         self.next += 1;
@@ -212,16 +212,16 @@ impl<'a> Scanner<'a> {
         if list == List::Module {
             self.declaration(first);
         }
-        let is_struct = self.word() == "struct";
-        while !self.closes() {
+        let is_struct = self.token() == "struct";
+        while !self.is_at_end_of_list() {
             let token = &self.tokens[self.next].1;
             let opens_template = matches!(token, Token::TemplateArgsStart);
-            match self.word() {
+            match self.token() {
                 "(" | "[" => self.bracketed(block, List::Commas)?,
                 "<" if opens_template => self.bracketed(block, List::Commas)?,
                 "{" => {
                     self.bracketed(block, if is_struct { List::Commas } else { List::Statements })?;
-                    if list != List::Commas && self.word() != "else" {
+                    if list != List::Commas && self.token() != "else" {
                         return Ok(());
                     }
                 }
@@ -245,7 +245,7 @@ impl<'a> Scanner<'a> {
 
     fn bracketed(&mut self, block: u32, list: List) -> Result<(), Fault> {
         let open = self.at();
-        let close = match self.word() {
+        let close = match self.token() {
             "(" => ")",
             "[" => "]",
             "{" => "}",
@@ -254,7 +254,7 @@ impl<'a> Scanner<'a> {
         self.next += 1;
         self.items(block, list)?;
         // `>>` closes two template lists.
-        if !self.word().starts_with(close) {
+        if !self.token().starts_with(close) {
             return Err(Fault { at: open, what: format!("this is not closed by `{close}`") });
         }
         self.next += 1;
@@ -279,25 +279,25 @@ impl<'a> Scanner<'a> {
 
     fn import(&mut self, block: u32) -> Result<(), Fault> {
         let at = self.at();
-        while !matches!(self.word(), ";" | "") {
+        while !matches!(self.token(), ";" | "") {
             self.next += 1;
         }
         self.expect(";")?;
-        let span = at..self.end();
+        let span = at..self.previous_end();
         let fault = |what: String| Fault { at, what };
         let statement: ImportStatement = self.text[span.clone()].parse().map_err(|e: wgsl_parse::Error| fault(e.error.to_string()))?;
         let mut base: Vec<String> = match statement.path.as_ref().map(|p| &p.origin) {
             Some(PathOrigin::Absolute) => Vec::new(),
-            Some(PathOrigin::Relative(ups)) => {
-                let own: Vec<String> = self.path.split('/').map(str::to_owned).collect();
-                own[..own.len().saturating_sub(*ups)].to_vec()
+            Some(PathOrigin::Relative(levels_up)) => {
+                let own_path: Vec<String> = self.path.split('/').map(str::to_owned).collect();
+                own_path[..own_path.len().saturating_sub(*levels_up)].to_vec()
             }
             _ => return Err(fault("an import begins with `package::` or `super::`".into())),
         };
         base.extend(statement.path.iter().flat_map(|p| p.components.clone()));
         let mut items = Vec::new();
         collect(&base, &statement.content, &mut items).map_err(fault)?;
-        self.scan.cuts.push(span);
+        self.scan.removed_spans.push(span);
         self.scan.imports.push(Imported { at, block, items });
         Ok(())
     }

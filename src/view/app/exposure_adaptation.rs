@@ -65,8 +65,8 @@ impl ExposureAdaptation {
             (Some(stops), _) => ExposureRequest::Stops(stops),
             (None, None) => ExposureRequest::Auto,
             (None, Some(from)) => {
-                let part = -(-(now_s - from.at_s).max(0.0) / TIME_CONSTANT_S).exp_m1();
-                ExposureRequest::Transition { from_stops: from.stops, part }
+                let progress = -(-(now_s - from.at_s).max(0.0) / TIME_CONSTANT_S).exp_m1();
+                ExposureRequest::Transition { from_stops: from.stops, progress }
             }
         }
     }
@@ -87,6 +87,7 @@ impl ExposureAdaptation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::message::Reason;
     use crate::time::Instant;
     use glam::DVec3;
 
@@ -96,7 +97,7 @@ mod tests {
 
     /// The exposure of a scene with the given metering, for a request.
     fn exposure_of(requested: ExposureRequest, metered_stops: f64) -> Exposure {
-        Exposure { stops: requested.stops_of(metered_stops), metered_stops, reason: String::new() }
+        Exposure { stops: requested.stops_of(metered_stops), metered_stops, reason: Reason::default() }
     }
 
     /// From 0 to 10 stops at several frame rates: after one time constant each has covered 1 - 1/e of the difference, and each ends at 10.

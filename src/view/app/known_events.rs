@@ -57,9 +57,9 @@ impl KnownEvents {
             self.events.clear();
         }
         let (first_s, last_s) = self.searched?;
-        let reach_s = MAX_YEARS * 365.25 * SECONDS_PER_DAY;
+        let limit_s = MAX_YEARS * 365.25 * SECONDS_PER_DAY;
         let incomplete =
-            [first_s > from_s && !self.is_exhausted[0] && first_s > -reach_s, last_s < to_s && !self.is_exhausted[1] && last_s < reach_s];
+            [first_s > from_s && !self.is_exhausted[0] && first_s > -limit_s, last_s < to_s && !self.is_exhausted[1] && last_s < limit_s];
         let backward = match incomplete {
             [false, false] => return None,
             [true, true] => middle_s - first_s < last_s - middle_s,
@@ -71,17 +71,17 @@ impl KnownEvents {
     }
 
     /// Stores the result of a search; `None`: outside the ephemeris. The result is dropped if the search does not extend the current span.
-    pub(crate) fn take(&mut self, of: &NextSearch, found: Option<Vec<KnownEvent>>) {
+    pub(crate) fn add(&mut self, search: &NextSearch, found: Option<Vec<KnownEvent>>) {
         let Some((first_s, last_s)) = &mut self.searched else { return };
-        let end_s = if of.backward { first_s } else { last_s };
-        if *end_s != of.from_s {
+        let end_s = if search.backward { first_s } else { last_s };
+        if *end_s != search.from_s {
             return;
         }
         let Some(found) = found else {
-            self.is_exhausted[usize::from(!of.backward)] = true;
+            self.is_exhausted[usize::from(!search.backward)] = true;
             return;
         };
-        *end_s += if of.backward { -self.step_s } else { self.step_s };
+        *end_s += if search.backward { -self.step_s } else { self.step_s };
         self.events.extend(found);
         self.events.sort_by(|a, b| a.tdb_s.total_cmp(&b.tdb_s));
     }
@@ -102,7 +102,7 @@ mod tests {
     fn searched(known: &mut KnownEvents, from_s: f64, to_s: f64) -> usize {
         let mut steps = 0;
         while let Some(next) = known.next(from_s, to_s) {
-            known.take(&next, Some(Vec::new()));
+            known.add(&next, Some(Vec::new()));
             steps += 1;
             assert!(steps < 1000, "no end");
         }
@@ -124,15 +124,15 @@ mod tests {
     fn nothing_is_searched_beyond_the_ephemeris_and_late_results_are_dropped() {
         let mut known = KnownEvents::new(&[EventKind::Lunar], 10.0);
         let first = known.next(0.0, 20.0 * DAY).expect("a search");
-        known.take(&first, None);
+        known.add(&first, None);
         let other = known.next(0.0, 20.0 * DAY).expect("the other side");
         assert!(other.backward != first.backward);
-        known.take(&other, None);
+        known.add(&other, None);
         assert_eq!(known.next(0.0, 20.0 * DAY), None);
         let elsewhere = known.next(900.0 * DAY, 920.0 * DAY).expect("a search");
-        known.take(&first, Some(Vec::new()));
+        known.add(&first, Some(Vec::new()));
         assert_eq!(known.searched, Some((910.0 * DAY, 910.0 * DAY)));
-        known.take(&elsewhere, Some(Vec::new()));
+        known.add(&elsewhere, Some(Vec::new()));
         assert_ne!(known.searched, Some((910.0 * DAY, 910.0 * DAY)));
     }
 }

@@ -13,8 +13,8 @@ pub(crate) fn view_of_moment(moment: &Moment, catalog: &Catalog, places: &dyn Bo
     let target = catalog.body(moment.target)?;
     let (eye, fov_deg) = match moment.vantage {
         Vantage::Centre { body, fov_deg } => (CameraPose::Centre { body }, fov_deg),
-        Vantage::Side { of, away, radii } => {
-            let side = places.between_km(target.id, of, moment.time)?.try_normalize()? * if away { -1.0 } else { 1.0 };
+        Vantage::Side { faced_body, away, radii } => {
+            let side = places.between_km(target.id, faced_body, moment.time)?.try_normalize()? * if away { -1.0 } else { 1.0 };
             let pole = places.body_from_icrf(target.id, moment.time)?.row(2);
             let radius_km = target.radii_km.x;
             (orbit_pose(target.id, false, Orbit::from_offset(side * radii * radius_km, radius_km, pole)), FOV_DEG)

@@ -14,7 +14,7 @@ use crate::catalog::moments::Moment;
 use crate::session::Session;
 use crate::time::Instant;
 use crate::view::language::dates::day_text;
-use crate::view::language::{decimal, text, translated};
+use crate::view::language::{catalog_text, decimal, text};
 use std::sync::Arc;
 
 const SATURN: NaifId = NaifId(699);
@@ -104,7 +104,7 @@ impl NowItem {
             }
             Self::Shadows => {
                 let moment = catalog.moments().iter().find(|m| m.kind == "shadows")?;
-                named(text!("now-dated", what = translated(&moment.name), day = day_of(moment)), of_moment(moment)?)
+                named(text!("now-dated", what = catalog_text("moment", &moment.name), day = day_of(moment)), of_moment(moment)?)
             }
             Self::Shader => {
                 let moment = catalog.moments().iter().find(|m| m.name == ECLIPSE)?;

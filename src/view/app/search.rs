@@ -21,7 +21,7 @@ use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
 use crate::view::app::viewer::{Subject, Viewer};
 use crate::view::language::dates::day_text;
 use crate::view::language::dates::minute_text;
-use crate::view::language::{body_name, decimal, named, text, translated};
+use crate::view::language::{body_name, catalog_text, decimal, named, text};
 use crate::wording::nearest;
 use glam::DVec3;
 
@@ -95,7 +95,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, most: usize) 
     found.extend(
         cities::named(text, most)
             .into_iter()
-            .map(|city| suggestion(city.name, text!("search-city", country = city.country), Answer::City(city))),
+            .map(|city| suggestion(city.name, text!("search-city", country = catalog_text("country", city.country)), Answer::City(city))),
     );
     found.extend(features(text, viewer).take(most));
     found.extend(effects(text));
@@ -149,8 +149,10 @@ fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Sug
     let lower = text.to_lowercase();
     // Fewer than three letters occur in too many names.
     let matches = move |name: &str| lower.chars().count() >= 3 && name.to_lowercase().contains(&lower);
-    let named = moments.iter().filter(move |m| matches(&m.name) || matches(&translated(&m.name)));
-    named.map(|m| suggestion(translated(&m.name), text!("search-moment", day = day_text(m.time)), Answer::Moment(m.name.clone())))
+    let named = moments.iter().filter(move |m| matches(&m.name) || matches(&catalog_text("moment", &m.name)));
+    named.map(|m| {
+        suggestion(catalog_text("moment", &m.name), text!("search-moment", day = day_text(m.time)), Answer::Moment(m.name.clone()))
+    })
 }
 
 /// Surface features whose name begins with the text, by body, the most prominent features of each body first.

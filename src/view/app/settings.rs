@@ -73,8 +73,9 @@ pub struct PanelLayout {
     pub panel_width: Option<f32>,
     /// Width of panels with source text or two pictures.
     pub wide_width: Option<f32>,
-    /// Width of the panel that is kept open.
+    /// Width of the panel that is kept open, and of one with source text or two pictures.
     pub kept_width: Option<f32>,
+    pub kept_wide_width: Option<f32>,
     pub timeline_shown: bool,
     /// Length of the timeline, seconds.
     pub timeline_span_s: f64,
@@ -93,6 +94,7 @@ impl Default for PanelLayout {
             panel_width: None,
             wide_width: None,
             kept_width: None,
+            kept_wide_width: None,
             timeline_shown: true,
             timeline_span_s: 2.0 * 365.25 * SECONDS_PER_DAY,
             now_shown: true,

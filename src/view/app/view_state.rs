@@ -255,7 +255,7 @@ impl ViewState {
         }
         check((-30.0..=30.0).contains(&self.stars_boost), &|| format!("stars_boost {}: must be -30 to 30 stops", self.stars_boost));
         for name in self.effects.bodies() {
-            if let Err(e) = catalog.named(name) {
+            if let Err(e) = catalog.body_named(name) {
                 check(false, &|| format!("effects: {e}"));
             }
         }

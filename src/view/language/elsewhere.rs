@@ -1,159 +1,120 @@
-//! Translates texts that other layers produce in English: reasons of the scene, and descriptions in the catalogs (moments, tours, estimates).
+//! Texts of other layers in the window's language.
 //!
-//! In: an English text. Out: the text in the window's language. Always: the message is found by matching its English text, where an argument of the
-//! message matches a number, a name, or a text that is itself a message; parts between semicolons are translated one by one; a part without a
-//! message stays English. Hence the layers below need no languages, and their texts are the same on the command line. Not here: errors, and the
-//! user's own catalogs.
+//! In: messages (reasons of scenes, notes on estimates), or English texts of the catalogs (moments, tours, species). Out: the text in the window's
+//! language. Always: a message is looked up by its id; a text of a catalog by an id that is made of its English name, and without a translation it
+//! stays as it is, as do texts of a user's own catalogs. Not here: errors.
 
 use super::dates::instant_text;
 use super::numbers::localised;
-use super::{Language, body_name, current, files, filled_by_text, named, plain};
+use super::{Language, body_name, current, filled, message_marked, messages, named, plain};
+use crate::message::{Argument, Message, Reason};
 use crate::time::Instant;
 use std::borrow::Cow;
-use std::sync::LazyLock;
 
-/// An English message: its fixed parts, and the names of the arguments between them.
-struct Template {
-    id: &'static str,
-    fixed: Vec<&'static str>,
-    arguments: Vec<&'static str>,
+/// The text of a message.
+pub fn message_text(message: &Message) -> String {
+    if message.arguments.is_empty() {
+        return plain(message.id).to_owned();
+    }
+    let texts: Vec<(&'static str, String)> = message.arguments.iter().map(|(name, argument)| (*name, argument_text(argument))).collect();
+    let arguments: Vec<_> = texts.iter().map(|(name, text)| (*name, text.as_str().into())).collect();
+    filled(message.id, &arguments)
 }
 
-impl Template {
-    /// The template on a line of a Fluent file; `None` if no message begins there.
-    fn of(line: &'static str) -> Option<Self> {
-        let id = files::ids(line).next()?;
-        let (_, text) = line.split_once('=')?;
-        let mut parts = text.trim().split("{ $");
-        let mut fixed = vec![parts.next()?];
-        let mut arguments = Vec::new();
-        for part in parts {
-            let (argument, rest) = part.split_once(" }")?;
-            arguments.push(argument);
-            fixed.push(rest);
-        }
-        Some(Self { id, fixed, arguments })
-    }
+/// The text of a reason.
+pub fn reason_text(reason: &Reason) -> String {
+    reason.messages().iter().map(message_text).collect::<Vec<_>>().join("; ")
+}
 
-    /// The parts of `text` in place of the arguments; `None` if the text is not an instance of this message.
-    fn arguments_in<'t>(&self, text: &'t str) -> Option<Vec<&'t str>> {
-        let rest = text.strip_prefix(self.fixed[0])?;
-        let mut found = Vec::new();
-        split_arguments(rest, &self.fixed[1..], &mut found).then_some(found)
-    }
-
-    fn fixed_length(&self) -> usize {
-        self.fixed.iter().map(|part| part.len()).sum()
+fn argument_text(argument: &Argument) -> String {
+    let name_text = |name: &str| named("model", body_name(name)).to_owned();
+    match argument {
+        Argument::Number(number) => localised(number.clone()),
+        Argument::Name(name) => name_text(name),
+        Argument::Names(names) => names.iter().map(|name| name_text(name)).collect::<Vec<_>>().join(", "),
+        Argument::Time(iso) => Instant::parse(iso).map_or_else(|_| iso.clone(), instant_text),
+        Argument::CatalogText(kind, text) => text.split("; ").map(|part| catalog_text(kind, part)).collect::<Vec<_>>().join("; "),
+        Argument::Reason(reason) => reason_text(reason),
     }
 }
 
-/// Splits `text` into arguments, each followed by the next of the `fixed` parts, and appends them to `found`. Returns whether this is possible such
-/// that the text ends with the last fixed part and every argument is valid ([`is_argument`]). Backtracks, since a fixed part may occur repeatedly.
-fn split_arguments<'t>(text: &'t str, fixed: &[&str], found: &mut Vec<&'t str>) -> bool {
-    let Some((next, later)) = fixed.split_first() else { return text.is_empty() };
-    if later.is_empty() {
-        return text.strip_suffix(next).filter(|argument| is_argument(argument)).is_some_and(|argument| {
-            found.push(argument);
-            true
-        });
-    }
-    text.match_indices(next).filter(|(at, _)| is_argument(&text[..*at])).any(|(at, _)| {
-        let known = found.len();
-        found.push(&text[..at]);
-        let fits = split_arguments(&text[at + next.len()..], later, found);
-        if !fits {
-            found.truncate(known);
-        }
-        fits
-    })
-}
-
-/// Whether an argument may have this text: not empty, and within one part between semicolons.
-fn is_argument(text: &str) -> bool {
-    !text.is_empty() && !text.contains("; ")
-}
-
-static TEMPLATES: LazyLock<Vec<Template>> = LazyLock::new(|| {
-    let mut all: Vec<Template> = files::ENGLISH_ELSEWHERE.iter().flat_map(|file| file.lines()).filter_map(Template::of).collect();
-    // The most specific template comes first.
-    all.sort_by_key(|template| std::cmp::Reverse(template.fixed_length()));
-    all
-});
-
-/// The translation of another layer's English text into the window's language.
-pub fn translated(text: &str) -> Cow<'_, str> {
+/// A text of a catalog, for instance the name of a moment. `kind`: what it tells of, the first part of the ids of its translations.
+pub fn catalog_text<'t>(kind: &str, english: &'t str) -> Cow<'t, str> {
     if current() == Language::English {
-        return Cow::Borrowed(text);
+        return Cow::Borrowed(english);
     }
-    message(text).map_or_else(|| Cow::Owned(text.split("; ").map(part).collect::<Vec<_>>().join("; ")), Cow::Owned)
+    with_id(&format!("{kind}-{}", slug(english)), english)
 }
 
-/// The translation of a text that is an instance of a message; `None` if no message matches.
-fn message(text: &str) -> Option<String> {
-    TEMPLATES.iter().find_map(|template| {
-        let values = template.arguments_in(text)?;
-        if values.is_empty() {
-            return Some(plain(template.id).to_owned());
+/// A further text of a thing in a catalog, for instance what a moment is about. `name`: the thing's English name. `part`: the last part of the id.
+pub fn catalog_detail<'t>(kind: &str, name: &str, part: &str, english: &'t str) -> Cow<'t, str> {
+    if current() == Language::English {
+        return Cow::Borrowed(english);
+    }
+    with_id(&format!("{kind}-{}-{part}", slug(name)), english)
+}
+
+fn with_id<'t>(id: &str, english: &'t str) -> Cow<'t, str> {
+    // No English file has these texts, so the marks tell whether there is a translation.
+    if current() == Language::Marked {
+        let is_translated = messages(Language::German).plain.contains_key(id);
+        return if is_translated { Cow::Owned(message_marked(english)) } else { Cow::Borrowed(english) };
+    }
+    messages(current()).plain.get(id).map_or(Cow::Borrowed(english), |text| Cow::Borrowed(text))
+}
+
+/// An English name as a part of an id: lower case, with one hyphen for each run of other characters than letters and digits.
+fn slug(english: &str) -> String {
+    let mut id = String::new();
+    for c in english.chars() {
+        if c.is_ascii_alphanumeric() {
+            id.push(c.to_ascii_lowercase());
+        } else if !id.is_empty() && !id.ends_with('-') {
+            id.push('-');
         }
-        let values: Vec<(&str, String)> = template.arguments.iter().copied().zip(values.into_iter().map(argument)).collect();
-        Some(filled_by_text(template.id, &values))
-    })
-}
-
-/// The translation of a part of a text, or the part itself if no message matches.
-fn part(text: &str) -> String {
-    message(text).unwrap_or_else(|| text.to_owned())
-}
-
-/// The translation of an argument: a number, a time, a message, or names of models and bodies separated by commas.
-fn argument(text: &str) -> String {
-    if text.parse::<f64>().is_ok() {
-        return localised(text.to_owned());
     }
-    let time = text.ends_with('Z').then(|| Instant::parse(text).ok()).flatten();
-    let names = || text.split(", ").map(|name| named("model", body_name(name))).collect::<Vec<_>>().join(", ");
-    time.map(instant_text).or_else(|| message(text)).unwrap_or_else(names)
+    id.truncate(id.trim_end_matches('-').len());
+    id
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::message::{message, reason};
     use crate::view::language::set;
 
     #[test]
-    fn a_template_finds_its_arguments_and_nothing_else() {
-        let template = Template::of("some-id = { $a } of white against { $b }, says { $c }").expect("a template");
-        assert_eq!(template.arguments_in("1e-3 of white against 2, says the Sun"), Some(vec!["1e-3", "2", "the Sun"]));
-        assert_eq!(template.arguments_in("1e-3 of black against 2, says the Sun"), None);
-        assert_eq!(template.arguments_in(" of white against 2, says the Sun"), None, "an argument is never empty");
-        assert_eq!(template.arguments_in("a of white against b, says "), None);
-        // The first occurrence of a fixed part need not be the right one.
-        let twice = Template::of("some-id = { $a } of { $b } end").expect("a template");
-        assert_eq!(twice.arguments_in("x of y of z end"), Some(vec!["x", "y of z"]));
-        let fixed = Template::of("some-id = set by you").expect("a template");
-        assert_eq!((fixed.arguments_in("set by you"), fixed.arguments_in("set by you too")), (Some(vec![]), None));
+    fn reasons_are_shown_message_by_message() {
+        let nearest = reason!("eclipse-nearest", body = "Moon", share = format_args!("{:.2}", 1.5));
+        let light = reason!("of-white", light = 2, least = 1);
+        let both = nearest.and(reason!("eclipse-at-most", light = light)).and(reason!("set-by-you"));
+        assert_eq!(reason_text(&both), both.to_string());
+        set(Language::German);
+        assert_eq!(
+            reason_text(&both),
+            "nächster Halbschatten: Mond, er geht 1,50 seines Radius entfernt vorbei; höchstens 2 von Weiß gegen 1; von Hand gesetzt"
+        );
+        let path = Argument::Time("2024-04-08T18:17:16Z".into());
+        let path = reason!("lines-shadow-path", body = "Moon", time = path);
+        assert!(reason_text(&path).contains("8. April 2024, 18:17:16 UTC"), "{}", reason_text(&path));
+        assert_eq!(message_text(&message!("nobody-wrote-this")), "nobody-wrote-this");
+        set(Language::Marked);
+        assert_eq!(reason_text(&both.messages()[0].clone().into()), "«nearest penumbra: ‹«Moon»›'s, ‹1«.»50› of its radius outside»");
+        set(Language::English);
     }
 
     #[test]
-    fn reasons_are_translated_part_by_part() {
+    fn texts_of_catalogs_are_found_by_their_english_names() {
+        assert_eq!(slug("8 April: Voyager 2's (new) pictures."), "8-april-voyager-2-s-new-pictures");
         set(Language::German);
-        assert_eq!(translated("set by you"), "von Hand gesetzt");
-        assert_eq!(
-            translated("nearest penumbra: Moon's, 1.50 of its radius outside"),
-            "nächster Halbschatten: Mond, er geht 1,50 seines Radius entfernt vorbei"
-        );
-        assert_eq!(translated("set by you; nobody wrote this"), "von Hand gesetzt; nobody wrote this");
-        assert_eq!(translated("nobody wrote this"), "nobody wrote this");
-        assert_eq!(
-            translated("at most 2 of white against 1; point-sun: off by at most 7 % of the Sun's light"),
-            "höchstens 2 von Weiß gegen 1; punktförmige Sonne: Fehler höchstens 7 % des Sonnenlichts"
-        );
+        assert_eq!(catalog_text("moment", "Earthrise"), "Erdaufgang");
+        assert!(catalog_detail("moment", "Earthrise", "about", "The Earth").starts_with("Die Erde über dem Mondhorizont"));
+        assert_eq!(catalog_text("moment", "My own eclipse"), "My own eclipse");
+        let how = Argument::CatalogText("invented", "the northern half, which no spacecraft saw lit; my own part".into());
+        assert_eq!(argument_text(&how), "die Nordhälfte, die keine Raumsonde beleuchtet sah; my own part");
         set(Language::Marked);
-        assert_eq!(
-            translated("nearest penumbra: Mimas's, 1.50 of its radius outside"),
-            "«nearest penumbra: ‹Mimas›'s, ‹1«.»50› of its radius outside»"
-        );
+        assert_eq!((catalog_text("moment", "Earthrise"), catalog_text("moment", "Mine")), ("«Earthrise»".into(), "Mine".into()));
         set(Language::English);
-        assert_eq!(translated("set by you; nobody wrote this"), "set by you; nobody wrote this");
+        assert_eq!(catalog_text("moment", "Earthrise"), "Earthrise");
     }
 }

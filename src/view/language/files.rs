@@ -7,15 +7,14 @@ use super::Language;
 
 macro_rules! files {
     ($($name:literal),* $(,)?) => {
-        const ENGLISH: &[&str] = &[$(include_str!(concat!("en/", $name, ".ftl"))),*];
-        const GERMAN: &[&str] = &[$(include_str!(concat!("de/", $name, ".ftl"))),*];
+        const ENGLISH: &[&str] = &[crate::message::ENGLISH_FILE, $(include_str!(concat!("en/", $name, ".ftl"))),*];
+        const GERMAN: &[&str] = &[include_str!("de/reasons.ftl"), $(include_str!(concat!("de/", $name, ".ftl"))),*];
     };
 }
 
 files!(
     "bars",
     "bodies",
-    "catalog",
     "compare",
     "dates",
     "effects",
@@ -24,7 +23,6 @@ files!(
     "moments",
     "names",
     "performance",
-    "reasons",
     "search",
     "shader",
     "shader_key",
@@ -34,8 +32,16 @@ files!(
     "viewport",
 );
 
-/// The English files for texts of other layers; their messages are found by text rather than by id.
-pub(super) const ENGLISH_ELSEWHERE: [&str; 2] = [include_str!("en/catalog.ftl"), include_str!("en/reasons.ftl")];
+/// The German texts of the shipped catalogs. English ones are in the catalogs alone.
+const GERMAN_CATALOGS: &str = include_str!("de/catalog.ftl");
+
+/// The translations of texts of the shipped catalogs.
+pub(super) fn of_catalogs(language: Language) -> &'static [&'static str] {
+    match language {
+        Language::English | Language::Marked => &[],
+        Language::German => &[GERMAN_CATALOGS],
+    }
+}
 
 /// The files of a language.
 pub(super) fn of(language: Language) -> &'static [&'static str] {

@@ -14,7 +14,7 @@ mod files;
 pub(crate) mod numbers;
 
 pub use self::choice::Language;
-pub use self::elsewhere::translated;
+pub use self::elsewhere::{catalog_detail, catalog_text, message_text, reason_text};
 pub(crate) use self::numbers::{decimal, signed};
 use fluent_bundle::concurrent::FluentBundle;
 use fluent_bundle::{FluentArgs, FluentResource, FluentValue};
@@ -110,12 +110,13 @@ impl Messages {
         bundle.set_use_isolating(false);
         let marked = language == Language::Marked;
         let mut plain = HashMap::new();
-        for file in files::of(language) {
+        let all = || files::of(language).iter().chain(files::of_catalogs(language));
+        for file in all() {
             // Invalid entries of a file are skipped here; a test finds them.
             let resource = FluentResource::try_new((*file).to_owned()).unwrap_or_else(|(resource, _)| resource);
             let _ = bundle.add_resource(resource);
         }
-        for id in files::of(language).iter().flat_map(|file| files::ids(file)) {
+        for id in all().flat_map(|file| files::ids(file)) {
             let mut errors = Vec::new();
             let pattern = bundle.get_message(id).and_then(|message| message.value());
             let text = pattern.map(|pattern| bundle.format_pattern(pattern, None, &mut errors).into_owned());
@@ -180,12 +181,6 @@ pub(crate) fn filled(id: &'static str, arguments: &[(&'static str, FluentValue<'
     with_fallback(|messages| messages.filled(id, &arguments)).unwrap_or_else(|| id.to_owned())
 }
 
-/// A message whose arguments are texts.
-fn filled_by_text(id: &'static str, arguments: &[(&'static str, String)]) -> String {
-    let arguments: Vec<(&'static str, FluentValue<'_>)> = arguments.iter().map(|(name, value)| (*name, value.as_str().into())).collect();
-    filled(id, &arguments)
-}
-
 /// The translated name of a thing that another layer names (an effect, a body): the message `kind-name`, or else the given name.
 pub(crate) fn named<'n>(kind: &str, name: &'n str) -> &'n str {
     let id = format!("{kind}-{}", name.to_lowercase().replace([' ', '_'], "-"));
@@ -197,5 +192,7 @@ pub(crate) fn body_name(name: &str) -> &str {
     named("body", name)
 }
 
+#[cfg(test)]
+mod message_tests;
 #[cfg(test)]
 mod tests;

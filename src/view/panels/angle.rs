@@ -107,7 +107,7 @@ mod tests {
             tan_half_fov: DVec2::splat(tan_half_fov),
             width: 1000,
             height: 1000,
-            one_of_several: false,
+            is_part_of_composite: false,
         }
     }
 

@@ -6,7 +6,7 @@ use crate::scene::effects::{Decision, Effect, EffectOverrides};
 use crate::scene::request::{Quality, ToneMap, ViewRequest};
 use crate::session::{DisplayPreference, EffectCost, RendererPreference, Session};
 use crate::view::language::numbers::typed_number;
-use crate::view::language::{body_name, decimal, named, signed, text, translated};
+use crate::view::language::{body_name, decimal, named, reason_text, signed, text};
 use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{ComboBox, ScrollArea};
@@ -36,7 +36,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         }
     });
     if let Some(drawing) = interface.viewport.shown.as_ref().filter(|_| interface.viewer.view.exposure_stops.is_none()) {
-        ui.label(egui::RichText::new(translated(&drawing.scene.exposure.reason)).weak().small());
+        ui.label(egui::RichText::new(reason_text(&drawing.scene.exposure.reason)).weak().small());
     }
     let view = &mut interface.viewer.view;
     ui.horizontal_wrapped(|ui| {
@@ -91,7 +91,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
                 row(
                     ui,
                     effect,
-                    decision.map(|d| (d.on, translated(&d.description()).into_owned())),
+                    decision.map(|d| (d.on, reason_text(&d.description()))),
                     interface.effect_costs.known.known(&effect),
                     short,
                     edited,
@@ -100,7 +100,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             ui.separator();
         }
         for d in decisions.iter().filter(|d| Effect::ALL.iter().all(|e| e.name() != d.feature)) {
-            ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, named("effect", d.feature), translated(&d.description())));
+            ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, named("effect", d.feature), reason_text(&d.description())));
         }
     });
     overrides.prune();

@@ -8,6 +8,7 @@ use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Source;
 use crate::ephemeris::apparent::{ApparentPlace, apparent_place};
 use crate::ephemeris::topocentric::{DiscPassage, Observer, ObserverSky, RiseSetTimes};
+use crate::message::Message;
 use crate::scene::BodyInView;
 use crate::session::Session;
 use crate::time::Instant;
@@ -16,7 +17,7 @@ use crate::view::app::place_text::place_degrees;
 use crate::view::app::settings::{Home, Settings, Unit};
 use crate::view::language::dates::instant_text;
 use crate::view::language::numbers::localised;
-use crate::view::language::{body_name, decimal, signed, text, translated};
+use crate::view::language::{body_name, catalog_text, decimal, message_text, reason_text, signed, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Grid, ScrollArea};
 
@@ -57,7 +58,7 @@ struct SkyReport {
     /// The solar eclipse of the day, if any.
     passage: Result<Option<DiscPassage>, String>,
     /// The radii of the Sun and the Moon used for the eclipse.
-    radii: String,
+    radii: Message,
 }
 
 /// The inputs of a report, which is computed again when they change.
@@ -146,13 +147,17 @@ fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog
         if let Some(known) = catalog.body(body.id) {
             line(ui, text!("fact-geometric-albedo"), decimal(known.geometric_albedo, 3));
             for estimate in known.estimate_notes() {
-                line(ui, text!("fact-estimate"), translated(&estimate));
+                line(ui, text!("fact-estimate"), message_text(&estimate));
             }
             for (file, how) in &body.invented {
-                line(ui, text!("fact-invented-map"), format!("{file}: {}", translated(how)));
+                line(ui, text!("fact-invented-map"), format!("{file}: {}", reason_text(how)));
             }
             if let Some(air) = &known.atmosphere {
-                line(ui, text!("fact-atmosphere"), air.species.iter().map(|s| translated(&s.name)).collect::<Vec<_>>().join(", "));
+                line(
+                    ui,
+                    text!("fact-atmosphere"),
+                    air.species.iter().map(|s| catalog_text("species", &s.name)).collect::<Vec<_>>().join(", "),
+                );
             }
         }
     });
@@ -229,7 +234,7 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
         let entered = response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
         let mut chosen = found.first().copied().filter(|_| entered);
         for city in found {
-            let hover = text!("place-city-choose", city = city.name, country = city.country);
+            let hover = text!("place-city-choose", city = city.name, country = catalog_text("country", city.country));
             if ui.selectable_label(is_chosen(city), city.name).on_hover_text(hover).clicked() {
                 chosen = Some(city);
             }
@@ -271,7 +276,7 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
                 line(ui, text!("eclipse-last-contact"), instant_text(p.ends));
                 line(ui, text!("fact-magnitude"), decimal(p.magnitude, 4));
                 line(ui, text!("eclipse-sun-altitude"), format!("{}°", signed(p.altitude_deg, 1)));
-                line(ui, text!("eclipse-radii"), translated(&report.radii));
+                line(ui, text!("eclipse-radii"), message_text(&report.radii));
             });
         }
         Err(why) => {

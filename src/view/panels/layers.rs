@@ -3,7 +3,7 @@
 use super::Interface;
 use crate::scene::request::Layers;
 use crate::view::language::numbers::typed_number;
-use crate::view::language::{plain, text, translated};
+use crate::view::language::{plain, reason_text, text};
 use egui::Slider;
 
 /// Name of each layer, and the text ids of its label and its tooltip.
@@ -34,7 +34,7 @@ pub(crate) fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
         for (name, title, hover) in SWITCHES {
             let Some(on) = view.layers.by_name(name) else { continue };
             let why =
-                decisions.iter().find(|d| d.feature == name).map_or_else(String::new, |d| format!("\n{}", translated(&d.description())));
+                decisions.iter().find(|d| d.feature == name).map_or_else(String::new, |d| format!("\n{}", reason_text(&d.description())));
             ui.checkbox(on, plain(title)).on_hover_text(format!("{}{why}", plain(hover)));
         }
         ui.add(Slider::new(&mut view.stars_boost, 0.0..=20.0).custom_parser(typed_number).text(text!("sky-faint-light")))

@@ -7,7 +7,7 @@ use crate::view::app::moment_view::view_of_moment;
 use crate::view::app::places::SessionPositions;
 use crate::view::app::viewer::Action;
 use crate::view::language::dates::{day_text, instant_text};
-use crate::view::language::{named, text, translated};
+use crate::view::language::{catalog_detail, catalog_text, named, text};
 use crate::view::worker::render_worker::RenderWorker;
 use egui::ScrollArea;
 
@@ -22,8 +22,9 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         .on_hover_text(text!("moments-filter-hint"));
     let filter = interface.moments.filter.to_lowercase();
     // The filter applies to the translated name and to the name in the catalog.
-    let matches_filter =
-        |moment: &Moment| [translated(&moment.name), (&moment.name).into()].iter().any(|name| name.to_lowercase().contains(&filter));
+    let matches_filter = |moment: &Moment| {
+        [catalog_text("moment", &moment.name), (&moment.name).into()].iter().any(|name| name.to_lowercase().contains(&filter))
+    };
     let catalog = worker.session().catalog();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         if filter.is_empty() {
@@ -39,12 +40,12 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             ui.add_space(6.0);
             ui.strong(named("moment-kind", kind));
             for moment in of_kind {
-                let about = translated(&moment.about);
+                let about = catalog_detail("moment", &moment.name, "about", &moment.about);
                 let hover = text!("moments-hint", about = about, time = instant_text(moment.time), source = moment.source);
-                if ui.button(translated(&moment.name)).on_hover_text(hover).clicked() {
+                if ui.button(catalog_text("moment", &moment.name)).on_hover_text(hover).clicked() {
                     match view_of_moment(moment, catalog, &SessionPositions(worker.session()), &interface.viewer.view) {
                         Some(view) => actions.push(Action::Show(Box::new(view))),
-                        None => interface.message = text!("outside-ephemeris", name = translated(&moment.name)),
+                        None => interface.message = text!("outside-ephemeris", name = catalog_text("moment", &moment.name)),
                     }
                 }
                 ui.weak(text!("moments-line", day = day_text(moment.time), about = about));
@@ -58,8 +59,8 @@ fn tours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker
     ui.add_space(6.0);
     ui.strong(text!("tours"));
     for (name, about, text) in orrery_catalogs::TOURS {
-        let about = translated(about);
-        if ui.button(translated(name)).on_hover_text(about.as_ref()).clicked() {
+        let about = catalog_detail("tour", name, "about", about);
+        if ui.button(catalog_text("tour", name)).on_hover_text(about.as_ref()).clicked() {
             tour::start(interface, worker.session(), text, actions);
         }
         ui.weak(about);

@@ -148,7 +148,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         line(text!("perf-shaders-disk"), text!("perf-in-seconds", count = library.from_disk, seconds = decimal(library.reading_s, 3)));
         line(text!("perf-shaders-compiled"), text!("perf-in-seconds", count = library.emitted, seconds = decimal(library.emitting_s, 3)));
         line(text!("perf-shaders-written"), text!("perf-in-seconds", count = library.written, seconds = decimal(library.writing_s, 3)));
-        line(text!("perf-shaders-repaired"), library.healed.to_string());
+        line(text!("perf-shaders-repaired"), library.repaired.to_string());
         line(text!("perf-memory"), resident_mib().map_or(text!("perf-not-available").into(), |m| format!("{m:.0} MiB")));
     };
     // The table may be higher than the window.

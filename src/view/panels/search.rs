@@ -11,7 +11,7 @@ use crate::view::app::places::SessionPositions;
 use crate::view::app::search::{Answer, Suggestion, feature_view, names, similar_names, star_view, suggestions};
 use crate::view::app::settings::Home;
 use crate::view::app::viewer::Action;
-use crate::view::language::text;
+use crate::view::language::{catalog_text, text};
 use crate::view::worker::render_worker::RenderWorker;
 use crate::wording::{did_you_mean, echo_within};
 use egui::text::{CCursor, CCursorRange};
@@ -172,7 +172,7 @@ fn apply_answer(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Ren
             // The place also applies to events and to the times of rise and set.
             interface.information.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
             actions.extend([Action::Select(NaifId::EARTH), Action::StandOn(city.latitude_deg, city.longitude_deg)]);
-            interface.message = text!("search-city-chosen", city = city.name, country = city.country);
+            interface.message = text!("search-city-chosen", city = city.name, country = catalog_text("country", city.country));
         }
         Answer::Feature { body, feature } => {
             if let Some(subject) = interface.viewer.subject(body) {
@@ -201,7 +201,7 @@ fn apply_answer(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Ren
             match stars.hip(hip).and_then(|star| star_view(star, years, &places, view)) {
                 Some(view) => {
                     actions.push(Action::Show(Box::new(view)));
-                    interface.viewport.star = stars.place_of_hip(hip);
+                    interface.viewport.star = stars.index_of_hip(hip);
                 }
                 None => interface.message = text!("search-star-outside", hip = hip, body = interface.viewer.name(NaifId::EARTH)),
             }

@@ -1,7 +1,8 @@
 //! The panels at the sides of the sky: the list of bodies, the open panel, and a second panel that the user keeps open.
 //!
 //! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them. Always:
-//! the kept panel is on the other side of the sky than the open one, and is hidden while the window is too narrow for both.
+//! the kept panel is on the other side of the sky than the open one, and is hidden while the window is too narrow for both. A panel whose title is dragged
+//! to the other half of the window goes there, and the other panel takes its side.
 
 use super::icons::{self, Icon};
 use super::{Interface, Tab, body_browser, compare, effects, events, information, moments, performance, shader, share, standpoint};
@@ -9,7 +10,7 @@ use crate::view::app::settings::valid_width;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
 use crate::view::worker::render_worker::RenderWorker;
-use egui::{Align, Layout, Panel, ScrollArea, Ui};
+use egui::{Align, CursorIcon, Label, Layout, Panel, RichText, ScrollArea, Sense, Ui};
 
 /// Minimum widths of the list of bodies and of a panel, points; a temporarily small window does not change the remembered widths.
 const MIN_WIDTHS: [f32; 2] = [190.0, 280.0];
@@ -88,12 +89,15 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     if let Some(tab) = interface.visible_kept(ui.ctx()) {
         let name = if tab.is_wide() { "wide kept panel" } else { "kept panel" };
         let panel = if on_left { Panel::right(name) } else { Panel::left(name) };
-        let width = valid_width(interface.settings.panels.kept_width, tab.width_points());
+        let panels = &interface.settings.panels;
+        let stored = if tab.is_wide() { panels.kept_wide_width } else { panels.kept_width };
+        let width = valid_width(stored, tab.width_points());
         let shown = panel.default_size(width).min_size(MIN_WIDTHS[1]).show(ui, |ui| {
             heading(interface, ui, tab);
             contents(interface, ui, worker, actions, tab);
         });
-        remember_width(shown.response.rect.width(), &mut interface.settings.panels.kept_width);
+        let panels = &mut interface.settings.panels;
+        remember_width(shown.response.rect.width(), if tab.is_wide() { &mut panels.kept_wide_width } else { &mut panels.kept_width });
     }
     if let Some(tab) = interface.tab {
         let stored = if tab.is_wide() { interface.settings.panels.wide_width } else { interface.settings.panels.panel_width };
@@ -118,10 +122,19 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     interface.settings.panels.kept = interface.kept_tab.map(|tab| tab.name().to_owned());
 }
 
-/// Shows the title of a panel, with the buttons that keep it open and close it.
+/// Shows the title of a panel, by which it can be dragged to the other side, with the buttons that keep it open and close it.
 fn heading(interface: &mut Interface, ui: &mut Ui, tab: Tab) {
     ui.horizontal(|ui| {
-        ui.heading(tab.title());
+        let title = ui.add(Label::new(RichText::new(tab.title()).heading()).selectable(false).sense(Sense::DRAG));
+        let title = title.on_hover_cursor(CursorIcon::Grab).on_hover_text(text!("panel-move-hint"));
+        if title.dragged() {
+            ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
+        }
+        if let Some(at) = title.interact_pointer_pos().filter(|_| title.drag_stopped()) {
+            let to_left = at.x < ui.ctx().content_rect().center().x;
+            // The open panel is on the side that the settings name, and the kept one on the other.
+            interface.settings.panels.on_left = to_left == (interface.tab == Some(tab));
+        }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let is_kept = interface.kept_tab == Some(tab);
             let close = icons::bare(ui, Icon::Close, &text!("panel-close", panel = tab.title()));

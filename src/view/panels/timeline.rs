@@ -61,7 +61,7 @@ impl EventTrack {
     fn update(&mut self, axis: &TimeAxis, worker: &dyn RenderWorker) {
         if let Some((of, found)) = self.running.take() {
             match found.take() {
-                Some(found) => self.known.take(&of, found),
+                Some(found) => self.known.add(&of, found),
                 None => {
                     self.running = Some((of, found));
                     return;

@@ -11,7 +11,7 @@ use crate::session::Session;
 use crate::view::app::tour::{MAX_BYTES, Tour};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
-use crate::view::language::{text, translated};
+use crate::view::language::{catalog_detail, catalog_text, text};
 use crate::wording::echo;
 use egui::{Align2, Button, Color32, Frame, Label, ProgressBar, Rect, RichText, Vec2};
 use std::path::Path;
@@ -108,10 +108,16 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
         Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width(TEXT_WIDTH.min(sky.width() - 40.0).max(120.0));
             ui.add(Label::new(
-                RichText::new(text!("tour-stop", tour = translated(&playing.tour.title), stop = stop + 1, stops = playing.tour.stops()))
-                    .small(),
+                RichText::new(text!(
+                    "tour-stop",
+                    tour = catalog_text("tour", &playing.tour.title),
+                    stop = stop + 1,
+                    stops = playing.tour.stops()
+                ))
+                .small(),
             ));
-            let text = ui.label(translated(playing.tour.text(stop)));
+            let told = catalog_detail("tour", &playing.tour.title, &(stop + 1).to_string(), playing.tour.text(stop));
+            let text = ui.label(told);
             // Announced by screen readers without focus.
             ui.ctx().accesskit_node_builder(text.id, |node| node.set_live(egui::accesskit::Live::Polite));
             let part = playing.passed_s / playing.tour.length_s().max(1e-9);

@@ -212,7 +212,7 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Ima
             painter.circle_stroke(at, marker, Stroke::new(1.0, colour.gamma_multiply(if selected { 1.0 } else { MARKER_OPACITY })));
         }
         // A body that fills the picture is named in the title instead.
-        let side = mark.named.or_else(|| selected.then_some(LabelSide::DEFAULT));
+        let side = mark.name_side.or_else(|| selected.then_some(LabelSide::DEFAULT));
         if let Some(side) = side
             && interface.settings.names
             && radius < FILLS_PICTURE as f32 * rect.height()

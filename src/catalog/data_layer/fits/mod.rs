@@ -4,11 +4,11 @@
 //! transparent; sizes are checked before data are read. Rejected: cubes of several planes and compressed images (fpack).
 
 mod header;
-mod place;
+mod wcs;
 
 use super::look::{ImageLook, colours};
 use header::{BLOCK, Header, WrongCard};
-pub use place::ImagePlace;
+pub use wcs::ImageWcs;
 
 /// Maximum number of pixels of an image.
 const MAX_PIXELS: i64 = 100_000_000;
@@ -27,7 +27,7 @@ pub struct PlacedImage {
     /// sRGB and alpha, rows from the top: the last row of the file first.
     pub rgba: Vec<u8>,
     /// Its world coordinates.
-    pub place: ImagePlace,
+    pub wcs: ImageWcs,
 }
 
 /// A header-data unit (HDU): a header and the data after it.
@@ -119,18 +119,18 @@ pub(super) fn read(bytes: &[u8], on_body: bool, look: &ImageLook) -> Result<Plac
         return Err((header.card("NAXIS1"), format!("{width}x{height} pixels; the limit is {MAX_PIXELS}")));
     }
     let size = [width, height].map(|side| u32::try_from(side).unwrap_or(1));
-    let place = if on_body { place::on_body(header, size)? } else { place::on_sky(header)? };
+    let wcs = if on_body { wcs::on_body(header, size)? } else { wcs::on_sky(header)? };
     let values = scaled_values(&hdu)?;
     let colours = colours(&values, look).ok_or_else(|| (header.card("BITPIX"), "the image has no finite value".to_owned()))?;
     let row = 4 * size[0] as usize;
     let mut rgba: Vec<u8> = colours.chunks_exact(row).rev().flatten().copied().collect();
-    if matches!(place, ImagePlace::PlateCarree { mirrored: true, .. }) {
+    if matches!(wcs, ImageWcs::PlateCarree { mirrored: true, .. }) {
         rgba.chunks_exact_mut(row).for_each(|row| {
             let mirrored: Vec<u8> = row.as_chunks::<4>().0.iter().rev().flatten().copied().collect();
             row.copy_from_slice(&mirrored);
         });
     }
-    Ok(PlacedImage { width: size[0], height: size[1], rgba, place })
+    Ok(PlacedImage { width: size[0], height: size[1], rgba, wcs })
 }
 
 #[cfg(test)]
@@ -214,12 +214,12 @@ mod tests {
         bytes.extend(block("XTENSION= 'IMAGE   '", &[&[("BITPIX", "8")], SIZE, TAN]));
         bytes.extend([1, 2, 3, 4]);
         let image = read(&bytes, false, &full_range()).expect("the third");
-        let ImagePlace::Tangent { centre_deg, centre_px, deg_per_px } = image.place else { panic!("{:?}", image.place) };
+        let ImageWcs::Tangent { centre_deg, centre_px, deg_per_px } = image.wcs else { panic!("{:?}", image.wcs) };
         assert_eq!((centre_deg, centre_px, deg_per_px), ([83.633, 22.0145], [1.5, 1.0], [[-0.01, -0.0], [-0.0, 0.01]]));
         // A quarter turn, expressed in each of the three ways.
         let quarter = |cards: &[(&str, &str)]| {
             let image = read(&file(&[&[("BITPIX", "8")], SIZE, &TAN[..6], cards], &[1, 2, 3, 4]), false, &full_range()).expect("placed");
-            let ImagePlace::Tangent { deg_per_px, .. } = image.place else { panic!("{:?}", image.place) };
+            let ImageWcs::Tangent { deg_per_px, .. } = image.wcs else { panic!("{:?}", image.wcs) };
             deg_per_px.map(|row| row.map(|v| (v * 1e6).round()))
         };
         let expected = [[0.0, -1e4], [1e4, 0.0]];
@@ -232,13 +232,10 @@ mod tests {
     #[test]
     fn maps_of_bodies_have_edges() {
         let of = |cards: &[(&str, &str)], size: &[(&str, &str)], data: &[u8]| {
-            read(&file(&[&[("BITPIX", "8")], size, cards], data), true, &full_range()).map(|i| (red(&i), i.place))
+            read(&file(&[&[("BITPIX", "8")], size, cards], data), true, &full_range()).map(|i| (red(&i), i.wcs))
         };
         let (_, globe) = of(&[], &[("NAXIS", "2"), ("NAXIS1", "2"), ("NAXIS2", "1")], &[1, 2]).expect("the globe");
-        assert_eq!(
-            globe,
-            ImagePlace::PlateCarree { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false }
-        );
+        assert_eq!(globe, ImageWcs::PlateCarree { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
         let car = |dx: &'static str| {
             [
                 ("CTYPE1", "'MALN-CAR'"),
@@ -251,10 +248,10 @@ mod tests {
             ]
         };
         let (texels, part) = of(&car("10"), SIZE, &[0, 85, 170, 255]).expect("a part");
-        assert_eq!(part, ImagePlace::PlateCarree { west_deg: 20.0, east_deg: 40.0, south_deg: 0.0, north_deg: 20.0, mirrored: false });
+        assert_eq!(part, ImageWcs::PlateCarree { west_deg: 20.0, east_deg: 40.0, south_deg: 0.0, north_deg: 20.0, mirrored: false });
         assert_eq!(texels, [170, 255, 0, 85]);
         let (texels, part) = of(&car("-10"), SIZE, &[0, 85, 170, 255]).expect("west to the right");
-        assert_eq!(part, ImagePlace::PlateCarree { west_deg: 20.0, east_deg: 40.0, south_deg: 0.0, north_deg: 20.0, mirrored: true });
+        assert_eq!(part, ImageWcs::PlateCarree { west_deg: 20.0, east_deg: 40.0, south_deg: 0.0, north_deg: 20.0, mirrored: true });
         assert_eq!(texels, [255, 170, 85, 0]);
         assert!(of(&car("1000"), SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("do not fit on a globe")));
         assert!(of(&[], SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("plate carree")));

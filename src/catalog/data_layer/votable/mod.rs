@@ -8,7 +8,7 @@ mod binary;
 use self::binary::{Column, Rows};
 use super::columns::Columns;
 use super::layer::Content;
-use super::xml::{Element, Listener, walk};
+use super::xml::{Element, ElementHandler, walk};
 use crate::wording::echo_within;
 
 struct Field {
@@ -56,7 +56,7 @@ impl Table {
         let columns = Columns::of(&names, self.on_body)
             .or_else(|_| Columns::of(&by_ucds(), self.on_body))
             .map_err(|why| format!("the TABLE {why}, nor by UCD"))?;
-        for field in columns.places().filter_map(|at| self.fields.get(at)) {
+        for field in columns.coordinate_columns().filter_map(|at| self.fields.get(at)) {
             if let Some(unit) = field.unit.as_deref().filter(|unit| !matches!(*unit, "" | "deg" | "degree" | "degrees")) {
                 return Err(format!(
                     "field {} (line {}): the unit `{}` is not deg",
@@ -89,8 +89,8 @@ impl Table {
     }
 }
 
-impl Listener for Table {
-    fn begins(&mut self, path: &[Element]) -> Result<(), String> {
+impl ElementHandler for Table {
+    fn start_element(&mut self, path: &[Element]) -> Result<(), String> {
         let Some(element) = path.last().filter(|_| !self.has_ended) else { return Ok(()) };
         match element.name.as_str() {
             "FIELD" => {
@@ -125,7 +125,7 @@ impl Listener for Table {
         Ok(())
     }
 
-    fn ends(&mut self, path: &[Element]) -> Result<(), String> {
+    fn end_element(&mut self, path: &[Element]) -> Result<(), String> {
         let Some(element) = path.last().filter(|_| !self.has_ended) else { return Ok(()) };
         match element.name.as_str() {
             "STREAM" => {

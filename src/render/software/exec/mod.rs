@@ -262,7 +262,8 @@ impl<R: Real> Executor<R> {
             // are written by broadcasts, whose operand is a register, or by chains, which alternate between two slots, so nothing overlaps `dst`.
             // `operand_offsets` has as many entries as the kernel takes (bind). The class of the kernel is available (with_class).
             unsafe {
-                let dst = &mut *base.add(k.dst as usize).cast::<[R; LANES]>();
+                #[allow(clippy::transmute_ptr_to_ref, reason = "a dereferenced pointer is checked in debug builds")]
+                let dst = std::mem::transmute::<*mut R, &mut [R; LANES]>(base.add(k.dst as usize));
                 (k.run)(dst, base, operand_offsets.as_ptr().add(k.operands as usize));
             }
         }
@@ -344,7 +345,8 @@ impl<R: Real> Executor<R> {
         // SAFETY: Program::check has verified that slots lie inside the arena, that the four slots of `dst` differ, and that none of them is an
         // operand; scratch slots come after the program's slots.
         let lanes = |slot: u32| unsafe { &mut *base.add(slot as usize).cast::<[R; LANES]>() };
-        let mut out = [0, 1, 2, 3].map(|k| if outputs_used[k] { &mut lanes(dst[k])[..] } else { &mut [] });
+        let output = |k: usize| -> &mut [R] { if outputs_used[k] { &mut lanes(dst[k])[..] } else { &mut [] } };
+        let mut out = [output(0), output(1), output(2), output(3)];
         let (first_register, registers) = (self.first_register, base.cast::<R>());
         let arg = |k: usize| match args[k] {
             // SAFETY: as above; this instruction does not write its operands.

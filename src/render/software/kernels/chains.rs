@@ -4,7 +4,7 @@
 //! from single kernels run in order, because each operation still rounds separately. The table contains the chains that occur most often in the
 //! atmosphere, eclipse, map and tone-map code; the lowering calls [`find`] and splits every other chain into chains of the table.
 
-use super::input::Input;
+use super::input::{Input, reference};
 use super::ops::Eval;
 use crate::render::software::math::Real;
 use crate::render::software::tape::{FusedOp, Op};
@@ -43,6 +43,7 @@ macro_rules! with_chains {
             "LLL" = FLe > And 1,
             "LRL" = FLe > And 1,
             "RLL" = FLe > And 1,
+            "LLRR" = FLe > Select 0,
             "LLL" = FLt > And 1,
             "LRL" = FLt > And 1,
             "RLL" = FLt > And 1,
@@ -135,6 +136,8 @@ macro_rules! with_chains {
             "RLLRL" = Mul > Mul 1 > Fma 2 > Fract 0,
             "RLLLL" = Mul > Mul 1 > Mul 1 > Mul 1,
             "RLRLL" = Mul > Mul 1 > Mul 1 > Mul 1,
+            "LLRRL" = FLe > Select 0 > Add 1,
+            "LLRRLL" = FLe > Select 0 > Add 1 > Add 1,
             "RLRRL" = Fnma > Div 1 > Mul 1,
             "LRRRR" = Sub > Div 0 > Max 0 > Min 0,
             "LLRRRR" = Sub > Fma 1 > Div 1 > Sub 1,
@@ -240,7 +243,7 @@ pub(crate) unsafe fn run_lanes<C: FusedKernel, R: Real, const N: usize, const KI
             // Unused operands repeat the first operand.
             let k = if $k < C::OPERANDS { $k } else { 0 };
             // SAFETY: the caller guarantees that the offset and the operand are valid.
-            unsafe { Input::<R, N>::new(base.add(*offsets.add(k) as usize), KINDS >> k & 1 == 1) }
+            unsafe { Input::<R, N>::new(base.add(*reference(offsets.add(k)) as usize), KINDS >> k & 1 == 1) }
         }};
     }
     let x = [input!(0), input!(1), input!(2), input!(3), input!(4), input!(5), input!(6), input!(7)];

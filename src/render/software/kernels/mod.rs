@@ -12,7 +12,7 @@ mod ops;
 use super::math::Real;
 use super::tape::{Op, with_ops};
 pub use class::{CHUNK, KernelClass, KernelFn, Kernels, LANES, ScalarFn};
-use input::Input;
+use input::{Input, reference};
 pub(crate) use ops::Eval;
 
 fn scalar_of<R: Real>(op: Op, fused: bool) -> ScalarFn<R> {
@@ -69,7 +69,7 @@ unsafe fn quad_difference<R: Real, const N: usize, const STEP: usize>(dst: &mut 
 #[inline(always)]
 unsafe fn operand_at<R>(base: *const R, offsets: *const u32, k: usize) -> *const R {
     // SAFETY: the caller guarantees it.
-    unsafe { base.add(*offsets.add(k) as usize) }
+    unsafe { base.add(*reference(offsets.add(k)) as usize) }
 }
 
 /// The type of a chain.
@@ -180,6 +180,10 @@ macro_rules! class {
                     Op::Log => unary::<ops::Log, R>(kinds),
                     Op::Asin => unary::<ops::Asin, R>(kinds),
                     Op::Acos => unary::<ops::Acos, R>(kinds),
+                    Op::IFromF => unary::<ops::IFromF, R>(kinds),
+                    Op::FFromI => unary::<ops::FFromI, R>(kinds),
+                    Op::IAdd => binary::<ops::IAdd, R>(kinds),
+                    Op::FEq => binary::<ops::FEq, R>(kinds),
                     Op::Add => binary::<ops::Add, R>(kinds),
                     Op::Sub => binary::<ops::Sub, R>(kinds),
                     Op::Mul => binary::<ops::Mul, R>(kinds),

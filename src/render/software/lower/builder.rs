@@ -28,6 +28,8 @@ pub(crate) struct Builder {
     last_value: u32,
     last_label: Label,
     draw_available: HashMap<Computation, Val>,
+    /// The operands of each `select` between lanes, by its result.
+    selects: HashMap<Val, [Val; 3]>,
     /// Available expressions of each open region, innermost last. They are kept by region, because a value from a region that may be skipped must not
     /// be used outside it.
     available: Vec<HashMap<Computation, Val>>,
@@ -147,6 +149,9 @@ impl Builder {
             return v;
         }
         let dst = self.fresh_for(&args);
+        if let (Op::Select, Val::Lane(_), &[cond, yes, no]) = (op, dst, &args[..]) {
+            self.selects.insert(dst, [cond, yes, no]);
+        }
         self.emit(dst, Some(key), Step::Op { dst, op, args })
     }
 
@@ -232,6 +237,14 @@ impl Builder {
                 }
                 if a == b {
                     return Some(a);
+                }
+                // Nested conditions that keep the same value need one select: the inner one is eliminated if nothing else reads it. Where the outer condition
+                // does not hold, the inner one may have any bits.
+                if let Some(&[inner, new, old]) = self.selects.get(&a)
+                    && old == b
+                {
+                    let both = self.bin(Op::And, c, inner);
+                    return Some(self.select(both, new, b));
                 }
                 // Masks are all ones or all zeros, so a select between masks of which one is constant is a logical operation.
                 match (self.known_bool(a), self.known_bool(b)) {

@@ -5,7 +5,7 @@
 
 use super::error::Result;
 use super::lowerer::{LoopFlags, Lowerer, OpenLoop};
-use super::step::{Step, Val};
+use super::step::{Label, Step, Val};
 use crate::render::software::tape::Op;
 use naga::{Block, Expression, Handle, SwitchValue};
 use rustc_hash::FxHashMap as HashMap;
@@ -59,20 +59,43 @@ impl<'m> Lowerer<'m> {
         }
     }
 
+    /// The exit of the innermost loop, if no scalar has changed yet in this iteration but for the flag of `break`. If no lane remains here, the iteration has no
+    /// effect, and no further one runs.
+    pub(super) fn exit_of_unchanged_iteration(&self) -> Option<Label> {
+        let open_loop = self.open_loops.last()?;
+        let break_flag = self.frame().loops.last()?.break_flag;
+        let (start, depth) = &open_loop.iteration_start;
+        let is_unchanged = |(scalar, (now, before)): (usize, (&Val, &Val))| now == before || scalar == break_flag;
+        let is_at_top = *depth == self.condition_depth && start.len() == self.env.len();
+        (is_at_top && self.env.iter().zip(start).enumerate().all(is_unchanged)).then_some(open_loop.exit)
+    }
+
     /// Lowers `body` for the lanes where `cond` holds, after a jump that skips it if there are no such lanes, and merges the scalars that it changed.
     pub(super) fn conditional(&mut self, cond: Val, body: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
+        self.conditional_or_jump(cond, None, body)
+    }
+
+    /// As [`Lowerer::conditional`]; if no lane satisfies the condition, the jump is to `elsewhere`.
+    pub(super) fn conditional_or_jump(
+        &mut self,
+        cond: Val,
+        elsewhere: Option<Label>,
+        body: impl FnOnce(&mut Self) -> Result<()>,
+    ) -> Result<()> {
         let before = self.env.clone();
         let (outer_mask, was_directly_in_loop) = (self.active_mask, std::mem::replace(&mut self.is_directly_in_loop, false));
         let label = self.builder.label();
         if matches!(cond, Val::Lane(_)) {
             self.active_mask = self.builder.bin(Op::And, outer_mask, cond);
-            self.builder.code.push(Step::SkipIfNoLane { mask: self.active_mask, label });
+            self.builder.code.push(Step::SkipIfNoLane { mask: self.active_mask, label: elsewhere.unwrap_or(label) });
         } else {
             self.builder.code.push(Step::JumpIf { cond, when: false, label });
         }
         let start = self.builder.code.len();
         self.builder.open_region();
+        self.condition_depth += 1;
         body(self)?;
+        self.condition_depth -= 1;
         self.builder.close_region();
         let region = &self.builder.code[start..];
         let needs_no_skip = region.len() < MIN_SKIPPED_STEPS && region.iter().all(|s| matches!(s, Step::Op { op, .. } if is_cheap(*op)));
@@ -246,11 +269,16 @@ impl<'m> Lowerer<'m> {
         self.builder.code.push(Step::Label(head));
         self.builder.open_region();
         let start_env = self.env.clone();
-        self.open_loops.push(OpenLoop { exit, variables: variables.clone(), exit_envs: Vec::new() });
+        let iteration_start = (Vec::new(), usize::MAX);
+        self.open_loops.push(OpenLoop { exit, variables: variables.clone(), exit_envs: Vec::new(), iteration_start });
         let LoopFlags { break_flag, continue_flag } = self.frame().loops.last().copied().unwrap_or_default();
         let no = self.builder.bool(false);
         let exited_before = self.exited();
         let iteration = |this: &mut Self| {
+            let iteration_start = (this.env.clone(), this.condition_depth);
+            if let Some(open_loop) = this.open_loops.last_mut() {
+                open_loop.iteration_start = iteration_start;
+            }
             this.block(body)?;
             this.env[continue_flag] = no;
             let exited = this.exited();

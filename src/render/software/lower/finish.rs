@@ -210,6 +210,17 @@ pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bo
             if allocation.contains_key(&v) {
                 continue;
             }
+            // A copy of a value that nothing reads later takes over its slot.
+            if let Step::Assign { from: from @ Val::Lane(_), .. } = step
+                && matches!(v, Val::Lane(_))
+                && let Some(Operand::Slot(s)) = allocation.get(from).copied()
+                && let Some(at) = freed_after[i].iter().position(|freed| *freed == s)
+            {
+                freed_after[i].swap_remove(at);
+                allocation.insert(v, Operand::Slot(s));
+                freed_after[live_ranges.get(&v).map_or(i, |l| l.1)].push(s);
+                continue;
+            }
             match v {
                 Val::Lane(_) => {
                     let s = slots.allocate()?;
@@ -228,7 +239,7 @@ pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bo
                 lane_tape.push(Instr::Lane { op: *op, dst: number(operand(*dst)), args: operands(args) })
             }
             Step::Assign { dst: dst @ Val::Lane(_), from } => {
-                if dst != from {
+                if operand(*dst) != operand(*from) {
                     lane_tape.push(Instr::Lane { op: Op::Copy, dst: number(operand(*dst)), args: vec![operand(*from)] });
                 }
             }

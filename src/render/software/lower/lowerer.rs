@@ -41,6 +41,8 @@ pub(crate) struct OpenLoop {
     pub variables: Vec<(usize, Val)>,
     /// The environment at each exit by jump.
     pub exit_envs: Vec<Vec<Val>>,
+    /// The environment at the start of an iteration, and the depth of the conditions there.
+    pub iteration_start: (Vec<Val>, usize),
 }
 
 pub(crate) struct Lowerer<'m> {
@@ -59,6 +61,8 @@ pub(crate) struct Lowerer<'m> {
     pub open_loops: Vec<OpenLoop>,
     /// Whether the current statement is at the top level of the innermost loop's body, where a uniform exit may be a jump.
     pub is_directly_in_loop: bool,
+    /// Number of conditions around the current statement.
+    pub condition_depth: usize,
     /// Named values to be output, if they were requested.
     pub named_values: Option<super::watch::NamedValueCapture>,
     /// Statements so far, weighted by the size of the environment; at most [`MAX_STATEMENTS`].
@@ -127,6 +131,7 @@ impl<'m> Lowerer<'m> {
             globals: HashMap::default(),
             open_loops: Vec::new(),
             is_directly_in_loop: false,
+            condition_depth: 0,
             named_values: None,
             statement_count: 0,
             nesting: 0,

@@ -75,7 +75,8 @@ impl<'m> Lowerer<'m> {
                 continue;
             }
             let remaining = self.builder.not(exited);
-            return self.conditional(remaining, |this| {
+            let loop_exit = self.exit_of_unchanged_iteration();
+            return self.conditional_or_jump(remaining, loop_exit, |this| {
                 this.clear_flags();
                 this.statements(rest)
             });

@@ -144,6 +144,23 @@ impl LaneOrder {
         buffer
     }
 
+    /// Writes the first `count` values of a chunk, which begins at a sorted position, to their lanes.
+    #[inline(always)]
+    fn store<R: Real>(&self, value: &[[R; CHUNK]; 4], start: usize, count: usize, out: &mut Channels<'_, R>) {
+        for (out, value) in out.iter_mut().zip(value) {
+            let Some(out) = out else { continue };
+            if self.is_identity {
+                if let Some(out) = out[start..].first_chunk_mut::<CHUNK>() {
+                    *out = *value;
+                }
+            } else if let Some(lanes) = self.lane.get(start..(start + count).min(start + CHUNK)) {
+                for (lane, value) in lanes.iter().zip(value) {
+                    out[usize::from(lane & 127)] = *value;
+                }
+            }
+        }
+    }
+
     /// Writes sorted values back to their lanes.
     #[inline(always)]
     fn scatter<R: Real>(&self, sorted: &[R; PADDED], out: &mut [R; BATCH]) {
@@ -325,6 +342,33 @@ fn any_positive<R: Real>(values: &[R; CHUNK]) -> bool {
     any
 }
 
+/// Interpolates between a level and the next coarser one, up to level `last`, by each lane's `fraction`.
+#[inline(always)]
+#[allow(clippy::too_many_arguments, reason = "all are of one read; a structure would be taken apart at once")]
+fn trilinear<R: Real, D: Decode>(
+    decode: D,
+    levels: &[TexelLevel<'_>],
+    level: usize,
+    last: usize,
+    u: &[R; CHUNK],
+    v: &[R; CHUNK],
+    fraction: &[R; CHUNK],
+    state: &SamplerState,
+    channels: ChannelMask,
+) -> [[R; CHUNK]; 4] {
+    let mut value = bilinear(decode, &levels[level], u, v, state, channels);
+    if level < last && any_positive(fraction) {
+        let coarser = bilinear(decode, &levels[level + 1], u, v, state, channels);
+        for ((value, coarser), _) in value.iter_mut().zip(&coarser).zip(channels).filter(|(_, needed)| *needed) {
+            for i in 0..CHUNK {
+                let mixed = value[i] + fraction[i] * (coarser[i] - value[i]);
+                value[i] = if fraction[i] > R::ZERO { mixed } else { value[i] };
+            }
+        }
+    }
+    value
+}
+
 /// Filters the active lanes of a batch into `out`; the other lanes of `out` are left unchanged.
 #[inline(always)]
 pub(crate) fn sample<R: Real, D: Decode>(
@@ -355,6 +399,19 @@ pub(crate) fn sample<R: Real, D: Decode>(
     let (mut buffer_u, mut buffer_v, mut buffer_fraction, mut buffer_step_u, mut buffer_step_v, mut buffer_taps) =
         (LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new());
     let (u, v) = (order.gather(request.u, &mut buffer_u), order.gather(request.v, &mut buffer_v));
+    if state.linear && !order.has_several_taps {
+        let level_fraction = order.gather(&level_fraction, &mut buffer_fraction);
+        let mut out = out;
+        for level in order.levels.clone() {
+            let (from, to) = (usize::from(order.starts[level * MAX_TAPS]), usize::from(order.starts[(level + 1) * MAX_TAPS]));
+            for start in (from..to).step_by(CHUNK) {
+                let value =
+                    trilinear(decode, levels, level, last, chunk(u, start), chunk(v, start), chunk(level_fraction, start), state, channels);
+                order.store(&value, start, to - start, &mut out);
+            }
+        }
+        return;
+    }
     let mut sum = [LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new()];
     for (sum, _) in sum.iter_mut().zip(channels).filter(|(_, needed)| *needed) {
         sum.0 = Some([R::ZERO; PADDED]);
@@ -369,11 +426,8 @@ pub(crate) fn sample<R: Real, D: Decode>(
         }
     } else {
         let level_fraction = order.gather(&level_fraction, &mut buffer_fraction);
-        // `None` if every lane has one tap, which is at the centre of the footprint.
-        let steps_and_taps = order.has_several_taps.then(|| {
-            let (step_u, step_v) = (order.gather(&request.step_u, &mut buffer_step_u), order.gather(&request.step_v, &mut buffer_step_v));
-            (step_u, step_v, order.gather(&request.taps, &mut buffer_taps))
-        });
+        let (step_u, step_v) = (order.gather(&request.step_u, &mut buffer_step_u), order.gather(&request.step_v, &mut buffer_step_v));
+        let taps = order.gather(&request.taps, &mut buffer_taps);
         for level in order.levels.clone() {
             let from = usize::from(order.starts[level * MAX_TAPS]);
             for tap in 0..MAX_TAPS {
@@ -384,34 +438,20 @@ pub(crate) fn sample<R: Real, D: Decode>(
                 }
                 for start in (from..to).step_by(CHUNK) {
                     let (mut tap_u, mut tap_v) = (*chunk(u, start), *chunk(v, start));
-                    if let Some((step_u, step_v, taps)) = steps_and_taps {
-                        let (step_u, step_v, taps) = (chunk(step_u, start), chunk(step_v, start), chunk(taps, start));
-                        for i in 0..CHUNK {
-                            let offset = R::from_u32(tap as u32) - R::from_f64(0.5) * (taps[i] - R::ONE);
-                            tap_u[i] = tap_u[i] + offset * step_u[i];
-                            tap_v[i] = tap_v[i] + offset * step_v[i];
-                        }
+                    let (step_u, step_v, taps) = (chunk(step_u, start), chunk(step_v, start), chunk(taps, start));
+                    for i in 0..CHUNK {
+                        let offset = R::from_u32(tap as u32) - R::from_f64(0.5) * (taps[i] - R::ONE);
+                        tap_u[i] = tap_u[i] + offset * step_u[i];
+                        tap_v[i] = tap_v[i] + offset * step_v[i];
                     }
-                    let mut value = bilinear(decode, &levels[level], &tap_u, &tap_v, state, channels);
-                    let fraction = chunk(level_fraction, start);
-                    if level < last && any_positive(fraction) {
-                        let coarser = bilinear(decode, &levels[level + 1], &tap_u, &tap_v, state, channels);
-                        for ((value, coarser), _) in value.iter_mut().zip(&coarser).zip(channels).filter(|(_, needed)| *needed) {
-                            for i in 0..CHUNK {
-                                let mixed = value[i] + fraction[i] * (coarser[i] - value[i]);
-                                value[i] = if fraction[i] > R::ZERO { mixed } else { value[i] };
-                            }
-                        }
-                    }
+                    let value = trilinear(decode, levels, level, last, &tap_u, &tap_v, chunk(level_fraction, start), state, channels);
                     accumulate(&mut sum, start, to - start, &value);
                 }
             }
         }
-        if let Some((.., taps)) = steps_and_taps {
-            for sum in sum.iter_mut().filter_map(|sum| sum.0.as_mut()) {
-                for (sum, taps) in sum.iter_mut().zip(taps) {
-                    *sum = *sum / *taps;
-                }
+        for sum in sum.iter_mut().filter_map(|sum| sum.0.as_mut()) {
+            for (sum, taps) in sum.iter_mut().zip(taps) {
+                *sum = *sum / *taps;
             }
         }
     }

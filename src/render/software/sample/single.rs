@@ -37,121 +37,140 @@ pub(super) fn load<R: Real, D: Decode>(
     let active = if count == BATCH { active } else { active & ((1 << count) - 1) };
     let [mut column_buffer, mut row_buffer] = [const { None }; 2];
     let x = full_batch(x, &mut column_buffer);
-    let indices = if y.len() == 1 {
+    // Filled in place: returned from a function, they would be copied.
+    let (mut index, mut mask) = ([0; BATCH], [u32::MAX; BATCH]);
+    if active != LaneMask::MAX {
+        for (k, masks) in mask.as_chunks_mut::<{ LANE_BITS.len() }>().0.iter_mut().enumerate() {
+            let active = (active >> (k * LANE_BITS.len())) as u32;
+            for (mask, bit) in masks.iter_mut().zip(&LANE_BITS) {
+                *mask = if active & bit != 0 { u32::MAX } else { 0 };
+            }
+        }
+    }
+    let is_complete = if y.len() == 1 {
         let row = row.lane_bits();
-        TexelIndices::new(level, x, |_| row, active)
+        find_texels(level, x, |_| row, &mut index, &mut mask)
     } else {
         let y = full_batch(y, &mut row_buffer);
-        TexelIndices::new(level, x, |lane| y[lane].lane_bits(), active)
+        find_texels(level, x, |lane| y[lane].lane_bits(), &mut index, &mut mask)
     };
     if count == BATCH {
-        return indices.read(decode, level, out.map(|lanes| lanes.first_chunk_mut()));
+        let out = out.each_mut().map(|lanes| lanes.first_chunk_mut());
+        return if is_complete {
+            read_masked::<R, D, false>(decode, level, &index, &mask, out)
+        } else {
+            read_masked::<R, D, true>(decode, level, &index, &mask, out)
+        };
     }
     let mut read = [[R::ZERO; BATCH]; 4];
-    indices.read(decode, level, read.each_mut().map(Some));
+    read_masked::<R, D, true>(decode, level, &index, &mask, read.each_mut().map(Some));
     for (out, read) in out.into_iter().zip(&read) {
         let count = count.min(out.len());
         out[..count].copy_from_slice(&read[..count]);
     }
 }
 
-/// The positions of a batch's texels in one level. A lane has a texel if it is active and its coordinates lie inside the level.
-struct TexelIndices {
-    /// Index of a lane's texel; 0 if the lane has none.
-    index: [u32; BATCH],
-    /// All bits set if the lane has a texel, else zero.
-    mask: [u32; BATCH],
-    /// Whether every lane has a texel.
-    is_complete: bool,
+/// Finds the index of each lane's texel in one level. A lane has a texel if its `mask` is set and its coordinates lie inside the level; otherwise its mask is
+/// cleared and its index is 0. Returns whether every lane has one.
+#[inline(always)]
+fn find_texels<R: Real>(
+    level: &TexelLevel<'_>,
+    x: &[R; BATCH],
+    row: impl Fn(usize) -> u32,
+    index: &mut [u32; BATCH],
+    mask: &mut [u32; BATCH],
+) -> bool {
+    let (width, height) = (level.width, level.height);
+    // The loop has a fixed length and no bounds checks, so that it is vectorised.
+    let mut mask_of_all = u32::MAX;
+    for lane in 0..BATCH {
+        let (column, row) = (x[lane].lane_bits(), row(lane));
+        // A negative coordinate is a large u32, hence outside.
+        let inside = if (column < width) & (row < height) { u32::MAX } else { 0 };
+        mask[lane] &= inside;
+        index[lane] = row.wrapping_mul(width).wrapping_add(column) & mask[lane];
+        mask_of_all &= mask[lane];
+    }
+    mask_of_all == u32::MAX
 }
 
-impl TexelIndices {
-    #[inline(always)]
-    fn new<R: Real>(level: &TexelLevel<'_>, x: &[R; BATCH], row: impl Fn(usize) -> u32, active: LaneMask) -> Self {
-        let (width, height) = (level.width, level.height);
-        let mut indices = Self { index: [0; BATCH], mask: [u32::MAX; BATCH], is_complete: false };
-        if active != LaneMask::MAX {
-            for (k, masks) in indices.mask.as_chunks_mut::<{ LANE_BITS.len() }>().0.iter_mut().enumerate() {
-                let active = (active >> (k * LANE_BITS.len())) as u32;
-                for (mask, bit) in masks.iter_mut().zip(&LANE_BITS) {
-                    *mask = if active & bit != 0 { u32::MAX } else { 0 };
+/// Reads the texels at `index`, each inside the level. `MASKED`: lanes whose mask is zero are set to zero.
+#[inline(always)]
+fn read_masked<R: Real, D: Decode, const MASKED: bool>(
+    decode: D,
+    level: &TexelLevel<'_>,
+    index: &[u32; BATCH],
+    mask: &[u32; BATCH],
+    out: Channels<'_, R>,
+) {
+    let chunks = index.as_chunks::<CHUNK>().0.iter().zip(mask.as_chunks::<CHUNK>().0);
+    match out {
+        // The usual cases, without a test of each channel for each chunk.
+        [Some(r), Some(g), Some(b), Some(a)] => {
+            let [r, g, b, a] = [r, g, b, a].map(|lanes| lanes.as_chunks_mut::<CHUNK>().0);
+            for (((((index, mask), to_r), to_g), to_b), to_a) in chunks.zip(r).zip(g).zip(b).zip(a) {
+                // SAFETY: `find_texels` keeps indices inside the level.
+                let [r, g, b, a] = unsafe { decode.channels_of_eight(level, index) };
+                write::<R, MASKED>(to_r, &r, mask);
+                write::<R, MASKED>(to_g, &g, mask);
+                write::<R, MASKED>(to_b, &b, mask);
+                write::<R, MASKED>(to_a, &a, mask);
+            }
+        }
+        [Some(r), Some(g), Some(b), None] => {
+            let [r, g, b] = [r, g, b].map(|lanes| lanes.as_chunks_mut::<CHUNK>().0);
+            for ((((index, mask), to_r), to_g), to_b) in chunks.zip(r).zip(g).zip(b) {
+                // SAFETY: as above.
+                let [r, g, b, _] = unsafe { decode.channels_of_eight(level, index) };
+                write::<R, MASKED>(to_r, &r, mask);
+                write::<R, MASKED>(to_g, &g, mask);
+                write::<R, MASKED>(to_b, &b, mask);
+            }
+        }
+        [r, g, b, a] => {
+            if [&r, &g, &b, &a].into_iter().flatten().count() <= D::MAX_SEPARATE_CHANNELS {
+                read_channel::<R, D, 0, MASKED>(decode, level, index, mask, r);
+                read_channel::<R, D, 1, MASKED>(decode, level, index, mask, g);
+                read_channel::<R, D, 2, MASKED>(decode, level, index, mask, b);
+                read_channel::<R, D, 3, MASKED>(decode, level, index, mask, a);
+                return;
+            }
+            let mut out = [r, g, b, a];
+            for (k, (index, mask)) in chunks.enumerate() {
+                // SAFETY: as above.
+                let values = unsafe { decode.channels_of_eight(level, index) };
+                for (out, values) in out.iter_mut().zip(&values) {
+                    if let Some(to) = out.as_mut().and_then(|out| out.as_chunks_mut::<CHUNK>().0.get_mut(k)) {
+                        write::<R, MASKED>(to, values, mask);
+                    }
                 }
             }
         }
-        // The loop has a fixed length and no bounds checks, so that it is vectorised.
-        let mut mask_of_all = u32::MAX;
-        for lane in 0..BATCH {
-            let (column, row) = (x[lane].lane_bits(), row(lane));
-            // A negative coordinate is a large u32, hence outside.
-            let inside = if (column < width) & (row < height) { u32::MAX } else { 0 };
-            let mask = indices.mask[lane] & inside;
-            indices.index[lane] = row.wrapping_mul(width).wrapping_add(column) & mask;
-            indices.mask[lane] = mask;
-            mask_of_all &= mask;
-        }
-        indices.is_complete = mask_of_all == u32::MAX;
-        indices
     }
+}
 
-    #[inline(always)]
-    fn read<R: Real, D: Decode>(&self, decode: D, level: &TexelLevel<'_>, out: Channels<'_, R>) {
-        if self.is_complete {
-            self.read_masked::<R, D, false>(decode, level, out);
-        } else {
-            self.read_masked::<R, D, true>(decode, level, out);
-        }
+#[inline(always)]
+fn read_channel<R: Real, D: Decode, const K: usize, const MASKED: bool>(
+    decode: D,
+    level: &TexelLevel<'_>,
+    index: &[u32; BATCH],
+    mask: &[u32; BATCH],
+    out: Option<&mut [R; BATCH]>,
+) {
+    let Some(out) = out else { return };
+    let chunks = index.as_chunks::<CHUNK>().0.iter().zip(mask.as_chunks::<CHUNK>().0);
+    for (to, (index, mask)) in out.as_chunks_mut::<CHUNK>().0.iter_mut().zip(chunks) {
+        // SAFETY: `find_texels` keeps indices inside the level.
+        let values = unsafe { decode.channel_of_eight::<K>(level, index) };
+        write::<R, MASKED>(to, &values, mask);
     }
+}
 
-    /// `MASKED`: some lanes have no texel and are set to zero.
-    #[inline(always)]
-    fn read_masked<R: Real, D: Decode, const MASKED: bool>(&self, decode: D, level: &TexelLevel<'_>, out: Channels<'_, R>) {
-        let [r, g, b, a] = out;
-        if [&r, &g, &b, &a].into_iter().flatten().count() <= D::MAX_SEPARATE_CHANNELS {
-            self.read_channel::<R, D, 0, MASKED>(decode, level, r);
-            self.read_channel::<R, D, 1, MASKED>(decode, level, g);
-            self.read_channel::<R, D, 2, MASKED>(decode, level, b);
-            self.read_channel::<R, D, 3, MASKED>(decode, level, a);
-            return;
-        }
-        let mut out = [r, g, b, a];
-        for (k, index) in self.index.as_chunks::<CHUNK>().0.iter().enumerate() {
-            // SAFETY: `new` keeps indices inside the level.
-            let [r, g, b, a] = unsafe { decode.channels_of_eight(level, index) };
-            let [to_r, to_g, to_b, to_a] = &mut out;
-            self.write::<R, MASKED>(to_r, k, &r);
-            self.write::<R, MASKED>(to_g, k, &g);
-            self.write::<R, MASKED>(to_b, k, &b);
-            self.write::<R, MASKED>(to_a, k, &a);
-        }
-    }
-
-    #[inline(always)]
-    fn read_channel<R: Real, D: Decode, const K: usize, const MASKED: bool>(
-        &self,
-        decode: D,
-        level: &TexelLevel<'_>,
-        out: Option<&mut [R; BATCH]>,
-    ) {
-        let mut out = out;
-        if out.is_none() {
-            return;
-        }
-        for (k, index) in self.index.as_chunks::<CHUNK>().0.iter().enumerate() {
-            // SAFETY: `new` keeps indices inside the level.
-            let values = unsafe { decode.channel_of_eight::<K>(level, index) };
-            self.write::<R, MASKED>(&mut out, k, &values);
-        }
-    }
-
-    /// Writes one channel of chunk `k`, if it is needed.
-    #[inline(always)]
-    fn write<R: Real, const MASKED: bool>(&self, out: &mut Option<&mut [R; BATCH]>, k: usize, values: &[f32; CHUNK]) {
-        let Some(to) = out.as_mut().and_then(|out| out.as_chunks_mut::<CHUNK>().0.get_mut(k)) else { return };
-        let Some(mask) = self.mask.as_chunks::<CHUNK>().0.get(k) else { return };
-        for i in 0..CHUNK {
-            let bits = values[i].to_bits();
-            to[i] = R::from_f32_bits(if MASKED { bits & mask[i] } else { bits });
-        }
+#[inline(always)]
+fn write<R: Real, const MASKED: bool>(to: &mut [R; CHUNK], values: &[f32; CHUNK], mask: &[u32; CHUNK]) {
+    for i in 0..CHUNK {
+        let bits = values[i].to_bits();
+        to[i] = R::from_f32_bits(if MASKED { bits & mask[i] } else { bits });
     }
 }
 

@@ -345,6 +345,19 @@ mod gather {
     #[derive(Clone, Copy)]
     pub(crate) struct Transposing(pub(super) Float);
 
+    /// The texels of lanes `low` and `low + 4`. A function and not a closure, which would lack the caller's instruction set if it were not inlined.
+    /// # Safety
+    /// Texels at these indices exist; the machine has AVX2.
+    #[inline(always)]
+    unsafe fn pair(texels: *const Unaligned, index: &[u32; 8], low: usize) -> __m256 {
+        // SAFETY: the caller guarantees it.
+        unsafe {
+            let Unaligned(first) = *texels.wrapping_add(index[low] as usize);
+            let Unaligned(second) = *texels.wrapping_add(index[low + 4] as usize);
+            _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(first), second)
+        }
+    }
+
     impl Decode for Transposing {
         type Texel = [f32; 4];
         type Gathering = Self;
@@ -376,15 +389,9 @@ mod gather {
         #[inline(always)]
         unsafe fn channels_of_eight(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [[f32; 8]; 4] {
             let texels = level.bytes.as_ptr().cast::<Unaligned>();
-            let pair = |low: usize| -> __m256 {
-                // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes; a `Transposing` exists only with AVX2.
-                unsafe {
-                    let Unaligned(first) = *texels.wrapping_add(index[low] as usize);
-                    let Unaligned(second) = *texels.wrapping_add(index[low + 4] as usize);
-                    _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(first), second)
-                }
-            };
-            let [t0, t1, t2, t3] = [pair(0), pair(1), pair(2), pair(3)];
+            // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes.
+            let [t0, t1, t2, t3] =
+                unsafe { [pair(texels, index, 0), pair(texels, index, 1), pair(texels, index, 2), pair(texels, index, 3)] };
             // SAFETY: a `Transposing` exists only with AVX2; vectors and arrays have eight floats each.
             unsafe {
                 let (low_01, low_23) = (_mm256_unpacklo_ps(t0, t1), _mm256_unpacklo_ps(t2, t3));

@@ -26,9 +26,9 @@ pub(crate) struct RayHit {
     pub point: DVec3,
 }
 
-pub(crate) fn intersect(place: &Placement, direction: DVec3) -> RayHit {
-    let origin = place.camera_in_unit_sphere();
-    let w = place.direction_in_unit_sphere(direction).normalize();
+pub(crate) fn intersect(placement: &Placement, direction: DVec3) -> RayHit {
+    let origin = placement.camera_in_unit_sphere();
+    let w = placement.direction_in_unit_sphere(direction).normalize();
     let (along, cross) = (-origin.dot(w), origin.cross(w).length());
     let limb = 1.0_f64.atan2(((origin.length() - 1.0) * (origin.length() + 1.0)).max(0.0).sqrt());
     let point = (origin + w * (along - (1.0 - cross * cross).max(0.0).sqrt())).normalize();

@@ -11,6 +11,7 @@ mod refracted_limb;
 mod rings;
 
 use crate::catalog::{Body, NaifId};
+use crate::message::{Argument, reason};
 use crate::scene::atmosphere::air;
 use crate::scene::camera::Camera;
 use crate::scene::camera::silhouette::Outline;
@@ -66,7 +67,7 @@ const CORONA_RADII: [f64; 2] = [1.0, 4.0];
 /// One kind of subject in the frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Metered {
-    pub name: String,
+    pub name: Argument,
     /// The body that the subject belongs to, if any: ground, sky, refracted limb.
     pub body: Option<NaifId>,
     /// Weighted geometric mean of the subject's radiance.
@@ -105,7 +106,7 @@ impl Tally {
         self.log_sum += other.log_sum;
     }
 
-    fn metered(&self, name: impl Into<String>, body: Option<NaifId>, target_level: f64) -> Option<Metered> {
+    fn metered(&self, name: impl Into<Argument>, body: Option<NaifId>, target_level: f64) -> Option<Metered> {
         let radiance = (self.log_sum / self.weight).exp();
         (self.weight > 0.0 && radiance > 0.0).then(|| Metered { name: name.into(), body, radiance, target_level, weight: self.weight })
     }
@@ -130,7 +131,7 @@ fn dusk_factor(radiance: f64) -> f64 {
 }
 
 /// Inputs that all parts of a reading share.
-struct Frame<'f, 'a> {
+struct MeteredFrame<'f, 'a> {
     meter: &'f Meter<'f, 'a>,
     glare: Option<VeilingGlare>,
     /// Radiance of the sky around the camera.
@@ -149,8 +150,8 @@ impl Meter<'_, '_> {
         let glare =
             VeilingGlare::of(self.camera, self.placed).filter(|_| self.context.request.effects.override_of(Effect::Glow) != Some(false));
         let resolved_bodies: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
-        let frame = Frame { meter: self, glare, sky: 0.0, resolved_bodies };
-        let frame = Frame { sky: frame.skylight(), ..frame };
+        let frame = MeteredFrame { meter: self, glare, sky: 0.0, resolved_bodies };
+        let frame = MeteredFrame { sky: frame.skylight(), ..frame };
         let mut metered = Vec::new();
         let (mut target, mut others) = (Tally::default(), Tally::default());
         let (mut target_name, mut brightest, mut max_weight) = ("", None, 0.0);
@@ -177,13 +178,13 @@ impl Meter<'_, '_> {
         if let Some(air) = self.air {
             let mut sky = Tally::default();
             sky.add((frame.sky_fraction() - covered).max(0.0), frame.sky, 0.0);
-            metered.extend(sky.metered(format!("the sky of {}", air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
+            metered.extend(sky.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
             // The sky and ground around the camera are darkened in dusk.
             metered.iter_mut().filter(|m| m.body == Some(air.body.id)).for_each(|m| m.target_level *= dusk_factor(m.radiance));
         }
         let dark = night * AUTO_EXPOSED_MEAN;
         metered.push(Metered {
-            name: "the dark sky".into(),
+            name: reason!("subject-dark-sky").into(),
             body: None,
             radiance: dark,
             target_level: AUTO_EXPOSED_MEAN,
@@ -233,7 +234,7 @@ impl Ground<'_> {
     }
 }
 
-impl Frame<'_, '_> {
+impl MeteredFrame<'_, '_> {
     /// Radiance added in front of a body: glare, and the sky unless the body is the one whose air surrounds the camera.
     fn haze(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
         let glare = self.glare.as_ref().map_or(0.0, |v| v.radiance(direction.normalize()));
@@ -382,8 +383,8 @@ impl Frame<'_, '_> {
         let share = weight * size.element_product() / 4.0 / f64::from(RAYS * RAYS);
         let mut covered_share = 0.0;
         for k in 0..RAYS * RAYS {
-            let part = (DVec2::new(f64::from(k % RAYS), f64::from(k / RAYS)) + 0.5) / f64::from(RAYS);
-            let clip = DVec2::new(rect.left, rect.bottom) + size * part;
+            let position = (DVec2::new(f64::from(k % RAYS), f64::from(k / RAYS)) + 0.5) / f64::from(RAYS);
+            let clip = DVec2::new(rect.left, rect.bottom) + size * position;
             let direction = camera.ray(clip);
             let hit = intersect(&p.placement, direction);
             let coverage = smoothstep(0.5 + hit.inside_rad / spacing) * self.ray_visibility(p, direction, spacing);
@@ -460,7 +461,7 @@ impl Frame<'_, '_> {
             }
         }
         let weight = if self.meter.context.request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
-        let found = tally.metered("the corona", None, AUTO_EXPOSED_MEAN)?;
+        let found = tally.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
         Some(Metered { weight: found.weight * weight, ..found })
     }
 

@@ -1,14 +1,15 @@
 //! Meters the sunlight refracted at the limbs of bodies in front of the Sun, such as the ring of the Earth's air seen from the eclipsed Moon.
 
 use super::geometry::frame_position_weight;
-use super::{Frame, Metered, SUN_WEIGHT, Tally};
+use super::{Metered, MeteredFrame, SUN_WEIGHT, Tally};
 use crate::catalog::NaifId;
+use crate::message::reason;
 use crate::scene::eclipse::refracted_limb;
 use crate::scene::light::exposure::AUTO_EXPOSED_MEAN;
 use crate::scene::numeric::smoothstep;
 use crate::scene::request::effects::Effect;
 
-impl Frame<'_, '_> {
+impl MeteredFrame<'_, '_> {
     /// Meters all refracted limbs of the frame, unless the user switched them or the atmosphere off.
     pub(super) fn refracted_limbs(&self) -> Option<Metered> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
@@ -40,6 +41,6 @@ impl Frame<'_, '_> {
             all.merge(&tally);
         }
         let body = brightest?;
-        all.metered(format!("the Sun in the limb of {}", body.name), Some(body.id), AUTO_EXPOSED_MEAN)
+        all.metered(reason!("subject-refracted-limb", body = &body.name), Some(body.id), AUTO_EXPOSED_MEAN)
     }
 }

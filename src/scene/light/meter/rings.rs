@@ -1,7 +1,7 @@
 //! Meters the light of rings: the light towards the camera, and ring-shine on the night side of the globe.
 
 use super::geometry::{frame_position_weight, intersect};
-use super::{Frame, Tally};
+use super::{MeteredFrame, Tally};
 use crate::catalog::{Photometry, Ring};
 use crate::scene::draw::tables::RingShine;
 use crate::scene::light::{lights, photometry};
@@ -18,11 +18,11 @@ const RING_RAYS: u32 = 28;
 /// Range of phase angles over which ring-shine on the night side fades in, radians.
 const NIGHT_SIDE_FADE_RAD: [f64; 2] = [1.0, 1.7];
 
-impl Frame<'_, '_> {
+impl MeteredFrame<'_, '_> {
     /// Ring-shine on the globe, if its night side is visible, and the ground's radiance per unit of ring-shine. On the day side ring-shine is a
     /// hundredth of the light and is left out.
     pub(super) fn ring_shine_on(&self, p: &PlacedBody<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
-        let weight = smoothstep((p.alpha - NIGHT_SIDE_FADE_RAD[0]) / (NIGHT_SIDE_FADE_RAD[1] - NIGHT_SIDE_FADE_RAD[0]));
+        let weight = smoothstep((p.phase_angle - NIGHT_SIDE_FADE_RAD[0]) / (NIGHT_SIDE_FADE_RAD[1] - NIGHT_SIDE_FADE_RAD[0]));
         let user_choice = self.meter.context.request.effects.override_of(Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
         if weight <= 0.0 || diameter_px < 2.0 || rings.is_empty() || user_choice == Some(false) {
@@ -40,7 +40,7 @@ impl Frame<'_, '_> {
             placement: &p.placement,
             sun: (p.body_from_icrf * p.sun_from_body_km).normalize(),
             sun_km: p.sun_from_body_km.length(),
-            alpha: p.alpha,
+            alpha: p.phase_angle,
             irradiance: 1.0,
             threshold: Threshold::of(Purpose::LINEAR, 1.0),
             caches: self.meter.context.caches,
@@ -73,19 +73,19 @@ impl Frame<'_, '_> {
         let origin = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;
         let polar = p.body.radii_km.z / unit_km;
         for k in 0..RING_RAYS * RING_RAYS {
-            let part = (DVec2::new(f64::from(k % RING_RAYS), f64::from(k / RING_RAYS)) + 0.5) / f64::from(RING_RAYS);
-            let clip = DVec2::new(rect.left, rect.bottom) + size * part;
+            let position = (DVec2::new(f64::from(k % RING_RAYS), f64::from(k / RING_RAYS)) + 0.5) / f64::from(RING_RAYS);
+            let clip = DVec2::new(rect.left, rect.bottom) + size * position;
             let direction = camera.ray(clip);
             let along = (p.placement.body_from_icrf * direction).normalize();
-            let reach = -origin.z / along.z;
-            if !(reach > 0.0 && reach.is_finite()) {
+            let distance = -origin.z / along.z;
+            if !(distance > 0.0 && distance.is_finite()) {
                 continue;
             }
-            let ring_point = origin + along * reach;
+            let ring_point = origin + along * distance;
             let radius = ring_point.truncate().length();
             let cos_emission = along.z.abs().max(phase::MIN_COSINE);
             let radial = (along.truncate().dot(ring_point.truncate()) / radius.max(1e-9)).abs() / cos_emission;
-            let blur = 0.5 * (reach * spacing * (1.0 + radial)).max(1e-6);
+            let blur = 0.5 * (distance * spacing * (1.0 + radial)).max(1e-6);
             if radius - blur > outer {
                 continue;
             }
@@ -101,9 +101,9 @@ impl Frame<'_, '_> {
                         return 0.0;
                     }
                     let scattered_from = |half: usize| {
-                        let [part, sine] = halves[half];
+                        let [fraction, sine] = halves[half];
                         let y = 1.0 / sine.max(phase::MIN_COSINE);
-                        if part > 0.0 { part * ring_shine::scattered(step.tau, x, y, half == side) } else { 0.0 }
+                        if fraction > 0.0 { fraction * ring_shine::scattered(step.tau, x, y, half == side) } else { 0.0 }
                     };
                     let phase = of_bodies * (1.0 - step.dust) + of_dust * step.dust;
                     let albedo = step.albedo.iter().copied().fold(0.0, f64::max);
@@ -115,7 +115,7 @@ impl Frame<'_, '_> {
             let (point, to_sun) = (ring_point * stretch, (sun * stretch).normalize());
             let sunlit = if point.dot(to_sun) < 0.0 { smoothstep((point.cross(to_sun).length() - 1.0) / 0.02 + 0.5) } else { 1.0 };
             let globe = intersect(&p.placement, direction);
-            let behind = reach > (origin - globe.point * DVec3::new(1.0, 1.0, polar)).length();
+            let behind = distance > (origin - globe.point * DVec3::new(1.0, 1.0, polar)).length();
             let not_hidden = if behind { 1.0 - smoothstep(0.5 + globe.inside_rad / spacing) } else { 1.0 };
             let radiance = 0.25 * light * irradiance * sunlit;
             let weight = frame_position_weight(clip.abs().max_element());

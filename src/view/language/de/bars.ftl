@@ -12,6 +12,7 @@ panel-keep = Offen halten
 panel-keep-hint = Diese Seitenleiste auf der anderen Seite des Himmels zeigen, während eine andere offen ist
 panel-close = { $panel } schließen
 panel-close-hint = Diese Seitenleiste schließen (Esc)
+panel-move-hint = In die andere Hälfte des Fensters ziehen, um die Seitenleiste dorthin zu legen
 tab-moments-about = Bekannte Momente, einen Klick entfernt
 tab-events-about = Finsternisse, Transite und Ereignisse der Monde um das gezeigte Datum
 tab-effects-about = Was gezeichnet wird und warum, Belichtung, Qualität, Renderer

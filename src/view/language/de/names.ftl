@@ -65,6 +65,7 @@ effect-lights = Lichter
 effect-eclipse-on-rings = Finsternis auf den Ringen
 effect-air-samples = Stützstellen der Luft
 effect-air-over-ground = Luft über dem Boden
+effect-air-pass = grobes Bild der Luft
 effect-light-into-shadow = Licht in den Schatten
 effect-ring-shadow-on-air = Ringschatten auf der Luft
 effect-cloud-detail = feine Wolken

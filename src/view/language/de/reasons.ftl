@@ -5,6 +5,7 @@ reason-unreadable = { $file } war nicht lesbar: ohne sie gezeichnet
 reason-unreadable-mesh = { $file } war nicht lesbar: als Ellipsoid gezeichnet
 reason-unread-mesh = { $file } wird hier nicht gelesen: als Ellipsoid gezeichnet
 reason-cannot-be-read = { $file } ist nicht lesbar
+reason-quoted = { $text }
 reason-map-invented = die Karte ist erfunden: { $how }
 reason-shape-invented = die Form ist erfunden: { $how }
 # Light and its thresholds; also parts of other reasons.
@@ -103,6 +104,13 @@ reason-air-spread = gestreut von der beleuchteten Luft und dem Boden ringsum, au
 reason-air-in-colours = die Farben seiner Scheibe enthalten die Luft schon
 reason-air-where-brighter = wo sie heller als die Scheibe ist, deren Farben die Luft schon enthalten
 reason-air-ring-shadow = einmal je Strahl und mit punktförmiger Sonne: der Rand ist { $height } px hoch gegen { $least }
+reason-air-pass-view = diese Ansicht zeigt kein Licht der Luft
+reason-air-pass-vertex = die Luft hat so wenige Stützstellen wie möglich
+reason-air-pass-ring-shadow = der Ringschatten in der Luft ist feiner als ein grobes Bild
+reason-air-pass-linear = lineares Licht wird in jedem Bildpunkt berechnet
+reason-air-pass-reference = in Referenzqualität wird jeder Bildpunkt berechnet
+reason-air-pass-small = die Scheibe ist { $size } px breit, ab { $least }: das meiste liegt nahe am Rand
+reason-air-pass = eine Berechnung für { $side } x { $side } Bildpunkte, wo die Interpolation innerhalb von { $part } des Lichts bleibt, oder { $dark } von Weiß auf Schwarz
 reason-clouds-camera-below = die Kamera ist unter den Wolken, die { $height } km über der Oberfläche liegen
 reason-clouds-closed-deck = eine geschlossene Decke ist { $light }
 # Rings.
@@ -118,12 +126,15 @@ reason-body-shadow-edges = Abplattung und Halbschatten machen { $size } px aus
 reason-ring-shine-below = Ringschein unter { $light }
 reason-ring-shine-up-to = Ringschein bis { $light }
 # Models with their errors.
-reason-tier-ray = { $model }: Fehler höchstens { $most } %, meist { $mostly } %, des einfach gestreuten Lichts jedes Strahls
-reason-tier-table = { $model }: Fehler höchstens { $most } %, meist { $mostly } %, des einfach gestreuten Lichts jedes Strahls, und 5 % des Himmelslichts auf dem Boden
-reason-tier-behind-round = { $model }: Fehler höchstens { $most } % des Sonnenlichts hinter einem runden Körper
-reason-tier-sunlight = { $model }: Fehler höchstens { $most } % des Sonnenlichts
-reason-tier-refracted = { $model }: Fehler höchstens { $most } % des Sonnenlichts, im Kernschatten eine Größenklasse gegen das, was Beobachter sahen
-reason-tier-edges = { $model }: Fehler höchstens { $most } % eines Pixels, wo seine Ränder liegen
+reason-tier-mostly = { $model }: Fehler höchstens { $most } %, meist { $mostly } %, { $of }
+reason-tier = { $model }: Fehler höchstens { $most } % { $of }
+# Im Genitiv.
+quantity-ray = des einfach gestreuten Lichts jedes Strahls
+quantity-ray-and-sky = des einfach gestreuten Lichts jedes Strahls, und 5 % des Himmelslichts auf dem Boden
+quantity-behind-round-body = des Sonnenlichts hinter einem runden Körper
+quantity-sunlight = des Sonnenlichts
+quantity-sunlight-and-umbra = des Sonnenlichts, im Kernschatten eine Größenklasse gegen das, was Beobachter sahen
+quantity-edges = eines Pixels, wo seine Ränder liegen
 # Stars, diffuse light and lines.
 reason-stars-to-magnitude = die Belichtung zeigt Sterne bis { $limit } mag
 reason-stars-lifted = die Belichtung zeigt Sterne bis { $limit } mag, { $stops } Blenden heller, als sie sind
@@ -143,6 +154,9 @@ reason-comets-brightest = { $count } im Bild, der hellste { $comet } mit { $magn
 reason-comets-none = keiner im Bild
 reason-comets-tails = { $count } Stücke von Schweifen
 reason-lines-none = keine
+reason-lines-instruments = { $names }
+reason-image-size = { $image }: { $width } x { $height } px
+reason-image-outside = { $image }: { $width } x { $height } px, außerhalb des Bildes
 reason-lines-count = { $count } Linien im Bild
 reason-lines-of = { $count } Linien von { $layer }
 reason-lines-body = { $count } Linien im Bild ({ $body }), planetografische Breiten
@@ -171,3 +185,8 @@ reason-orbit-arcs = um { $body }: ihre halbe Länge ist { $size } px, { $count }
 reason-trace-no-period = seine Bahn hat keine Periode
 reason-trace-samples = { $days } Tage um { $body }, { $samples } Stützstellen, { $count } Stücke
 reason-lines-instruments-left = { $count } zu klein oder breiter als das Bild
+# Anmerkungen zu Schätzungen und Konventionen der Kataloge.
+estimate-albedo = Albedo { $value }: geschätzt, ±{ $percent } %: ändert die Helligkeit um bis zu { $magnitudes } mag
+estimate-colour = Farbe: geschätzt, ±{ $percent } %: ändert Rot oder Blau gegen Grün um bis zu so viel
+estimate-air = { $species } der Atmosphäre: geschätzt, ±{ $percent } %: ändert ihre optische Dicke um bis zu so viel
+radii-used = { $source }: Sonne { $sun } km, Mond { $moon } km

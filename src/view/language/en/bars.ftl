@@ -12,6 +12,7 @@ panel-keep = Keep open
 panel-keep-hint = Show this panel on the other side of the sky while another one is open
 panel-close = Close { $panel }
 panel-close-hint = Close this panel (Esc)
+panel-move-hint = Drag to the other half of the window to move the panel there
 tab-moments-about = Well-known moments, one click away
 tab-events-about = Eclipses, transits and moons' events around the shown date
 tab-effects-about = What is drawn and why, exposure, quality, renderer

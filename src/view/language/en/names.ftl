@@ -65,6 +65,7 @@ effect-lights = lights
 effect-eclipse-on-rings = eclipse-on-rings
 effect-air-samples = air-samples
 effect-air-over-ground = air-over-ground
+effect-air-pass = air-pass
 effect-light-into-shadow = light-into-shadow
 effect-ring-shadow-on-air = ring-shadow-on-air
 effect-cloud-detail = cloud-detail

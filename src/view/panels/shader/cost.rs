@@ -32,7 +32,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         ui.separator();
         ui.strong(text!("cost-library"));
         if let Some(origin) = module.origin {
-            let how = match origin.how {
+            let how = match origin.outcome {
                 CacheOutcome::Read => text!("cost-loaded"),
                 CacheOutcome::Emitted => text!("cost-compiled"),
                 CacheOutcome::Rebuilt => text!("cost-recompiled"),
@@ -73,7 +73,7 @@ fn statistics(ui: &mut egui::Ui, s: &Statistics) {
             (text!("library-disk"), s.from_disk, each(s.reading_s, s.from_disk)),
             (text!("cost-compiled"), s.emitted, each(s.emitting_s, s.emitted)),
             (text!("library-written"), s.written, each(s.writing_s, s.written)),
-            (text!("library-repaired"), s.healed, String::new()),
+            (text!("library-repaired"), s.repaired, String::new()),
         ];
         for (what, n, took) in rows {
             ui.label(what);

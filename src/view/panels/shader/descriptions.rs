@@ -94,6 +94,11 @@ pub(crate) fn meaning(d: &Dimension, value: usize) -> &'static str {
         ],
         "mie" => &[text!("meaning-no-mie-scattering"), text!("meaning-mie-scattering-by-haze-or-dust")],
         "absorption" => &[text!("meaning-no-absorbing-layer"), text!("meaning-an-absorbing-layer-such-as-ozone")],
+        "air-pass" => &[
+            text!("meaning-air-evaluated-for-each-pixel"),
+            text!("meaning-air-interpolated-from-a-coarse-picture"),
+            text!("meaning-the-coarse-picture-of-the-air-itself"),
+        ],
         "shape" => &[text!("meaning-ray-traced-sphere"), text!("meaning-ray-traced-ellipsoid"), text!("meaning-triangle-mesh")],
         "twosided" => &[text!("meaning-front-faces-only"), text!("meaning-both-faces-of-the-mesh-are-lit")],
         "alphatexture" => &[text!("meaning-opaque"), text!("meaning-opacity-from-the-albedo-map")],

@@ -146,11 +146,11 @@ impl Row {
 /// Every value of a draw at the pixel, with one row for each component of a vector.
 fn rows(first: &PixelDraw, second: Option<&PixelDraw>) -> Vec<Row> {
     let mut all = Vec::new();
-    let of = |name: &str, k: usize| second.and_then(|s| s.seen.values.iter().find(|v| v.name == name)?.numbers.get(k).copied());
+    let of = |name: &str, k: usize| second.and_then(|s| s.values.values.iter().find(|v| v.name == name)?.numbers.get(k).copied());
     for (k, c) in [text!("colour-red"), text!("colour-green"), text!("colour-blue"), text!("colour-coverage")].iter().enumerate() {
-        all.push(Row { name: text!("probe-colour", c = c), single: first.seen.colour[k], double: second.map(|s| s.seen.colour[k]) });
+        all.push(Row { name: text!("probe-colour", c = c), single: first.values.colour[k], double: second.map(|s| s.values.colour[k]) });
     }
-    for value in &first.seen.values {
+    for value in &first.values.values {
         for (k, single) in value.numbers.iter().enumerate() {
             let component = ["x", "y", "z", "w"].get(k).filter(|_| value.numbers.len() > 1);
             let name = component.map_or(value.name.clone(), |c| format!("{}.{c}", value.name));

@@ -1,10 +1,11 @@
-# The scene's reasons for drawing something or not: a message is found by its English text. Semicolons separate messages.
+# The English texts of messages that layers below the window make. Reasons of scenes for drawing something or not; semicolons separate several.
 reason-set-by-you = set by you
 reason-not-available = not available for this body
 reason-unreadable = { $file } could not be read: drawn without it
 reason-unreadable-mesh = { $file } could not be read: drawn as its ellipsoid
 reason-unread-mesh = { $file } is not read here: drawn as its ellipsoid
 reason-cannot-be-read = { $file } cannot be read
+reason-quoted = { $text }
 reason-map-invented = the map is invented: { $how }
 reason-shape-invented = the shape is invented: { $how }
 # Light and its thresholds; also parts of other reasons.
@@ -103,6 +104,13 @@ reason-air-spread = scattered from the lit air and ground around, within 40 % wh
 reason-air-in-colours = the colours of its disc have the air in them
 reason-air-where-brighter = where it is brighter than the disc, whose colours have the air in them
 reason-air-ring-shadow = once a ray and by a point Sun: the rim is { $height } px high against { $least }
+reason-air-pass-view = this view shows no light of the air
+reason-air-pass-vertex = the air's samples are as few as they can be
+reason-air-pass-ring-shadow = the ring's shadow in the air is finer than a coarse picture
+reason-air-pass-linear = linear light is evaluated at each pixel
+reason-air-pass-reference = reference quality evaluates each pixel
+reason-air-pass-small = the disc is { $size } px wide against { $least }: most of it is near the limb
+reason-air-pass = one evaluation for { $side } x { $side } pixels where interpolation stays within { $part } of the light, or { $dark } of white on black
 reason-clouds-camera-below = the camera is below the clouds, { $height } km above the surface
 reason-clouds-closed-deck = a closed deck is { $light }
 # Rings.
@@ -118,12 +126,14 @@ reason-body-shadow-edges = oblateness and penumbra make { $size } px
 reason-ring-shine-below = ring-shine below { $light }
 reason-ring-shine-up-to = ring-shine up to { $light }
 # Models with their errors.
-reason-tier-ray = { $model }: off by at most { $most } %, mostly { $mostly } %, of each ray's light scattered once
-reason-tier-table = { $model }: off by at most { $most } %, mostly { $mostly } %, of each ray's light scattered once, and 5 % of the sky's light on the ground
-reason-tier-behind-round = { $model }: off by at most { $most } % of the Sun's light behind a round body
-reason-tier-sunlight = { $model }: off by at most { $most } % of the Sun's light
-reason-tier-refracted = { $model }: off by at most { $most } % of the Sun's light, and in the umbra a magnitude from what observers saw
-reason-tier-edges = { $model }: off by at most { $most } % of a pixel where its edges lie
+reason-tier-mostly = { $model }: off by at most { $most } %, mostly { $mostly } %, of { $of }
+reason-tier = { $model }: off by at most { $most } % of { $of }
+quantity-ray = each ray's light scattered once
+quantity-ray-and-sky = each ray's light scattered once, and 5 % of the sky's light on the ground
+quantity-behind-round-body = the Sun's light behind a round body
+quantity-sunlight = the Sun's light
+quantity-sunlight-and-umbra = the Sun's light, and in the umbra a magnitude from what observers saw
+quantity-edges = a pixel where its edges lie
 # Stars, diffuse light and lines.
 reason-stars-to-magnitude = the exposure shows stars to magnitude { $limit }
 reason-stars-lifted = the exposure shows stars to magnitude { $limit }, { $stops } stops brighter than they are
@@ -143,6 +153,9 @@ reason-comets-brightest = { $count } in the frame, the brightest { $comet } of m
 reason-comets-none = none in the frame
 reason-comets-tails = { $count } pieces of tails
 reason-lines-none = none
+reason-lines-instruments = { $names }
+reason-image-size = { $image }: { $width } x { $height } px
+reason-image-outside = { $image }: { $width } x { $height } px, outside of the frame
 reason-lines-count = { $count } lines in the frame
 reason-lines-of = { $count } lines of { $layer }
 reason-lines-body = { $count } lines of { $body } in the frame, planetographic latitudes
@@ -171,3 +184,8 @@ reason-orbit-arcs = about { $body }: half its length is { $size } px, { $count }
 reason-trace-no-period = its path has no period
 reason-trace-samples = { $days } days about { $body }, { $samples } samples, { $count } pieces
 reason-lines-instruments-left = { $count } too small or wider than the picture
+# Notes on estimates and conventions in the catalogs.
+estimate-albedo = albedo { $value }: an estimate, +-{ $percent } %: changes brightness by up to { $magnitudes } mag
+estimate-colour = colour: an estimate, +-{ $percent } %: changes red or blue against green by up to that
+estimate-air = { $species } of the atmosphere: an estimate, +-{ $percent } %: changes its optical depth by up to that
+radii-used = { $source }: Sun { $sun } km, Moon { $moon } km

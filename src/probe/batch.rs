@@ -27,7 +27,7 @@ pub struct ProbeBatch {
 }
 
 /// Inputs of one query; unused numbers are 0.
-pub(crate) type Numbers = [f64; 12];
+pub(crate) type ProbeInputs = [f64; 12];
 
 /// The value as f32, and the remainder as f32.
 fn split(value: f64) -> (f32, f32) {
@@ -51,7 +51,7 @@ impl ProbeBatch {
         &self,
         renderer: &SoftwareRenderer,
         library: &ShaderLibrary,
-        queries: &[Numbers],
+        queries: &[ProbeInputs],
     ) -> Result<Vec<Vec<[f32; 4]>>, ProbeError> {
         let mut all = Vec::with_capacity(queries.len());
         for batch in queries.chunks(MAX_QUERIES_PER_TARGET) {
@@ -65,7 +65,7 @@ impl ProbeBatch {
         Ok(all)
     }
 
-    fn plan(&self, queries: &[Numbers]) -> Plan {
+    fn plan(&self, queries: &[ProbeInputs]) -> Plan {
         let count = queries.len();
         let edge = |k: usize| 2.0 * k as f32 / count as f32 - 1.0;
         let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
@@ -77,7 +77,7 @@ impl ProbeBatch {
         attributes.extend((0..3).map(|quad| numbers(quad, |(_, low)| low)));
         let (width, height) = (count as u32, self.rows);
         let draw = PlanDraw {
-            label: "questions".into(),
+            label: "queries".into(),
             module: self.module.clone(),
             uniform_bytes: self.uniform_bytes.clone(),
             textures: self.textures.clone(),
@@ -88,9 +88,10 @@ impl ProbeBatch {
             cull: Cull::None,
             depth: DepthState { test: false, write: false },
             scissor: [0, 0, width, height],
+            extent: None,
         };
         let pass = Pass {
-            name: "questions",
+            name: "queries",
             width,
             height,
             format: ColourFormat::Hdr,
@@ -108,7 +109,7 @@ mod tests {
     use super::split;
 
     #[test]
-    fn two_halves_make_the_whole() {
+    fn the_sum_of_both_parts_is_the_value() {
         for value in [0.1, -1.0 / 3.0, 149_597_870.7, 1e-30, 0.0] {
             let (high, low) = split(value);
             assert!((f64::from(high) + f64::from(low) - value).abs() <= 1e-14 * value.abs(), "{value}");

@@ -8,7 +8,7 @@ use crate::wording::echo_within;
 
 /// The position of an image on the sky or a body.
 #[derive(Clone, Debug, PartialEq)]
-pub enum ImagePlace {
+pub enum ImageWcs {
     /// On the sky.
     Tangent {
         /// Right ascension and declination (ICRF) of the point of tangency, degrees.
@@ -71,7 +71,7 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
 }
 
 /// The tangent plane of an image of the sky.
-pub(super) fn on_sky(header: &Header) -> Result<ImagePlace, WrongCard> {
+pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
     let types = [header.text("CTYPE1"), header.text("CTYPE2")];
     if types != ["RA---TAN", "DEC--TAN"] {
         let wrong = if types[0] == "RA---TAN" { "CTYPE2" } else { "CTYPE1" };
@@ -99,7 +99,7 @@ pub(super) fn on_sky(header: &Header) -> Result<ImagePlace, WrongCard> {
         Some(v) => Err((header.card(keyword), format!("{keyword}: {v} is not within ±{limit}"))),
         None => Err((1, format!("{keyword} is missing"))),
     };
-    Ok(ImagePlace::Tangent {
+    Ok(ImageWcs::Tangent {
         centre_deg: [required("CRVAL1", 360.0)?, required("CRVAL2", 90.0)?],
         centre_px: [required("CRPIX1", 1e7)?, required("CRPIX2", 1e7)?],
         deg_per_px: matrix(header)?,
@@ -107,10 +107,10 @@ pub(super) fn on_sky(header: &Header) -> Result<ImagePlace, WrongCard> {
 }
 
 /// The edges of a map of a body.
-pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<ImagePlace, WrongCard> {
+pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<ImageWcs, WrongCard> {
     let types = [header.text("CTYPE1"), header.text("CTYPE2")];
     if types == ["", ""] && width == 2 * height {
-        return Ok(ImagePlace::PlateCarree { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
+        return Ok(ImageWcs::PlateCarree { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
     }
     let is_car = |text: &str, kinds: &[&str]| text.strip_suffix("CAR").is_some_and(|axis| kinds.contains(&axis.trim_end_matches('-')));
     // Maps of solar system bodies have `??LN` and `??LT`; GLON and RA belong to the sky.
@@ -144,5 +144,5 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
         ));
     }
     let (east_deg, south_deg, north_deg) = (east_deg.min(west_deg + 360.0), south_deg.max(-90.0), north_deg.min(90.0));
-    Ok(ImagePlace::PlateCarree { west_deg, east_deg, south_deg, north_deg, mirrored: dx < 0.0 })
+    Ok(ImageWcs::PlateCarree { west_deg, east_deg, south_deg, north_deg, mirrored: dx < 0.0 })
 }

@@ -1,0 +1,224 @@
+//! Writes finished frames as YUV4MPEG2, for a video encoder.
+//!
+//! In: rows of display bytes, top first. Out: BT.709 luma and chroma in limited range (Y 16..235, C 16..240), one plane after the other, 4:4:4; alpha is
+//! ignored. Always: a level is the exact value rounded to nearest, except where that lies within 2e-5 of a half; grey has no chroma.
+
+use super::ImageError;
+use crate::units::LUMINANCE_WEIGHTS;
+use std::io::Write;
+
+/// Starts a YUV4MPEG2 stream: 4:4:4 chroma, `rate` frames per second.
+pub fn write_y4m_header(out: &mut impl Write, width: u32, height: u32, rate: u32) -> Result<(), ImageError> {
+    writeln!(out, "YUV4MPEG2 W{width} H{height} F{rate}:1 Ip A1:1 C444 XCOLORRANGE=LIMITED").map_err(|e| ImageError::Write(e.to_string()))
+}
+
+const FRAME_HEADER: &[u8] = b"FRAME\n";
+/// Pixels that are converted together.
+const BLOCK_PIXELS: usize = 128;
+/// Bits of the fraction in fixed point: the greatest sum, 235.5, still fits in 31 bits.
+const FRACTION_BITS: u32 = 23;
+
+const fn fixed(value: f64) -> i32 {
+    let scaled = value * (1 << FRACTION_BITS) as f64;
+    (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i32
+}
+
+/// Factors of red, green and blue, then the sum's offset with half a level for rounding.
+const LUMA: [i32; 4] = {
+    let [r, g, b] = LUMINANCE_WEIGHTS;
+    let scale = 219.0 / 255.0;
+    [fixed(scale * r), fixed(scale * g), fixed(scale * b), fixed(16.5)]
+};
+
+/// Factors of a chroma component: channel `own` (0 or 2) less the luma, divided by `range`. The factors' sum is exactly zero.
+const fn chroma(own: usize, range: f64) -> [i32; 4] {
+    let scale = 224.0 / 255.0 / range;
+    let other = 2 - own;
+    let mut factors = [0; 4];
+    factors[own] = fixed(scale * (1.0 - LUMINANCE_WEIGHTS[own]));
+    factors[other] = fixed(-scale * LUMINANCE_WEIGHTS[other]);
+    factors[1] = -factors[0] - factors[2];
+    factors[3] = fixed(128.5);
+    factors
+}
+
+const PLANES: [[i32; 4]; 3] = [LUMA, chroma(2, 1.8556), chroma(0, 1.5748)];
+
+#[inline(always)]
+fn level([red, green, blue, offset]: [i32; 4], word: u32) -> u8 {
+    let [r, g, b] = [word, word >> 8, word >> 16].map(|v| (v & 0xff) as i32);
+    let sum = red.wrapping_mul(r).wrapping_add(green.wrapping_mul(g)).wrapping_add(blue.wrapping_mul(b)).wrapping_add(offset);
+    (sum >> FRACTION_BITS) as u8
+}
+
+#[inline(always)]
+fn is_one_colour(pixels: &[[u8; 4]; BLOCK_PIXELS]) -> bool {
+    let first = u32::from_le_bytes(pixels[0]);
+    let mut differing = 0;
+    for pixel in pixels {
+        differing |= u32::from_le_bytes(*pixel) ^ first;
+    }
+    differing & 0xff_ffff == 0
+}
+
+fn convert_generic(pixels: &[[u8; 4]; BLOCK_PIXELS], planes: [&mut [u8; BLOCK_PIXELS]; 3]) {
+    let is_one_colour = is_one_colour(pixels);
+    for (plane, factors) in planes.into_iter().zip(PLANES) {
+        if is_one_colour {
+            plane.fill(level(factors, u32::from_le_bytes(pixels[0])));
+            continue;
+        }
+        for (to, p) in plane.iter_mut().zip(pixels) {
+            *to = level(factors, u32::from_le_bytes(*p));
+        }
+    }
+}
+
+/// The same integers, 32 pixels at a time.
+#[cfg(target_arch = "x86_64")]
+mod avx2 {
+    use super::{BLOCK_PIXELS, FRACTION_BITS, PLANES, is_one_colour, level};
+    use std::arch::x86_64::{
+        __m256i, _mm256_add_epi32, _mm256_and_si256, _mm256_mullo_epi32, _mm256_packus_epi16, _mm256_packus_epi32,
+        _mm256_permutevar8x32_epi32, _mm256_set1_epi32, _mm256_setr_epi32, _mm256_srli_epi32,
+    };
+    use std::mem::transmute;
+
+    /// One component of eight pixels.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn levels([red, green, blue, offset]: [i32; 4], [r, g, b]: [__m256i; 3]) -> __m256i {
+        let product = |factor: i32, channel| _mm256_mullo_epi32(channel, _mm256_set1_epi32(factor));
+        let red_green = _mm256_add_epi32(product(red, r), product(green, g));
+        let sum = _mm256_add_epi32(_mm256_add_epi32(red_green, product(blue, b)), _mm256_set1_epi32(offset));
+        // No sum is negative.
+        _mm256_srli_epi32::<{ FRACTION_BITS as i32 }>(sum)
+    }
+
+    #[target_feature(enable = "avx2")]
+    pub(super) fn convert(pixels: &[[u8; 4]; BLOCK_PIXELS], [y, cb, cr]: [&mut [u8; BLOCK_PIXELS]; 3]) {
+        if is_one_colour(pixels) {
+            let [of_y, of_cb, of_cr] = PLANES.map(|factors| level(factors, u32::from_le_bytes(pixels[0])));
+            (*y, *cb, *cr) = ([of_y; BLOCK_PIXELS], [of_cb; BLOCK_PIXELS], [of_cr; BLOCK_PIXELS]);
+            return;
+        }
+        let byte = _mm256_set1_epi32(0xff);
+        // Packing leaves groups of four pixels in this order.
+        let order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
+        for (k, pixels) in pixels.as_chunks::<32>().0.iter().enumerate() {
+            // SAFETY: 32 pixels are four vectors.
+            let words = unsafe { transmute::<[[u8; 4]; 32], [__m256i; 4]>(*pixels) };
+            let channels = |word| {
+                [
+                    _mm256_and_si256(word, byte),
+                    _mm256_and_si256(_mm256_srli_epi32::<8>(word), byte),
+                    _mm256_and_si256(_mm256_srli_epi32::<16>(word), byte),
+                ]
+            };
+            let channels = [channels(words[0]), channels(words[1]), channels(words[2]), channels(words[3])];
+            for (plane, factors) in [&mut *y, &mut *cb, &mut *cr].into_iter().zip(PLANES) {
+                let low = _mm256_packus_epi32(levels(factors, channels[0]), levels(factors, channels[1]));
+                let high = _mm256_packus_epi32(levels(factors, channels[2]), levels(factors, channels[3]));
+                let packed = _mm256_permutevar8x32_epi32(_mm256_packus_epi16(low, high), order);
+                // SAFETY: a vector is 32 bytes.
+                plane.as_chunks_mut::<32>().0[k] = unsafe { transmute::<__m256i, [u8; 32]>(packed) };
+            }
+        }
+    }
+}
+
+fn convert(pixels: &[[u8; 4]; BLOCK_PIXELS], planes: [&mut [u8; BLOCK_PIXELS]; 3]) {
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx2") {
+        // SAFETY: the CPU feature was just detected.
+        return unsafe { avx2::convert(pixels, planes) };
+    }
+    convert_generic(pixels, planes);
+}
+
+/// Replaces the content of `bytes` by one frame. A buffer that held a frame of this size already is not cleared first.
+pub fn y4m_frame(bytes: &mut Vec<u8>, display: &[[u8; 4]]) {
+    bytes.resize(FRAME_HEADER.len() + 3 * display.len(), 0);
+    let (header, planes) = bytes.split_at_mut(FRAME_HEADER.len());
+    header.copy_from_slice(FRAME_HEADER);
+    let (y, chroma) = planes.split_at_mut(display.len());
+    let (cb, cr) = chroma.split_at_mut(display.len());
+    let (blocks, rest) = display.as_chunks::<BLOCK_PIXELS>();
+    let [(ys, y), (cbs, cb), (crs, cr)] = [y, cb, cr].map(|plane| plane.as_chunks_mut::<BLOCK_PIXELS>());
+    for (((pixels, y), cb), cr) in blocks.iter().zip(ys).zip(cbs).zip(crs) {
+        convert(pixels, [y, cb, cr]);
+    }
+    for (plane, factors) in [y, cb, cr].into_iter().zip(PLANES) {
+        for (to, p) in plane.iter_mut().zip(rest) {
+            *to = level(factors, u32::from_le_bytes(*p));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn planes(display: &[[u8; 4]]) -> Vec<u8> {
+        // A used buffer, to show that nothing of an earlier frame is left.
+        let mut bytes = vec![7; 100_000];
+        y4m_frame(&mut bytes, display);
+        assert!(bytes.starts_with(FRAME_HEADER));
+        bytes.split_off(FRAME_HEADER.len())
+    }
+
+    #[test]
+    fn grey_has_no_chroma() {
+        assert_eq!(planes(&[[0, 0, 0, 255], [255, 255, 255, 0]]), [16, 235, 128, 128, 128, 128]);
+        for grey in 0..=255 {
+            assert_eq!(planes(&[[grey, grey, grey, 255]])[1..], [128, 128]);
+        }
+    }
+
+    /// Luma and chroma as the standard defines them.
+    fn exact([r, g, b]: [u8; 3]) -> [f64; 3] {
+        let [r, g, b] = [r, g, b].map(|v| f64::from(v) / 255.0);
+        let luma = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        [16.0 + 219.0 * luma, 128.0 + 224.0 * (b - luma) / 1.8556, 128.0 + 224.0 * (r - luma) / 1.5748]
+    }
+
+    #[test]
+    fn levels_are_the_exact_values_rounded() {
+        let mut largest = 0.0_f64;
+        for r in (0..=255).step_by(5) {
+            let display: Vec<[u8; 4]> = (0..=255).flat_map(|g| (0..=255).map(move |b| [r, g, b, 255])).collect();
+            let written = planes(&display);
+            for (k, [r, g, b, _]) in display.iter().enumerate() {
+                for (plane, exact) in written.chunks(display.len()).zip(exact([*r, *g, *b])) {
+                    largest = largest.max((f64::from(plane[k]) - exact).abs());
+                }
+            }
+        }
+        assert!((0.499..=0.500_02).contains(&largest), "{largest}");
+    }
+
+    #[test]
+    fn generic_code_gives_the_same_bytes() {
+        let pixels: [[u8; 4]; BLOCK_PIXELS] = std::array::from_fn(|k| [k as u8, (3 * k) as u8, (255 - k) as u8, 255]);
+        for pixels in [pixels, [[1, 2, 3, 4]; BLOCK_PIXELS]] {
+            let mut both = [[[0; BLOCK_PIXELS]; 3]; 2];
+            let [best, generic] = &mut both;
+            convert(&pixels, best.each_mut());
+            convert_generic(&pixels, generic.each_mut());
+            assert_eq!(best, generic);
+        }
+    }
+
+    #[test]
+    fn blocks_of_one_colour_and_the_end_of_a_picture_are_like_any_other_pixels() {
+        let colour = |k: usize| if (130..400).contains(&k) { [9, 200, 31, 255] } else { [k as u8, (k * 7) as u8, (k * k) as u8, 255] };
+        for length in [1, 127, 128, 129, 500, 1024] {
+            let display: Vec<[u8; 4]> = (0..length).map(colour).collect();
+            let together = planes(&display);
+            for (k, pixel) in display.iter().enumerate() {
+                let alone = planes(&[*pixel]);
+                assert_eq!([0, 1, 2].map(|plane| together[plane * length + k]), alone[..], "{k} of {length}");
+            }
+        }
+    }
+}

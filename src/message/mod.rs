@@ -1,0 +1,206 @@
+//! Texts that the layers below the window make: reasons of decisions, notes on estimates. Each names its message and keeps the values in it, so that
+//! the command line writes it in English and the window in its own language.
+//!
+//! In: the id of a message in `english.ftl`, and its arguments. Out: the English text, by `Display`. Always: the English text of a message is
+//! in `english.ftl` alone, which the window reads too; an unknown id is written as itself, and a test finds it. Not here: other languages (`view::language`), and
+//! texts of the catalogs.
+
+use serde::{Serialize, Serializer};
+use std::collections::HashMap;
+use std::fmt;
+use std::sync::LazyLock;
+
+/// The English messages, in the syntax of Fluent: `id = text with { $arguments }`, one a line.
+pub(crate) const ENGLISH_FILE: &str = include_str!("english.ftl");
+
+static ENGLISH: LazyLock<HashMap<&'static str, &'static str>> = LazyLock::new(|| {
+    let messages = ENGLISH_FILE.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split_once(" = "));
+    messages.collect()
+});
+
+/// A message: its id and its arguments by name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Message {
+    /// The id, which all languages share.
+    pub id: &'static str,
+    /// The arguments, by the names that the message uses.
+    pub arguments: Vec<(&'static str, Argument)>,
+}
+
+/// An argument of a message.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Argument {
+    /// A number, rounded as it is to be shown, with a decimal point.
+    Number(String),
+    /// The name of a body, a model, a file or another thing.
+    Name(String),
+    /// Several names, separated by commas.
+    Names(Vec<String>),
+    /// An instant, in ISO 8601.
+    Time(String),
+    /// A text of a catalog, and what it tells of (the first part of the ids of its translations).
+    CatalogText(&'static str, String),
+    /// Other messages.
+    Reason(Reason),
+}
+
+/// One or more messages, separated by semicolons: why something is as it is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Reason(Vec<Message>);
+
+impl Reason {
+    /// These messages, and then those of `further`.
+    #[must_use]
+    pub fn and(mut self, further: impl Into<Self>) -> Self {
+        self.0.extend(further.into().0);
+        self
+    }
+
+    /// The messages, in order.
+    pub fn messages(&self) -> &[Message] {
+        &self.0
+    }
+}
+
+impl From<Message> for Reason {
+    fn from(message: Message) -> Self {
+        Self(vec![message])
+    }
+}
+
+impl FromIterator<Self> for Reason {
+    fn from_iter<I: IntoIterator<Item = Self>>(reasons: I) -> Self {
+        Self(reasons.into_iter().flat_map(|reason| reason.0).collect())
+    }
+}
+
+/// Writes the parts of a template in their order.
+fn split<E>(template: &str, mut write: impl FnMut(Part<'_>) -> Result<(), E>) -> Result<(), E> {
+    let mut parts = template.split("{ $");
+    write(Part::Fixed(parts.next().unwrap_or_default()))?;
+    for part in parts {
+        let (name, fixed) = part.split_once(" }").unwrap_or((part, ""));
+        write(Part::Argument(name))?;
+        write(Part::Fixed(fixed))?;
+    }
+    Ok(())
+}
+
+/// A part of a message's text.
+enum Part<'t> {
+    Fixed(&'t str),
+    Argument(&'t str),
+}
+
+impl fmt::Display for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(template) = ENGLISH.get(self.id) else { return f.write_str(self.id) };
+        split(template, |part| match part {
+            Part::Fixed(text) => f.write_str(text),
+            Part::Argument(name) => match self.arguments.iter().find(|(known, _)| *known == name) {
+                Some((_, argument)) => argument.fmt(f),
+                None => f.write_str(name),
+            },
+        })
+    }
+}
+
+impl fmt::Display for Argument {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(text) | Self::Name(text) | Self::Time(text) | Self::CatalogText(_, text) => f.write_str(text),
+            Self::Names(all) => f.write_str(&all.join(", ")),
+            Self::Reason(reason) => reason.fmt(f),
+        }
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, message) in self.0.iter().enumerate() {
+            if k > 0 {
+                f.write_str("; ")?;
+            }
+            message.fmt(f)?;
+        }
+        Ok(())
+    }
+}
+
+impl Serialize for Message {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_str(self)
+    }
+}
+
+impl Serialize for Reason {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_str(self)
+    }
+}
+
+impl From<fmt::Arguments<'_>> for Argument {
+    fn from(number: fmt::Arguments<'_>) -> Self {
+        Self::Number(number.to_string())
+    }
+}
+
+impl From<Reason> for Argument {
+    fn from(reason: Reason) -> Self {
+        Self::Reason(reason)
+    }
+}
+
+impl From<Message> for Argument {
+    fn from(message: Message) -> Self {
+        Self::Reason(message.into())
+    }
+}
+
+impl From<&str> for Argument {
+    fn from(name: &str) -> Self {
+        Self::Name(name.to_owned())
+    }
+}
+
+impl From<&String> for Argument {
+    fn from(name: &String) -> Self {
+        Self::Name(name.clone())
+    }
+}
+
+impl From<Vec<String>> for Argument {
+    fn from(names: Vec<String>) -> Self {
+        Self::Names(names)
+    }
+}
+
+macro_rules! numbers {
+    ($($number:ty),*) => {$(
+        impl From<$number> for Argument {
+            fn from(number: $number) -> Self {
+                Self::Number(number.to_string())
+            }
+        }
+    )*};
+}
+numbers!(f64, u32, usize, i32);
+
+/// A [`Message`]: `message!("id")`, or `message!("id", name = value)`; numbers that are to be rounded go in as `format_args!("{value:.2}")`.
+macro_rules! message {
+    ($id:expr $(, $name:ident = $value:expr)* $(,)?) => {
+        $crate::message::Message { id: $id, arguments: vec![$((stringify!($name), $crate::message::Argument::from($value))),*] }
+    };
+}
+pub(crate) use message;
+
+/// A [`Reason`] of one message: as `message!`, without the `reason-` that its id begins with.
+macro_rules! reason {
+    ($id:literal $(, $name:ident = $value:expr)* $(,)?) => {
+        $crate::message::Reason::from($crate::message::message!(concat!("reason-", $id) $(, $name = $value)*))
+    };
+}
+pub(crate) use reason;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,157 @@
+//! Where on the screen a draw may show anything, from the outline of its ellipsoid: a renderer may leave out pixels beyond it.
+//!
+//! In: the uniforms of a body's draw, whose silhouette form is |ray|^2 (1 - q^2), q being the ray's distance from the centre. Out: forms over pixels, which are
+//! positive inside an outline. Always: each outline is an ellipse, so its form is concave, and a rectangle is tested by its corners and its middle.
+
+use crate::scene::camera::silhouette::PADDING_PX;
+use crate::scene::draw::{Draw, DrawUniforms, Part, Shape};
+use glam::{DVec3, DVec4};
+
+/// The pixels that a draw may change: those inside one outline and outside another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extent {
+    inside: Ellipse,
+    /// For the sky, which continues behind the antialiased edge of the ground only.
+    outside: Option<Ellipse>,
+}
+
+/// Coefficients of 1, x, y, x^2, xy, y^2 in pixels; the form is positive inside the ellipse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Ellipse([f64; 6]);
+
+impl Extent {
+    /// The extent of a body's draw on a screen of this size; `None` if any pixel of its rectangle may show it.
+    pub(super) fn of(draw: &Draw, screen: [u32; 2]) -> Option<Self> {
+        let (features, uniforms) = (&draw.features, &draw.uniforms);
+        if features.shape == Shape::Mesh || features.limb_heights {
+            return None;
+        }
+        let outline = |form| Ellipse::over_pixels(form, uniforms, screen);
+        match draw.part {
+            Part::Globe | Part::Clouds => {
+                Some(Self { inside: outline(uniforms.silhouette_form.map(|row| row.as_dvec4()))?, outside: None })
+            }
+            // A centre behind the camera would mean that rays meet the ellipsoid behind it.
+            Part::Sky if uniforms.depth_row.w > 0.0 => {
+                let ground = uniforms.silhouette_form.map(|row| row.as_dvec4());
+                Some(Self { inside: outline(raised(ground, uniforms))?, outside: Some(outline(ground)?) })
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether the draw shows nothing in a rectangle of pixels: left, top, right and bottom edge (exclusive).
+    pub(crate) fn misses(&self, pixels: [u32; 4]) -> bool {
+        self.inside.is_beside(pixels) || self.outside.is_some_and(|o| o.contains(pixels))
+    }
+
+    /// Whether the edges of the extent are outside of a rectangle that the draw does not miss.
+    pub(crate) fn covers(&self, pixels: [u32; 4]) -> bool {
+        self.inside.contains(pixels) && self.outside.is_none_or(|o| o.is_beside(pixels))
+    }
+}
+
+impl Ellipse {
+    /// A form over the draw's rectangle, over pixels; `None` if it is no ellipse: a hyperbola's other branch is behind the camera.
+    fn over_pixels(form: [DVec4; 2], uniforms: &DrawUniforms, screen: [u32; 2]) -> Option<Self> {
+        let form = form_over_pixels(form, uniforms, screen);
+        let [_, _, _, xx, xy, yy] = form;
+        (form.iter().all(|c| c.is_finite()) && xx < 0.0 && yy < 0.0 && 4.0 * xx * yy > xy * xy).then_some(Self(form))
+    }
+
+    /// Whether the rectangle, with a margin, is entirely inside: the least value of a concave function is at a corner.
+    fn contains(&self, pixels: [u32; 4]) -> bool {
+        let ([x, y], [half_x, half_y]) = middle_and_half(pixels);
+        [-half_x, half_x].iter().all(|dx| [-half_y, half_y].iter().all(|dy| self.at(x + dx, y + dy) > 0.0))
+    }
+
+    /// Whether the rectangle, with a margin, is entirely outside: a concave function lies below its tangent plane.
+    fn is_beside(&self, pixels: [u32; 4]) -> bool {
+        let ([middle_x, middle_y], [half_x, half_y]) = middle_and_half(pixels);
+        let [_, x, y, xx, xy, yy] = self.0;
+        let slope_x = x + 2.0 * xx * middle_x + xy * middle_y;
+        let slope_y = y + 2.0 * yy * middle_y + xy * middle_x;
+        self.at(middle_x, middle_y) + slope_x.abs() * half_x + slope_y.abs() * half_y < 0.0
+    }
+
+    fn at(&self, px: f64, py: f64) -> f64 {
+        let [constant, x, y, xx, xy, yy] = self.0;
+        constant + px * (x + xx * px + xy * py) + py * (y + yy * py)
+    }
+}
+
+/// The middle of a rectangle and half its sides, with a margin for antialiased edges and quads.
+fn middle_and_half(pixels: [u32; 4]) -> ([f64; 2], [f64; 2]) {
+    let [left, top, right, bottom] = pixels.map(f64::from);
+    ([0.5 * (left + right), 0.5 * (top + bottom)], [0.5 * (right - left) + PADDING_PX, 0.5 * (bottom - top) + PADDING_PX])
+}
+
+/// The form of the top of the air, |ray|^2 (1 + top - q^2), from that of the ground.
+fn raised(ground: [DVec4; 2], uniforms: &DrawUniforms) -> [DVec4; 2] {
+    let [origin, du, dv] = [uniforms.ray_origin, uniforms.ray_du, uniforms.ray_dv].map(|v| v.as_dvec3());
+    let length_sq =
+        [DVec3::new(origin.dot(origin), 2.0 * origin.dot(du), 2.0 * origin.dot(dv)), DVec3::new(du.dot(du), 2.0 * du.dot(dv), dv.dot(dv))];
+    let top = f64::from(uniforms.air.top);
+    [0, 1].map(|row: usize| ground[row] + top * length_sq[row].extend(0.0))
+}
+
+/// A form that is given over the draw's rectangle, over pixels.
+fn form_over_pixels([across, bend]: [DVec4; 2], uniforms: &DrawUniforms, [width, height]: [u32; 2]) -> [f64; 6] {
+    let rect = uniforms.rect_in_clip.as_dvec4();
+    // u = u0 + du x, and v = v0 + dv y; clip y points up.
+    let (du, dv) = (2.0 / (f64::from(width) * (rect.z - rect.x)), -2.0 / (f64::from(height) * (rect.w - rect.y)));
+    let (u0, v0) = ((-1.0 - rect.x) / (rect.z - rect.x), (1.0 - rect.y) / (rect.w - rect.y));
+    let constant = across.x + u0 * (across.y + u0 * bend.x + v0 * bend.y) + v0 * (across.z + v0 * bend.z);
+    let slope_u = across.y + 2.0 * u0 * bend.x + v0 * bend.y;
+    let slope_v = across.z + 2.0 * v0 * bend.z + u0 * bend.y;
+    [constant, slope_u * du, slope_v * dv, bend.x * du * du, bend.y * du * dv, bend.z * dv * dv]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A circle around (128, 128) on a screen of 256 pixels, given over a rectangle that is not the screen.
+    fn circle(radius: f64) -> Ellipse {
+        // Over the rectangle from pixel 16 to 240: radius^2 - (224 u - 112)^2 - (224 v - 112)^2.
+        let slope = 2.0 * 224.0 * 112.0;
+        let form =
+            [DVec4::new(radius * radius - 2.0 * 112.0 * 112.0, slope, slope, 0.0), DVec4::new(-224.0 * 224.0, 0.0, -224.0 * 224.0, 0.0)];
+        let clip = |px: f32| px / 128.0 - 1.0;
+        let rect_in_clip = glam::Vec4::new(clip(16.0), -clip(16.0), clip(240.0), -clip(240.0));
+        Ellipse::over_pixels(form, &DrawUniforms { rect_in_clip, ..DrawUniforms::default() }, [256, 256]).expect("an ellipse")
+    }
+
+    #[test]
+    fn a_block_is_left_out_only_if_each_of_its_pixels_is_beyond_an_outline() {
+        let extents = [Extent { inside: circle(100.0), outside: None }, Extent { inside: circle(110.0), outside: Some(circle(90.0)) }];
+        for (extent, [least, most]) in extents.iter().zip([[-1.0, 100.0], [90.0, 110.0]]) {
+            let (mut missed, mut covered) = (0, 0);
+            for (x, y) in (0..256).step_by(16).flat_map(|x| (0..256).step_by(8).map(move |y| (x, y))) {
+                let distance = |px: u32, py: u32| (f64::from(px) + 0.5 - 128.0).hypot(f64::from(py) + 0.5 - 128.0);
+                let all = |test: &dyn Fn(f64) -> bool| (x..x + 16).all(|px| (y..y + 8).all(|py| test(distance(px, py))));
+                let block = [x, y, x + 16, y + 8];
+                let shown = |d: f64| d > least - 1.0 && d < most + 1.0;
+                if extent.misses(block) {
+                    assert!(all(&|d| !shown(d)), "{block:?}");
+                    missed += 1;
+                } else {
+                    assert!(!all(&|d| d > most + 25.0 || d < least - 4.0), "{block:?} is far beyond");
+                }
+                if extent.covers(block) {
+                    assert!(all(&shown) && !extent.misses(block), "{block:?}");
+                    covered += 1;
+                }
+            }
+            // Of 512 blocks the circle covers 245, and its edge crosses some 60.
+            assert!(missed > 150 && (covered > 160 || least > 0.0), "{missed} {covered}");
+        }
+    }
+
+    #[test]
+    fn an_open_outline_bounds_nothing() {
+        let hyperbola = [DVec4::new(1.0, 0.0, 0.0, 0.0), DVec4::new(-1.0, 0.0, 1.0, 0.0)];
+        let rect_in_clip = glam::Vec4::new(-1.0, 1.0, 1.0, -1.0);
+        assert_eq!(Ellipse::over_pixels(hyperbola, &DrawUniforms { rect_in_clip, ..DrawUniforms::default() }, [64, 64]), None);
+    }
+}

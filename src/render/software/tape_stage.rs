@@ -1,0 +1,109 @@
+//! Shader stages that run the tape of a lowered module.
+//!
+//! In: a program, a draw's uniform bytes and textures. Out: a [`LaneProgram`]. Always: after a batch is stopped at the loop limit no further batch runs. Not
+//! here: how a tape is executed (`exec`).
+
+use super::exec::{ExecutionCounts, Executor, LaneMask, Prepared, TextureUnit};
+use super::kernels::KernelClass;
+use super::math::Real;
+use super::program::{LaneInput, LaneOutput, Program};
+use super::stage::{LANES, LaneProgram, LaneRun};
+use super::tone_map::ToneMap;
+use super::tone_map_run::ToneMapRun;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// An entry point of a lowered module, bound to a draw.
+pub(crate) struct TapeStage<'a, R: Real> {
+    program: &'a Program,
+    prepared: Prepared<R>,
+    textures: Box<dyn TextureUnit<R> + Sync + 'a>,
+    class: KernelClass,
+    /// Runs in place of the program.
+    tone_map: Option<ToneMap>,
+    /// A batch was stopped at the loop limit; no further batch is run.
+    hit_loop_limit: AtomicBool,
+}
+
+impl<'a, R: Real> TapeStage<'a, R> {
+    /// # Errors
+    /// An invalid program, or a kernel class that this machine lacks.
+    pub(crate) fn new(
+        program: &'a Program,
+        uniform_bytes: &[u8],
+        textures: Box<dyn TextureUnit<R> + Sync + 'a>,
+        class: KernelClass,
+    ) -> Result<Self, String> {
+        Executor::<R>::with_class(program, class)?;
+        let (prepared, hit_loop_limit) = (program.prepare_for(uniform_bytes, class), AtomicBool::new(false));
+        Ok(Self { program, prepared, textures, class, tone_map: None, hit_loop_limit })
+    }
+
+    /// Runs the tone map in place of the program, if the lanes are f32.
+    pub(crate) fn with_tone_map(self, tone_map: Option<ToneMap>) -> Self {
+        Self { tone_map: tone_map.filter(|_| R::as_f32(&[]).is_some()), ..self }
+    }
+
+    /// Whether a batch was stopped at the loop limit: the image is then incomplete.
+    pub(crate) fn hit_loop_limit(&self) -> bool {
+        self.hit_loop_limit.load(Ordering::Relaxed)
+    }
+}
+
+impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
+    fn inputs(&self) -> &[LaneInput] {
+        &self.program.inputs
+    }
+    fn outputs(&self) -> &[LaneOutput] {
+        &self.program.outputs
+    }
+    fn uses_discard(&self) -> bool {
+        self.program.uses_discard
+    }
+    fn is_position_independent(&self) -> bool {
+        self.program.is_position_independent()
+    }
+    fn tone_map(&self) -> Option<ToneMap> {
+        self.tone_map
+    }
+    fn start(&self) -> Box<dyn LaneRun<R> + Send + '_> {
+        let native = self.tone_map.and_then(|t| ToneMapRun::new(t, &self.program.inputs, &self.program.outputs, self.textures.as_ref()));
+        if let Some(run) = native {
+            return Box::new(run);
+        }
+        match Executor::with_class(self.program, self.class) {
+            Ok(executor) => Box::new(TapeRun { stage: self, executor }),
+            Err(what) => unreachable!("TapeStage::new has bound this program: {what}"),
+        }
+    }
+}
+
+struct TapeRun<'a, R: Real> {
+    stage: &'a TapeStage<'a, R>,
+    executor: Executor<R>,
+}
+
+impl<R: Real> LaneRun<R> for TapeRun<'_, R> {
+    fn input(&mut self, k: usize) -> &mut [R; LANES] {
+        self.executor.input_mut(k)
+    }
+    fn run(&mut self, active: LaneMask) -> LaneMask {
+        let stage = self.stage;
+        self.run_with_textures(active, stage.textures.as_ref())
+    }
+    fn run_with_textures(&mut self, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
+        if self.stage.hit_loop_limit() {
+            return 0;
+        }
+        let remaining = self.executor.run(&self.stage.prepared, active, textures);
+        if self.executor.hit_loop_limit() {
+            self.stage.hit_loop_limit.store(true, Ordering::Relaxed);
+        }
+        remaining
+    }
+    fn output(&self, k: usize) -> &[R; LANES] {
+        self.executor.output(k)
+    }
+    fn counts(&self) -> ExecutionCounts {
+        self.executor.counts()
+    }
+}

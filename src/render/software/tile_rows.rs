@@ -1,0 +1,196 @@
+//! Writes a resolved tile into the rows of an image, block by block, because a converted block stays in the L1 cache.
+//!
+//! In: a tile, and the part of each of its rows that lies inside the image. Out: every pixel of these rows. Always: a block that was not drawn has one
+//! colour, which is converted once.
+
+use super::raster::coverage::{self, BLOCK_PIXELS, TILE_BLOCKS, block_position};
+use super::tiles::TileTarget;
+use super::tone_map::ToneMap;
+use std::mem::MaybeUninit;
+
+const BLOCK_WIDTH: usize = coverage::BLOCK_WIDTH as usize;
+const BLOCK_HEIGHT: usize = coverage::BLOCK_HEIGHT as usize;
+
+/// `rows[y]` is the part of the tile's row `y` that lies inside the image.
+pub(super) type Rows<'a, 'b, T> = &'a mut [&'b mut [MaybeUninit<T>]];
+
+/// Converts values 0..=1 to bytes, rounding to nearest, ties to even; NaN becomes 0. Avoids saturating conversions, which would keep loops from being
+/// vectorised.
+#[inline(always)]
+pub(crate) fn unorm8(colour: [f32; 4]) -> [u8; 4] {
+    let byte = |v: f32| {
+        let v = if v > 0.0 { v } else { 0.0 };
+        let v = if v < 1.0 { v } else { 1.0 };
+        // Adding 1.5 * 2^23 leaves the rounded integer in the low bits.
+        (v * 255.0 + 12_582_912.0).to_bits() & 0xff
+    };
+    (byte(colour[0]) | byte(colour[1]) << 8 | byte(colour[2]) << 16 | byte(colour[3]) << 24).to_le_bytes()
+}
+
+/// Writes a block's pixels, given in lane order.
+#[inline(always)]
+fn place_block<T: Copy>(rows: Rows<'_, '_, T>, [x0, y0]: [usize; 2], pixels: &[T; BLOCK_PIXELS]) {
+    // The pixels of a quad are two pairs, one in each of two rows.
+    let (pairs, _) = pixels.as_chunks::<2>();
+    for (y, row) in rows.iter_mut().skip(y0).take(BLOCK_HEIGHT).enumerate() {
+        let Some(pairs_of_rows) = pairs[y / 2 * BLOCK_WIDTH..].first_chunk::<BLOCK_WIDTH>() else { continue };
+        match row.get_mut(x0..).and_then(|row| row.first_chunk_mut::<BLOCK_WIDTH>()) {
+            Some(to) => {
+                for (to, of_rows) in to.as_chunks_mut::<2>().0.iter_mut().zip(pairs_of_rows.as_chunks::<2>().0) {
+                    *to = of_rows[y % 2].map(MaybeUninit::new);
+                }
+            }
+            // The last columns, if the width is not a multiple of a block's width.
+            None => {
+                let row_pixels = pairs_of_rows.iter().skip(y % 2).step_by(2).flatten();
+                row.iter_mut().skip(x0).zip(row_pixels).for_each(|(to, from)| *to = MaybeUninit::new(*from));
+            }
+        }
+    }
+}
+
+/// Writes a block's pixels, given as little-endian words.
+#[inline(always)]
+fn place_words(rows: Rows<'_, '_, [u8; 4]>, block: usize, words: &[u32; BLOCK_PIXELS]) {
+    let mut bytes = [[0; 4]; BLOCK_PIXELS];
+    for (to, word) in bytes.iter_mut().zip(words) {
+        *to = word.to_le_bytes();
+    }
+    place_block(rows, block_position(block).map(|v| v as usize), &bytes);
+}
+
+/// Fills a block with one value.
+#[inline(always)]
+fn fill_block<T: Copy>(rows: Rows<'_, '_, T>, [x0, y0]: [usize; 2], value: T) {
+    for row in rows.iter_mut().skip(y0).take(BLOCK_HEIGHT) {
+        match row.get_mut(x0..).and_then(|row| row.first_chunk_mut::<BLOCK_WIDTH>()) {
+            Some(to) => *to = [MaybeUninit::new(value); BLOCK_WIDTH],
+            None => row.iter_mut().skip(x0).for_each(|to| *to = MaybeUninit::new(value)),
+        }
+    }
+}
+
+impl TileTarget {
+    /// Writes every pixel of a resolved tile.
+    pub(crate) fn write_to<T: Copy>(&self, rows: Rows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: AVX2 was detected.
+            return unsafe { self.write_avx2(rows, convert) };
+        }
+        self.write(rows, convert);
+    }
+
+    /// [`TileTarget::write`] compiled for AVX2: wider vectors, the same rounding.
+    /// # Safety
+    /// The machine has AVX2.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    unsafe fn write_avx2<T: Copy>(&self, rows: Rows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
+        self.write(rows, convert);
+    }
+
+    #[inline(always)]
+    fn write<T: Copy>(&self, rows: Rows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
+        let untouched = convert(self.clear_colour());
+        let mut converted = [untouched; BLOCK_PIXELS];
+        for block in 0..TILE_BLOCKS {
+            let [x0, y0] = block_position(block).map(|v| v as usize);
+            let Some([r, g, b, a]) = self.block(block).filter(|_| y0 < rows.len()) else { continue };
+            if !self.is_touched(block) {
+                fill_block(rows, [x0, y0], untouched);
+                continue;
+            }
+            for ((((to, r), g), b), a) in converted.iter_mut().zip(r).zip(g).zip(b).zip(a) {
+                *to = convert([*r, *g, *b, *a]);
+            }
+            place_block(rows, [x0, y0], &converted);
+        }
+    }
+
+    /// Writes the display bytes of every pixel of a resolved tile of light. `untouched`: those of the clear colour.
+    pub(super) fn write_tone_mapped(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMap, untouched: [u8; 4]) {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: AVX2 was detected.
+            return unsafe { self.tone_map_avx2(rows, tone_map, untouched) };
+        }
+        self.tone_map_generic(rows, tone_map, untouched);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn tone_map_avx2(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMap, untouched: [u8; 4]) {
+        let mut words = [0; BLOCK_PIXELS];
+        for block in 0..TILE_BLOCKS {
+            if let Some(light) = self.light_or_fill(block, rows, untouched) {
+                tone_map.map_avx2(light, &mut words);
+                place_words(rows, block, &words);
+            }
+        }
+    }
+
+    fn tone_map_generic(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMap, untouched: [u8; 4]) {
+        let mut words = [0; BLOCK_PIXELS];
+        for block in 0..TILE_BLOCKS {
+            if let Some(light) = self.light_or_fill(block, rows, untouched) {
+                tone_map.map_generic(light, &mut words);
+                place_words(rows, block, &words);
+            }
+        }
+    }
+
+    /// Red, green and blue of a block that was drawn; any other is filled, if it is inside the image.
+    #[inline(always)]
+    fn light_or_fill(&self, block: usize, rows: Rows<'_, '_, [u8; 4]>, untouched: [u8; 4]) -> Option<[&[f32; BLOCK_PIXELS]; 3]> {
+        let at = block_position(block).map(|v| v as usize);
+        if at[1] >= rows.len() {
+            return None;
+        }
+        if !self.is_touched(block) {
+            fill_block(rows, at, untouched);
+            return None;
+        }
+        let [r, g, b, _] = self.block(block)?;
+        Some([r, g, b])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::plan::Blend;
+
+    #[test]
+    fn every_pixel_is_written_where_it_belongs() {
+        let pixels = coverage::TilePixels::new();
+        let mut t = TileTarget::new(1);
+        t.clear([-1.0, -1.0, 0.0, 0.0], false);
+        for (p, (x, y)) in pixels.x.iter().zip(&pixels.y).enumerate().filter(|(p, _)| p / BLOCK_PIXELS != 9) {
+            t.store(p, 1, Blend::Replace, [*x, *y, 0.0, 0.0]);
+        }
+        let [x9, y9] = block_position(9).map(|v| v as usize);
+        for (width, height) in [(64, 64), (33, 64), (64, 9), (1, 1), (50, 47)] {
+            let mut room = vec![MaybeUninit::uninit(); width * height];
+            t.write_to(&mut room.chunks_mut(width).collect::<Vec<_>>(), |c| c);
+            for (k, pixel) in room.into_iter().enumerate() {
+                // SAFETY: every pixel has been written.
+                let [x, y, ..] = unsafe { pixel.assume_init() };
+                let (column, row) = (k % width, k / width);
+                let untouched = (x9..x9 + BLOCK_WIDTH).contains(&column) && (y9..y9 + BLOCK_HEIGHT).contains(&row);
+                let expected = if untouched { [-1.0; 2] } else { [column as f32 + 0.5, row as f32 + 0.5] };
+                assert_eq!([x, y], expected, "{width}x{height}: {column}, {row}");
+            }
+        }
+    }
+
+    #[test]
+    fn bytes_round_to_nearest() {
+        assert_eq!(unorm8([0.0, 1.0, 0.5, 2.0]), [0, 255, 128, 255]);
+        assert_eq!(unorm8([-1.0, f32::NAN, f32::INFINITY, -0.0]), [0, 0, 255, 0]);
+        for byte in 0..=255_u8 {
+            let [below, at, above] = [-0.49, 0.0, 0.49].map(|d| (f32::from(byte) + d) / 255.0);
+            assert_eq!(unorm8([below, at, above, 0.0]), [byte, byte, byte, 0]);
+        }
+    }
+}

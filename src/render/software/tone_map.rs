@@ -1,0 +1,283 @@
+//! The shipped tone map (shaders/entry/tone_map.wesl) as one function over the pixels of a block, in place of its tape.
+//!
+//! In: linear light. Out: display bytes. Always: the sRGB curve rounds to the level that is nearest to its exact value, by a table of its 255 thresholds;
+//! the tape is up to a thousandth of a level off, so that both differ by one level where a value lies that close to a half. All kernel classes give the
+//! same bytes. Not here: a tone map that was edited, or f64, which the tape executes.
+
+// The compiler vectorises loops by index over several arrays of one fixed length.
+#![allow(clippy::needless_range_loop)]
+
+use super::exec::LANES;
+use crate::shader::emit::emit_module;
+use crate::shader::{ModuleId, ShaderModule};
+use std::sync::{LazyLock, OnceLock};
+
+const MODULE: &str = "tone_map";
+
+/// Offsets of the shipped tone map's uniforms, in bytes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ToneMapFields {
+    exposure: usize,
+    true_to: usize,
+}
+
+impl ToneMapFields {
+    /// `None` if the module is not the tone map, or not made of the built-in fragments.
+    pub(super) fn of(module: &ShaderModule) -> Option<Self> {
+        static SHIPPED: OnceLock<Option<String>> = OnceLock::new();
+        if module.id != ModuleId::Simple(MODULE) {
+            return None;
+        }
+        let shipped = SHIPPED.get_or_init(|| emit_module(&ModuleId::Simple(MODULE)).ok().map(|emitted| emitted.wgsl)).as_ref()?;
+        let offset = |name| module.layout.field(name).map(|field| field.offset as usize);
+        (module.wgsl == *shipped).then_some(Self { exposure: offset("exposure")?, true_to: offset("true_to")? })
+    }
+
+    pub(super) fn bind(self, uniform_bytes: &[u8]) -> Option<ToneMap> {
+        let read = |offset: usize| uniform_bytes.get(offset..)?.first_chunk().map(|bytes| f32::from_le_bytes(*bytes));
+        Some(ToneMap { exposure: read(self.exposure)?, true_to: read(self.true_to)? })
+    }
+}
+
+/// The tone map with its uniforms.
+#[derive(Clone, Copy, Debug)]
+pub struct ToneMap {
+    exposure: f32,
+    true_to: f32,
+}
+
+/// The table's first value, 2^-13, is shown as level 0; its last is the largest value below 1.
+const FIRST: u32 = (127 - 13) << 23;
+const LAST: u32 = 0x3f7f_ffff;
+/// A cell's values have equal high bits: 128 cells to a factor of two. The curve rises by at most 78 levels in that factor, so that a cell has at most
+/// one threshold.
+const CELL_BITS: u32 = 16;
+const CELLS: usize = ((LAST - FIRST) >> CELL_BITS) as usize + 1;
+
+/// Per cell, a number whose sum with the low bits of a value has the value's level in its high bits.
+static LEVELS: LazyLock<Box<[u32; CELLS]>> = LazyLock::new(|| {
+    let mut levels = Box::new([0; CELLS]);
+    let mut threshold_bits = [LAST + 1; 256];
+    for (level, bits) in threshold_bits.iter_mut().enumerate().skip(1).map(|(k, bits)| (k as f64 - 0.5, bits)) {
+        let encoded = level / 255.0;
+        let linear = if encoded <= 12.92 * 0.003_130_8 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
+        // The smallest f32 that is not below.
+        let nearest = linear as f32;
+        *bits = nearest.to_bits() + u32::from(f64::from(nearest) < linear);
+    }
+    let mut level = 0;
+    for (cell, entry) in levels.iter_mut().enumerate() {
+        let start = FIRST + ((cell as u32) << CELL_BITS);
+        let is_reached = |level: usize, bits: u32| threshold_bits.get(level + 1).is_some_and(|threshold| *threshold <= bits);
+        level += usize::from(is_reached(level, start));
+        *entry = (level as u32) << CELL_BITS;
+        if is_reached(level, start + ((1 << CELL_BITS) - 1)) {
+            *entry += start + (1 << CELL_BITS) - threshold_bits[level + 1];
+            level += 1;
+        }
+    }
+    levels
+});
+
+/// The cell and the low bits of a value that is not negative and not NaN; out of range, those of the nearest value in range.
+#[inline(always)]
+fn cell_of(linear: f32) -> (u32, u32) {
+    // Such values are ordered like their bits.
+    let bits = linear.to_bits().clamp(FIRST, LAST);
+    ((bits - FIRST) >> CELL_BITS, bits & ((1 << CELL_BITS) - 1))
+}
+
+/// Opaque RGBA from each channel's sum of table entry and low bits.
+#[inline(always)]
+fn packed([r, g, b]: [u32; 3]) -> u32 {
+    r >> CELL_BITS | (g >> CELL_BITS) << 8 | (b >> CELL_BITS) << 16 | 0xff00_0000
+}
+
+/// Encodes linear values, none of which is negative or NaN.
+#[inline(always)]
+fn encode_generic(linear: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
+    let levels = &**LEVELS;
+    let level = |value: f32| {
+        let (cell, low) = cell_of(value);
+        levels[cell as usize] + low
+    };
+    for (i, out) in out.iter_mut().enumerate() {
+        *out = packed(linear.map(|plane| level(plane[i])));
+    }
+}
+
+/// The same bytes by gather instructions.
+#[cfg(target_arch = "x86_64")]
+mod avx2 {
+    use super::{CELL_BITS, FIRST, LANES, LAST, LEVELS};
+    use std::arch::x86_64::{
+        __m256i, _mm256_add_epi32, _mm256_and_si256, _mm256_i32gather_epi32, _mm256_max_epi32, _mm256_min_epi32, _mm256_or_si256,
+        _mm256_set1_epi32, _mm256_slli_epi32, _mm256_srli_epi32, _mm256_sub_epi32,
+    };
+    use std::mem::transmute;
+
+    /// The levels of eight values.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn levels(values: [f32; 8]) -> __m256i {
+        // Signed integers: the values' bits and the limits are below 2^31.
+        let word = |bits: u32| _mm256_set1_epi32(bits.cast_signed());
+        // SAFETY: eight words in either form.
+        let bits = unsafe { transmute::<[f32; 8], __m256i>(values) };
+        let bits = _mm256_min_epi32(_mm256_max_epi32(bits, word(FIRST)), word(LAST));
+        let cells = _mm256_srli_epi32::<{ CELL_BITS as i32 }>(_mm256_sub_epi32(bits, word(FIRST)));
+        // SAFETY: bits are within FIRST..=LAST, so cells are below CELLS, the table's length.
+        let entries = unsafe { _mm256_i32gather_epi32::<4>(LEVELS.as_ptr().cast::<i32>(), cells) };
+        let low = _mm256_and_si256(bits, word((1 << CELL_BITS) - 1));
+        _mm256_srli_epi32::<{ CELL_BITS as i32 }>(_mm256_add_epi32(entries, low))
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    pub(super) fn encode([r, g, b]: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
+        let (r, g, b) = (r.as_chunks::<8>().0, g.as_chunks::<8>().0, b.as_chunks::<8>().0);
+        for (((out, r), g), b) in out.as_chunks_mut::<8>().0.iter_mut().zip(r).zip(g).zip(b) {
+            let red_green = _mm256_or_si256(levels(*r), _mm256_slli_epi32::<8>(levels(*g)));
+            let blue_alpha = _mm256_or_si256(_mm256_slli_epi32::<16>(levels(*b)), _mm256_set1_epi32(0xff << 24));
+            // SAFETY: eight words in either form.
+            *out = unsafe { transmute::<__m256i, [u32; 8]>(_mm256_or_si256(red_green, blue_alpha)) };
+        }
+    }
+}
+
+impl ToneMap {
+    /// Display bytes of a block's pixels, as little-endian words.
+    #[inline(always)]
+    pub(super) fn map_generic(&self, light: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
+        let mut exposed = [[0.0; LANES]; 3];
+        self.expose(light, &mut exposed);
+        encode_generic(exposed.each_ref(), out);
+    }
+
+    /// [`ToneMap::map_generic`] with AVX2: the same bytes.
+    #[cfg(target_arch = "x86_64")]
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    pub(super) fn map_avx2(&self, light: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
+        let mut exposed = [[0.0; LANES]; 3];
+        self.expose(light, &mut exposed);
+        avx2::encode(exposed.each_ref(), out);
+    }
+
+    /// Light after exposure and tone curve; NaN becomes 0.
+    #[inline(always)]
+    fn expose(&self, light: [&[f32; LANES]; 3], exposed: &mut [[f32; LANES]; 3]) {
+        let mut peak_bits = 0;
+        for k in 0..3 {
+            for i in 0..LANES {
+                let value = light[k][i] * self.exposure;
+                let value = if value > 0.0 { value } else { 0.0 };
+                exposed[k][i] = value;
+                peak_bits = peak_bits.max(value.to_bits());
+            }
+        }
+        // Up to here the tone curve is the identity, which is most pictures' every block.
+        if f32::from_bits(peak_bits) > self.true_to {
+            self.compress(exposed);
+        }
+    }
+
+    /// The tone curve `filmic` of shaders/lib/display.wesl.
+    #[inline(always)]
+    fn compress(&self, [r, g, b]: &mut [[f32; LANES]; 3]) {
+        for i in 0..LANES {
+            let colour = [r[i], g[i], b[i]].map(|c| if c < 1.0e6 { c } else { 1.0e6 });
+            let greater = |a: f32, b: f32| if a > b { a } else { b };
+            let peak = greater(greater(colour[0], colour[1]), greater(colour[2], 1.0e-12));
+            let shoulder = 1.0 - 0.04 / (greater(peak, 0.8) - 0.6);
+            let mapped = if peak <= self.true_to { peak } else { shoulder };
+            let ratio = mapped / peak;
+            let whiteness = 1.0 - 1.0 / (0.15 * (peak - mapped) + 1.0);
+            [r[i], g[i], b[i]] = colour.map(|c| c * ratio * (1.0 - whiteness) + mapped * whiteness);
+        }
+    }
+
+    /// As [`ToneMap::map_generic`], by the best instructions of this machine.
+    pub(super) fn bytes(&self, light: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: AVX2 was detected.
+            return unsafe { self.map_avx2(light, out) };
+        }
+        self.map_generic(light, out);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn exact(linear: f64) -> f64 {
+        255.0 * if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+    }
+
+    fn level(linear: f32) -> u32 {
+        let (cell, low) = cell_of(linear);
+        (LEVELS[cell as usize] + low) >> CELL_BITS
+    }
+
+    #[test]
+    fn levels_are_nearest_to_the_curve() {
+        for bits in (0..1.1_f32.to_bits()).step_by(997) {
+            let linear = f32::from_bits(bits);
+            let off = (f64::from(level(linear)) - exact(f64::from(linear)).min(255.0)).abs();
+            assert!(off <= 0.5 + 1e-9, "{linear}: {off}");
+        }
+        // Each threshold lies between two neighbouring values.
+        for k in 1..=255 {
+            let threshold = threshold(k);
+            let [below, above] = [threshold - 1, threshold].map(|bits| exact(f64::from(f32::from_bits(bits))));
+            let half = f64::from(k) - 0.5;
+            assert!(below < half + 1e-9 && above > half - 1e-9, "{k}: {below} {above}");
+        }
+        assert_eq!([0.0, 1.0, 7.0, f32::INFINITY].map(level), [0, 255, 255, 255]);
+    }
+
+    /// The bits of the smallest value that is shown at this level or a higher one.
+    fn threshold(wanted: u32) -> u32 {
+        let (mut below, mut at) = (0, LAST + 1);
+        while at - below > 1 {
+            let middle = below + (at - below) / 2;
+            if level(f32::from_bits(middle)) < wanted { below = middle } else { at = middle }
+        }
+        at
+    }
+
+    fn light() -> [[f32; LANES]; 3] {
+        [3, 17, 29].map(|step: usize| std::array::from_fn(|i| 10.0_f32.powf((i * step % LANES) as f32 / 16.0 - 5.0)))
+    }
+
+    #[test]
+    fn all_code_gives_the_same_bytes() {
+        let mut odd = light();
+        (odd[0][3], odd[1][4], odd[2][5]) = (f32::NAN, f32::INFINITY, -1.0);
+        for true_to in [0.8, f32::MAX] {
+            let tone_map = ToneMap { exposure: 0.75, true_to };
+            for light in [light(), odd] {
+                let (mut best, mut generic) = ([0; LANES], [1; LANES]);
+                tone_map.bytes(light.each_ref(), &mut best);
+                tone_map.map_generic(light.each_ref(), &mut generic);
+                assert_eq!(best, generic);
+                assert!(best.iter().all(|word| word >> 24 == 255));
+            }
+        }
+    }
+
+    #[test]
+    fn an_edited_tone_map_is_not_replaced() {
+        let build = |fragments: &crate::shader::fragments::Fragments| {
+            ShaderModule::build_with(fragments, &ModuleId::Simple(MODULE), &crate::shader::Lowering::none()).expect("builds")
+        };
+        let shipped = build(&crate::shader::fragments::Fragments::default());
+        let bound = ToneMapFields::of(&shipped).and_then(|fields| fields.bind(&[2.0_f32, 0.8].map(f32::to_le_bytes).concat()));
+        assert!(bound.is_some_and(|t| (t.exposure, t.true_to) == (2.0, 0.8)));
+        let text = include_str!("../../../shaders/lib/display.wesl").replace("0.04", "0.05");
+        let edited = crate::shader::fragments::Fragments::with_files([("lib/display.wesl".to_owned(), text)]);
+        assert!(ToneMapFields::of(&build(&edited)).is_none());
+    }
+}

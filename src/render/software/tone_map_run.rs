@@ -1,0 +1,77 @@
+//! The shipped tone map as a fragment stage: for a pass that is not fused with the one before, and for tiles that have draws over the picture.
+//!
+//! In: the tone map with its uniforms, the inputs and outputs of its program, the picture. Out: a [`LaneRun`]. Always: the colours are the bytes of
+//! [`ToneMap::bytes`]. Not here: the mapping itself (`tone_map`).
+
+use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
+use super::math::Real;
+use super::program::{LaneInput, LaneOutput};
+use super::stage::{LANES, LaneRun};
+use super::tone_map::ToneMap;
+
+/// The working state of one thread.
+pub(super) struct ToneMapRun<'a, R> {
+    tone_map: ToneMap,
+    textures: &'a (dyn TextureUnit<R> + Sync),
+    inputs: Vec<[R; LANES]>,
+    /// The inputs for the pixel's x and y.
+    position: [usize; 2],
+    /// Per output, its component of the colour.
+    components: Vec<usize>,
+    colour: [[R; LANES]; 4],
+}
+
+impl<'a, R: Real> ToneMapRun<'a, R> {
+    /// `None` if the lanes are not f32, or the program has other inputs and outputs.
+    pub(super) fn new(
+        tone_map: ToneMap,
+        inputs: &[LaneInput],
+        outputs: &[LaneOutput],
+        textures: &'a (dyn TextureUnit<R> + Sync),
+    ) -> Option<Self> {
+        R::as_f32(&[])?;
+        let input = |axis: u32| inputs.iter().position(|i| matches!(*i, LaneInput::FragCoord { component } if component == axis));
+        let component = |output: &LaneOutput| match *output {
+            LaneOutput::Location { index: 0, component, .. } if component < 4 => Some(component as usize),
+            _ => None,
+        };
+        Some(Self {
+            tone_map,
+            textures,
+            inputs: vec![[R::ZERO; LANES]; inputs.len()],
+            position: [input(0)?, input(1)?],
+            components: outputs.iter().map(component).collect::<Option<_>>()?,
+            colour: [[R::ZERO; LANES], [R::ZERO; LANES], [R::ZERO; LANES], [R::ONE; LANES]],
+        })
+    }
+}
+
+impl<R: Real> LaneRun<R> for ToneMapRun<'_, R> {
+    fn input(&mut self, k: usize) -> &mut [R; LANES] {
+        &mut self.inputs[k]
+    }
+    fn run(&mut self, active: LaneMask) -> LaneMask {
+        self.run_with_textures(active, self.textures)
+    }
+    fn run_with_textures(&mut self, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
+        let [x, y] = self.position.map(|k| self.inputs[k].map(|v| R::from_lane_bits(v.to_i32() as u32)));
+        let mut light = [[R::ZERO; LANES]; 4];
+        textures.load(0, &x, &y, &[R::ZERO], active, light.each_mut().map(|plane| plane.as_mut_slice()));
+        let planes = [0, 1, 2].map(|k: usize| R::as_f32(&light[k]).and_then(|plane| plane.first_chunk::<LANES>()));
+        let [Some(r), Some(g), Some(b)] = planes else { return 0 };
+        let mut bytes = [0; LANES];
+        self.tone_map.bytes([r, g, b], &mut bytes);
+        for (k, plane) in self.colour.iter_mut().take(3).enumerate() {
+            for (to, word) in plane.iter_mut().zip(bytes) {
+                *to = R::from_f32_bits(((word >> (8 * k) & 0xff) as f32 / 255.0).to_bits());
+            }
+        }
+        active
+    }
+    fn output(&self, k: usize) -> &[R; LANES] {
+        &self.colour[self.components[k]]
+    }
+    fn counts(&self) -> ExecutionCounts {
+        ExecutionCounts::default()
+    }
+}

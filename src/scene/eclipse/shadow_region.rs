@@ -1,0 +1,207 @@
+//! Where an occluder's shadow lies near its receiver, and whether it meets the picture.
+//!
+//! In: an occluder, the extent of its receiver, and the frustum of the camera in the receiver's axes. Out: a tapered capsule that contains every point of the
+//! receiver in the penumbra, and whether any of it can be in the picture. Always: the bound is outer; a shadow in the picture is never judged to be outside.
+
+use crate::scene::camera::{Camera, Placement};
+use glam::{DVec2, DVec3};
+
+/// Pixels by which the frustum is widened on each side: a pixel at the edge also shows what lies just outside.
+const MARGIN_PX: f64 = 2.0;
+/// Factor on the penumbra's radius. A cone around two spheres is wider than the sum of the radii by the square of the Sun's angular radius.
+const RADIUS_MARGIN: f64 = 1.001;
+
+/// The picture's frustum in a receiver's axes and equatorial radii.
+#[derive(Clone, Copy, Debug)]
+pub struct Frustum {
+    position: DVec3,
+    /// Unit normals of its planes, which pass through the camera and face inwards: the four sides, then the plane of the image.
+    inward: [DVec3; 5],
+    /// Tangent of the angle of the smallest pixel, which is at a corner.
+    smallest_pixel_tangent: f64,
+}
+
+impl Frustum {
+    /// The frustum of `camera` in the axes of a placed body.
+    pub(crate) fn of(camera: &Camera, placement: &Placement) -> Self {
+        let tan = camera.tan_half_fov * (1.0 + DVec2::splat(MARGIN_PX) / camera.half_size());
+        let [right, up, forward] = [camera.right, camera.up, camera.forward].map(|axis| placement.body_from_icrf * axis);
+        let sides = [forward * tan.x - right, forward * tan.x + right, forward * tan.y - up, forward * tan.y + up];
+        Self {
+            position: placement.body_from_icrf * -placement.centre_km / placement.radii_km.x,
+            inward: [sides[0], sides[1], sides[2], sides[3], forward].map(DVec3::normalize),
+            smallest_pixel_tangent: camera.pixel_tangent() / (1.0 + camera.tan_half_fov.length_squared()),
+        }
+    }
+}
+
+/// The points of a receiver that an occluder may darken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReceiverShape {
+    /// Every point within the reach.
+    Ball,
+    /// Points of the equatorial plane within the reach: rings.
+    EquatorialPlane,
+}
+
+/// A capsule whose radius grows along it: the part of a penumbra that can touch a receiver.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ShadowRegion {
+    /// Centre and radius of both ends, the one nearer to the Sun first.
+    ends: [(DVec3, f64); 2],
+}
+
+impl ShadowRegion {
+    /// The penumbra behind `centre`, an occluder of `radius`, as far as it touches the receiver; `None` if it misses it. `sunward`: unit vector to the Sun.
+    /// `widening`: growth of the penumbra's radius with distance from the occluder.
+    pub(crate) fn of(centre: DVec3, radius: f64, sunward: DVec3, widening: f64, reach: f64, shape: ReceiverShape) -> Option<Self> {
+        let radius_at = |behind: f64| (radius + behind * widening) * RADIUS_MARGIN;
+        // Distances behind the occluder, along its axis, at which a cross section of the penumbra can contain a point of the receiver.
+        let along = centre.dot(sunward);
+        let far_radius = radius_at((along + reach).max(0.0));
+        let from_axis_sq = (centre - sunward * along).length_squared();
+        let half_chord = ((reach + far_radius).powi(2) - from_axis_sq).max(0.0).sqrt();
+        if from_axis_sq > (reach + far_radius).powi(2) {
+            return None;
+        }
+        // A cross section is perpendicular to the axis, so it holds no point of the receiver farther along than the reach.
+        let half = half_chord.min(reach);
+        let (mut from, mut to) = ((along - half).max(0.0), along + half);
+        if shape == ReceiverShape::EquatorialPlane {
+            // A cross section reaches as far from the plane as its radius times the cosine of the Sun's height over the plane.
+            let cosine = (1.0 - sunward.z * sunward.z).max(0.0).sqrt() * RADIUS_MARGIN * RADIUS_MARGIN;
+            for side in [1.0, -1.0] {
+                // side * (centre.z - behind * sunward.z) <= (radius + behind * widening) * cosine
+                let (rate, least) = (side * sunward.z + widening * cosine, side * centre.z - radius * cosine);
+                if rate > 0.0 {
+                    from = from.max(least / rate);
+                } else if rate < 0.0 {
+                    to = to.min(least / rate);
+                } else if least > 0.0 {
+                    return None;
+                }
+            }
+        }
+        let end = |behind: f64| (centre - sunward * behind, radius_at(behind));
+        (from <= to).then(|| Self { ends: [end(from), end(to)] })
+    }
+
+    /// Whether any of it can be in the picture.
+    pub(crate) fn meets(&self, frustum: &Frustum) -> bool {
+        frustum.inward.iter().all(|inward| self.ends.iter().any(|(centre, radius)| (*centre - frustum.position).dot(*inward) > -radius))
+    }
+
+    /// Lower limit of a pixel's size there, in equatorial radii.
+    pub(crate) fn least_pixel(&self, frustum: &Frustum) -> f64 {
+        let [(near, near_radius), (far, far_radius)] = self.ends;
+        let (axis, to_camera) = (far - near, frustum.position - near);
+        let part = (to_camera.dot(axis) / axis.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let distance = (to_camera - axis * part).length() - near_radius.max(far_radius);
+        distance.max(0.0) * frustum.smallest_pixel_tangent
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    const REACH: f64 = 3.0;
+
+    struct Shadow {
+        centre: DVec3,
+        radius: f64,
+        sunward: DVec3,
+        widening: f64,
+    }
+
+    impl Shadow {
+        fn random(random: &mut Random) -> Self {
+            // A random height of the Sun over the plane, down to 0.001 degrees.
+            let flat = random.direction() * DVec3::new(1.0, 1.0, 10.0_f64.powf(random.between(-5.0, 0.0)));
+            Self {
+                centre: random.direction() * random.between(0.5, 30.0) * DVec3::new(1.0, 1.0, 10.0_f64.powf(random.between(-3.0, 0.0))),
+                radius: 10.0_f64.powf(random.between(-3.0, 0.5)),
+                sunward: flat.normalize(),
+                widening: 10.0_f64.powf(random.between(-4.0, -1.5)),
+            }
+        }
+
+        fn region(&self, shape: ReceiverShape) -> Option<ShadowRegion> {
+            ShadowRegion::of(self.centre, self.radius, self.sunward, self.widening, REACH, shape)
+        }
+
+        /// As the shader decides it: behind the occluder's plane, and nearer to the axis than the penumbra is wide there.
+        fn darkens(&self, point: DVec3) -> bool {
+            let behind = (self.centre - point).dot(self.sunward);
+            let aside = (point - self.centre).reject_from_normalized(self.sunward).length();
+            behind > 0.0 && aside < self.radius + behind * self.widening
+        }
+    }
+
+    fn is_inside(frustum: &Frustum, point: DVec3) -> bool {
+        frustum.inward.iter().all(|inward| (point - frustum.position).dot(*inward) > 0.0)
+    }
+
+    fn camera(random: &mut Random, position: DVec3) -> Frustum {
+        let camera = Camera::looking(DVec3::ZERO, random.direction(), DVec3::Z, random.between(0.1, 120.0), 64, 48);
+        let placement = Placement { centre_km: -position, body_from_icrf: glam::DMat3::IDENTITY, radii_km: DVec3::ONE };
+        Frustum::of(&camera, &placement)
+    }
+
+    /// Random darkened points of the receiver: near the axis, where the region is narrow, and on the plane for rings.
+    fn darkened_points(random: &mut Random, shadow: &Shadow, shape: ReceiverShape) -> Vec<DVec3> {
+        let along = shadow.centre.dot(shadow.sunward);
+        let some = |random: &mut Random| {
+            let behind = random.between((along - REACH).max(0.0), along + REACH);
+            let width = (shadow.radius + behind.max(0.0) * shadow.widening) * random.between(0.0, 1.0);
+            let aside = random.direction().reject_from_normalized(shadow.sunward).normalize_or_zero() * width;
+            let mut point = shadow.centre - shadow.sunward * behind + aside;
+            if shape == ReceiverShape::EquatorialPlane {
+                // Along the axis to the plane.
+                point -= shadow.sunward * (point.z / shadow.sunward.z);
+                point.z = 0.0;
+            }
+            point
+        };
+        (0..40).map(|_| some(random)).filter(|p| p.length() <= REACH && shadow.darkens(*p)).collect()
+    }
+
+    /// Points in a shadow and in the picture: the region must meet the picture. With radii a tenth as wide, some would be missed.
+    #[test]
+    fn a_shadow_in_the_picture_is_never_left_out() {
+        let mut random = Random::new(11);
+        for shape in [ReceiverShape::Ball, ReceiverShape::EquatorialPlane] {
+            let (mut seen, mut left_out_if_narrow, mut outside) = (0, 0, 0);
+            for _ in 0..20_000 {
+                let shadow = Shadow::random(&mut random);
+                let position = random.direction() * 10.0_f64.powf(random.between(0.01, 2.0));
+                let frustum = camera(&mut random, position);
+                let region = shadow.region(shape);
+                outside += usize::from(!region.is_some_and(|r| r.meets(&frustum)));
+                for point in darkened_points(&mut random, &shadow, shape).into_iter().filter(|p| is_inside(&frustum, *p)) {
+                    seen += 1;
+                    let region = region.unwrap_or_else(|| panic!("{shape:?}: no region, yet {point} is darkened"));
+                    assert!(region.meets(&frustum), "{shape:?}: {point} is darkened and in the picture");
+                    let pixel = (point - frustum.position).length() * frustum.smallest_pixel_tangent;
+                    assert!(region.least_pixel(&frustum) <= pixel * 1.0001, "{shape:?}: a smaller pixel at {point}");
+                    let narrow = ShadowRegion { ends: region.ends.map(|(centre, radius)| (centre, 0.1 * radius)) };
+                    left_out_if_narrow += usize::from(!narrow.meets(&frustum));
+                }
+            }
+            println!("{shape:?}: {seen} points, {left_out_if_narrow} left out if narrow, {outside} regions outside");
+            assert!(seen > 1000 && left_out_if_narrow > 0 && outside > 10_000, "{shape:?}: {seen}, {left_out_if_narrow}, {outside}");
+        }
+    }
+
+    /// Under a high Sun the shadow of a moon above the plane falls beside the rings, and one whose penumbra stays above the plane does not reach it at all.
+    #[test]
+    fn a_shadow_that_misses_the_plane_has_no_region() {
+        let sunward = DVec3::new(1.0, 0.0, 0.5).normalize();
+        let region = |centre: DVec3| ShadowRegion::of(centre, 0.01, sunward, 1e-3, REACH, ReceiverShape::EquatorialPlane);
+        assert!(region(DVec3::new(2.0, 0.0, 0.0)).is_some(), "a moon in the plane");
+        assert!(region(DVec3::new(2.0, 0.0, 0.3)).is_some(), "its shadow falls 0.6 farther in");
+        assert!(region(DVec3::new(2.0, 0.0, -0.1)).is_none(), "the plane is between the Sun and the moon");
+        assert!(region(DVec3::new(8.0, 0.0, 0.01)).is_none(), "the shadow meets the plane beyond the reach");
+    }
+}

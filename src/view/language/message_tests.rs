@@ -1,0 +1,82 @@
+//! Tests that each message that a source of any layer names exists in English, has the arguments that are given there, and is used.
+
+use crate::message::ENGLISH_FILE;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// Appends the text of each source below a folder.
+fn sources(folder: &Path, out: &mut Vec<(String, String)>) {
+    for entry in std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
+        if entry.is_dir() {
+            sources(&entry, out);
+        } else if entry.extension().is_some_and(|e| e == "rs") {
+            let text = std::fs::read_to_string(&entry).expect("a source");
+            let code = text.split("\n#[cfg(test)]\nmod tests {").next().unwrap_or_default().to_owned();
+            out.push((entry.display().to_string(), code));
+        }
+    }
+}
+
+/// The calls of a macro in a source: the literal that begins each, and the names of the arguments after it.
+fn calls<'c>(code: &'c str, opening: &str) -> Vec<(&'c str, BTreeSet<&'c str>)> {
+    let mut found = Vec::new();
+    for call in code.split(opening).skip(1) {
+        let Some((id, rest)) = call.trim_start().strip_prefix('"').and_then(|call| call.split_once('"')) else { continue };
+        // Depth 0 is inside of the call's own bracket; literals are skipped.
+        let (mut depth, mut in_literal, mut start, mut names) = (0, false, 0, BTreeSet::new());
+        for (at, c) in rest.char_indices() {
+            match c {
+                '"' => in_literal = !in_literal,
+                _ if in_literal => {}
+                '(' | '[' | '{' => depth += 1,
+                ')' | ']' | '}' if depth == 0 => break,
+                ')' | ']' | '}' => depth -= 1,
+                ',' if depth == 0 => start = at + 1,
+                '=' if depth == 0 && !rest[start..at].contains('=') => {
+                    let name = rest[start..at].trim();
+                    if !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_') && !rest[at..].starts_with("==") {
+                        names.insert(name);
+                    }
+                }
+                _ => {}
+            }
+        }
+        found.push((id, names));
+    }
+    found
+}
+
+/// The names of the arguments of each English message.
+fn known() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
+    let names = |template: &'static str| template.split("{ $").skip(1).filter_map(|part| Some(part.split_once(" }")?.0)).collect();
+    let lines = ENGLISH_FILE.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split_once(" = "));
+    lines.map(|(id, template)| (id, names(template))).collect()
+}
+
+#[test]
+fn each_message_is_used_and_each_used_one_exists_with_its_arguments() {
+    let known = known();
+    let mut all = Vec::new();
+    sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut all);
+    let mut used = BTreeSet::new();
+    for (path, code) in all.iter().filter(|(path, _)| !path.contains("message")) {
+        for (opening, prefix) in [("reason!(", "reason-"), ("message!(", "")] {
+            for (id, arguments) in calls(code, opening) {
+                let id = format!("{prefix}{id}");
+                assert_eq!(known.get(id.as_str()), Some(&arguments), "{path}: {id}");
+                used.insert(id);
+            }
+        }
+    }
+    // Quantities of errors are named by their ids alone.
+    let is_quoted = |id: &str| all.iter().any(|(_, code)| code.contains(&format!("\"{id}\"")));
+    let unused: Vec<_> = known.keys().filter(|id| !used.contains(**id) && !is_quoted(id)).collect();
+    assert!(unused.is_empty(), "no source uses {unused:?}");
+    assert_eq!(known.len(), ENGLISH_FILE.lines().filter(|line| line.contains(" = ")).count(), "an id occurs twice");
+}
+
+#[test]
+fn calls_are_read_with_their_arguments() {
+    let code = r#"f(reason!(x.0), reason!("one"), reason!( "two", a = g(b, c = 1), names = format_args!("{x:.2}, d = 3")))"#;
+    assert_eq!(calls(code, "reason!("), [("one", BTreeSet::new()), ("two", BTreeSet::from(["a", "names"]))]);
+}

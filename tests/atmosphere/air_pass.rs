@@ -1,0 +1,146 @@
+//! The coarse picture of the air against its evaluation in each pixel: the error that `explain` states, in levels of a display and in thresholds of its light.
+
+use crate::support::session::SESSION;
+use orrery::catalog::NaifId;
+use orrery::render::plan::{self, SamplingQuality};
+use orrery::scene::Scene;
+use orrery::scene::draw::{AirPass, PixelView};
+use orrery::scene::effects::{EffectOverrides, VISIBLE_CHANGE, VISIBLE_LIGHT};
+use orrery::scene::request::{Axes, Position, Purpose, Quality, ViewRequest};
+use orrery::time::Instant;
+
+const SIDE: u32 = 512;
+
+/// Bounds of the whole pictures: levels of 255, and the error in thresholds of a display. Measured: see docs/accuracy.md.
+const MOST_LEVELS: u8 = 1;
+const MOST_THRESHOLDS: f64 = 1.0;
+
+/// Name, time, position and quality of views of the Earth: by day, in a total eclipse, from the Moon's side at half phase, over the evening, at night.
+fn views() -> Vec<(&'static str, ViewRequest)> {
+    let from = |distance_radii| Position::Over { towards: None, distance_radii: Some(distance_radii) };
+    let over = |degrees: [f64; 2], radii: f64| {
+        let [latitude, longitude] = degrees.map(f64::to_radians);
+        let up = glam::DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
+        Position::Offset { body: NaifId::EARTH, offset_km: up * radii * 6378.137, axes: Axes::BodyFixed }
+    };
+    let view = |name, time: &str, position, quality| {
+        let request = ViewRequest {
+            position,
+            quality,
+            width: SIDE,
+            height: SIDE,
+            fov_deg: Some(45.0),
+            ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time"))
+        };
+        (name, request)
+    };
+    vec![
+        view("day", "2024-06-08T18:17:16Z", from(3.0), Quality::Draft),
+        view("day, all orders", "2024-06-08T18:17:16Z", from(3.0), Quality::Standard),
+        view("eclipse", "2024-04-08T18:17:16Z", from(3.0), Quality::Standard),
+        view("eclipse, draft", "2024-04-08T18:17:16Z", from(3.0), Quality::Draft),
+        view("half phase", "2024-06-14T12:00:00Z", over([0.0, 90.0], 3.0), Quality::Standard),
+        view("crescent", "2024-06-14T12:00:00Z", over([0.0, 150.0], 3.0), Quality::Draft),
+        view("evening, low", "2024-06-14T00:00:00Z", over([20.0, -90.0], 1.2), Quality::Standard),
+    ]
+}
+
+/// The display levels and the light of a scene.
+fn picture(scene: &Scene) -> (Vec<[u8; 4]>, Vec<[f32; 4]>) {
+    let plan = plan::plan(scene, &*SESSION, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
+    let (frame, _) = SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn");
+    (frame.display, frame.hdr)
+}
+
+struct Difference {
+    /// Greatest difference of a level, and the number of pixels that differ in their light.
+    levels: u8,
+    changed: usize,
+    /// Greatest difference of light in thresholds: `VISIBLE_CHANGE` of the light, or `VISIBLE_LIGHT` of white where that is more.
+    thresholds: f64,
+}
+
+fn difference(a: &(Vec<[u8; 4]>, Vec<[f32; 4]>), b: &(Vec<[u8; 4]>, Vec<[f32; 4]>), white: f64) -> Difference {
+    let levels = a.0.iter().zip(&b.0).flat_map(|(x, y)| (0..3).map(move |c| x[c].abs_diff(y[c]))).max().unwrap_or(0);
+    let changed = a.1.iter().zip(&b.1).filter(|(x, y)| x != y).count();
+    let channels = a.1.iter().zip(&b.1).flat_map(|(x, y)| (0..3).map(move |c| (f64::from(x[c]), f64::from(y[c]))));
+    let thresholds = channels.map(|(x, y)| (x - y).abs() / (VISIBLE_CHANGE * x).max(VISIBLE_LIGHT * white)).fold(0.0, f64::max);
+    Difference { levels, changed, thresholds }
+}
+
+/// The picture whose pixels evaluate their air.
+fn evaluated(scene: &Scene) -> (Vec<[u8; 4]>, Vec<[f32; 4]>) {
+    let mut scene = scene.clone();
+    assert!(scene.evaluate_air_in_each_pixel());
+    picture(&scene)
+}
+
+/// The picture with the bound times `factor` (0: nothing is interpolated).
+fn with_bound(scene: &Scene, factor: f32) -> (Vec<[u8; 4]>, Vec<[f32; 4]>) {
+    let mut scene = scene.clone();
+    scene.draws.iter_mut().for_each(|d| d.uniforms.air.coarse_bound *= factor);
+    picture(&scene)
+}
+
+#[test]
+fn interpolated_air_keeps_its_bound() {
+    for (name, request) in views() {
+        let scene = SESSION.scene(&request).expect("a scene");
+        let readers = scene.draws.iter().filter(|d| d.features.air_pass == AirPass::Read).count();
+        assert_eq!(readers, 2, "{name}: ground and clouds read the picture");
+        let interpolated = difference(&evaluated(&scene), &picture(&scene), scene.exposure.white());
+        let report = format!(
+            "{name}: {} levels, {:.2} thresholds, {} pixels changed",
+            interpolated.levels, interpolated.thresholds, interpolated.changed
+        );
+        println!("{report}");
+        assert!(interpolated.levels <= MOST_LEVELS && interpolated.thresholds <= MOST_THRESHOLDS, "{report}");
+        // By day nearly all of the disc, which fills half of the picture, is interpolated.
+        assert!(!name.starts_with("day") || interpolated.changed > (SIDE * SIDE / 3) as usize, "{report}");
+    }
+}
+
+/// Negative control, on a disc that is hardly larger than the smallest with a coarse picture: without the bound the error exceeds it.
+#[test]
+fn a_bound_that_is_no_bound_is_noticed() {
+    let mut worst = 0.0_f64;
+    for (name, request) in views() {
+        let scene = SESSION.scene(&ViewRequest { width: 160, height: 160, ..request }).expect("a scene");
+        let (exact, white) = (evaluated(&scene), scene.exposure.white());
+        let (bounded, loose) = (difference(&exact, &picture(&scene), white), difference(&exact, &with_bound(&scene, 1e6), white));
+        println!("{name}: {:.2} thresholds, without a bound {:.2}", bounded.thresholds, loose.thresholds);
+        assert!(bounded.levels <= MOST_LEVELS && bounded.thresholds <= MOST_THRESHOLDS, "{name}: {:.2}", bounded.thresholds);
+        worst = worst.max(loose.thresholds);
+    }
+    assert!(worst > 2.0 * MOST_THRESHOLDS, "{worst}");
+}
+
+/// Without room for an error each pixel evaluates its air by the same code: only the compiler's order of additions may differ.
+#[test]
+fn without_room_for_an_error_each_pixel_evaluates_its_air() {
+    let (name, request) = views().swap_remove(2);
+    let scene = SESSION.scene(&request).expect("a scene");
+    let apart = difference(&evaluated(&scene), &with_bound(&scene, 0.0), scene.exposure.white());
+    assert!(apart.thresholds < 0.01, "{name}: {:.4}, {} pixels", apart.thresholds, apart.changed);
+}
+
+#[test]
+fn other_views_evaluate_each_pixel_and_say_why() {
+    let (_, day) = views().swap_remove(0);
+    let cases = [
+        ("linear light", ViewRequest { purpose: Purpose::LINEAR, ..day.clone() }),
+        ("reference quality", ViewRequest { quality: Quality::Reference, ..day.clone() }),
+        ("px wide", ViewRequest { width: 64, height: 64, ..day.clone() }),
+        ("as few as they can be", ViewRequest { effects: EffectOverrides::parse("+atmosphere=vertex").expect("effects"), ..day.clone() }),
+        ("shows no light of the air", ViewRequest { pixel_view: PixelView::Normal, ..day.clone() }),
+    ];
+    for (why, request) in cases {
+        let scene = SESSION.scene(&request).expect("a scene");
+        assert!(scene.draws.iter().all(|d| d.features.air_pass == AirPass::None), "{why}");
+        let decisions = &scene.body(NaifId::EARTH).expect("the Earth").decisions;
+        let decision = decisions.iter().find(|d| d.feature == "air-pass");
+        // Without the light of the air the atmosphere itself may be left out.
+        assert!(decision.is_none_or(|d| !d.on && d.reason.to_string().contains(why)), "{why}: {decision:?}");
+        assert!(decision.is_some() || why == "shows no light of the air");
+    }
+}

@@ -1,0 +1,43 @@
+//! The coarse picture of the air on the GPU, where half floats store it, against the software renderer.
+
+use crate::support::gpu::gpu;
+use crate::support::session::SESSION;
+use orrery::image::DisplayImage;
+use orrery::render::frame::Frame;
+use orrery::render::plan::SamplingQuality;
+use orrery::scene::request::{Position, Quality, ViewRequest};
+use orrery::{Instant, NaifId};
+
+fn picture(frame: Frame) -> DisplayImage {
+    DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }
+}
+
+#[test]
+fn both_renderers_interpolate_the_same_air() {
+    let Some(gpu) = gpu() else { return };
+    let session = &*SESSION;
+    for (time, quality) in [("2024-06-08T18:17:16Z", Quality::Draft), ("2024-04-08T18:17:16Z", Quality::Standard)] {
+        let request = ViewRequest {
+            position: Position::Over { towards: None, distance_radii: Some(3.0) },
+            quality,
+            width: 300,
+            height: 260,
+            fov_deg: Some(45.0),
+            ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time"))
+        };
+        let (mut scene, plan) = session.plan(&request, SamplingQuality::of(quality)).expect("a plan");
+        assert!(plan.passes.iter().any(|p| p.name == "coarse air"), "{time}: the air has passes of its own");
+        let (on_gpu, _) = gpu.render(&plan, session.library(), false).expect("drawn");
+        let (soft, _) = session.renderer().render(&plan, session.library(), false).expect("drawn");
+        let d = picture(soft).difference(&picture(on_gpu.clone())).expect("one size");
+        println!("{time}: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
+        assert!(d.mean < 0.3 && d.p999 <= 3, "{time}: mean {:.3}, 99.9 % {}", d.mean, d.p999);
+        // Against the GPU's own evaluation in each pixel only the interpolation is left.
+        assert!(scene.evaluate_air_in_each_pixel());
+        let exact = orrery::render::plan::plan(&scene, session, SamplingQuality::of(quality)).expect("a plan");
+        let (exact, _) = gpu.render(&exact, session.library(), false).expect("drawn");
+        let d = picture(exact).difference(&picture(on_gpu)).expect("one size");
+        println!("{time}: against each pixel: mean {:.4}, greatest {}", d.mean, d.max);
+        assert!(d.max <= 2 && d.p999 <= 1, "{time}: greatest {}, 99.9 % {}", d.max, d.p999);
+    }
+}

@@ -1,0 +1,45 @@
+//! Shadows of moons on rings: those in the picture come first.
+
+use crate::support::session::SESSION;
+use glam::DVec3;
+use orrery::catalog::NaifId;
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{Axes, Position, ViewRequest};
+use orrery::time::Instant;
+
+const PAN: i32 = 618;
+const SATURN: NaifId = NaifId(699);
+
+/// Pan, 14 km in radius, over Saturn's rings from 22 000 km.
+fn view(effects: &str) -> ViewRequest {
+    let radius_km = SESSION.catalog().body(NaifId(PAN)).expect("Pan").radii_km.max_element();
+    let direction = DVec3::new(-0.784_842_955_904_222_4, -0.222_785_865_765_931_07, -0.578_262_909_568_344_5);
+    let offset_km = direction * 1_582.960_268_969 * radius_km;
+    ViewRequest {
+        position: Position::Offset { body: NaifId(PAN), offset_km, axes: Axes::Icrf },
+        fov_deg: Some(0.226_324_461_891_858_23),
+        width: 32,
+        height: 32,
+        effects: EffectOverrides::parse(effects).expect("effects"),
+        ..ViewRequest::of(NaifId(PAN), Instant::parse("1944-07-16T04:37:10.406Z").expect("a time"))
+    }
+}
+
+fn decision(effects: &str) -> (bool, String) {
+    let scene = SESSION.scene(&view(effects)).expect("a scene");
+    let decisions = &scene.body(SATURN).expect("Saturn").decisions;
+    let found = decisions.iter().find(|d| d.feature == "eclipse-on-rings").expect("decided");
+    (found.on, found.reason.to_string())
+}
+
+/// With every ring, out to the faintest, the shadows of larger moons fall on the rings elsewhere. They must not take the place of Pan's.
+#[test]
+fn larger_moons_shadows_outside_the_picture_do_not_displace_a_small_moons_in_it() {
+    for effects in ["", "+rings", "+rings,+eclipse"] {
+        let (on, reason) = decision(effects);
+        assert!(on && reason.starts_with("penumbra of Pan"), "`{effects}`: {reason}");
+    }
+    // Where nothing else is asked for, no other moon's shadow is computed; asked for by hand, those outside the picture are.
+    assert!(decision("+rings").1.starts_with("penumbra of Pan on"), "{}", decision("+rings").1);
+    assert!(decision("+rings,+eclipse").1.starts_with("penumbra of Pan, "), "{}", decision("+rings,+eclipse").1);
+}
