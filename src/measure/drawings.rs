@@ -179,6 +179,8 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
 /// The Earth by day and night from 3 radii, its limb from 400 km with the Sun low, and the sky from the ground.
 fn atmosphere_views(dual: &DualRenderer<'_>, effort: Effort) -> Result<[ViewRequest; 3], SessionError> {
     let globe = view_from_direction(NaifId::EARTH, EARTH_JD_TDB, NaifId::MOON, 3.0, effort);
+    // Twice the size, so that the disc is large enough for the coarse picture of the air (`air-pass`), as it is in a window.
+    let globe = ViewRequest { width: 2 * globe.width, height: 2 * globe.height, ..globe };
     let from = |latitude_deg: f64, height_km: f64, dip: f64| ViewRequest {
         position: Position::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg: -60.0, height_km },
         look: Look::Along { direction: glam::DVec3::new(-0.5, 0.87, dip), axes: Axes::BodyFixed },
