@@ -139,7 +139,8 @@ pub(crate) fn inspect_pixel(
         return Err("a pixel's values are those of one perspective picture: choose the perspective projection, without stereo".into());
     }
     let size = [request.width, request.height];
-    let (scene, plan) = prober.session.plan_of_single_pixels(request, sampling)?;
+    // Each draw is evaluated by itself, without the pictures of earlier passes.
+    let (scene, plan) = prober.session.plan(&ViewRequest { coarse_air: false, ..request.clone() }, sampling)?;
     let radiance = linear_pixel(prober, &plan, x, y)?;
     let bodies = plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
     let bodies: Vec<_> = bodies.iter().filter(|d| matches!(d.module, ModuleId::Planet(_))).collect();

@@ -9,7 +9,6 @@ use crate::scene::constants::COARSE_AIR_PX;
 use crate::scene::draw::features::{AtmosphereModel, PixelView, RingShadow};
 use crate::scene::draw::uniforms::DrawUniforms;
 use crate::scene::features::case::{BodyContext, Decisions};
-
 use crate::scene::request::view_request::Quality;
 use crate::scene::thresholds::VISIBLE_LIGHT;
 use glam::Vec2;
@@ -27,13 +26,15 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
         return so_far;
     }
     let threshold = case.threshold();
+    let request = case.frame.context.request;
     let off = |reason: Reason| (false, reason);
     let (on, reason) = match () {
+        () if !request.coarse_air => off(reason!("air-pass-single-draws")),
         () if !matches!(case.pixel_view(), PixelView::Final | PixelView::Cost) => off(reason!("air-pass-view")),
         () if chosen.air == AtmosphereModel::Vertex => off(reason!("air-pass-vertex")),
         () if chosen.ring_shadow != RingShadow::None => off(reason!("air-pass-ring-shadow")),
         () if threshold.is_linear() => off(reason!("air-pass-linear")),
-        () if case.frame.context.request.quality == Quality::Reference => off(reason!("air-pass-reference")),
+        () if request.quality == Quality::Reference => off(reason!("air-pass-reference")),
         () if case.diameter_px < MIN_DIAMETER_PX => {
             off(reason!("air-pass-small", size = format_args!("{:.0}", case.diameter_px), least = MIN_DIAMETER_PX))
         }
