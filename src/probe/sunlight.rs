@@ -143,7 +143,7 @@ impl<'a> EclipsedSky<'a> {
         let mut sun = self.sun.clone();
         sun.photometry = law.cloned().unwrap_or(sun.photometry);
         let eclipse = eclipse::model(&mut occluders, self.model_choice);
-        let uniforms = eclipse::uniforms_of_casters(&occluders, eclipse.model, self.receiver, &sun);
+        let uniforms = eclipse::uniforms_of_occluders(&occluders, eclipse.model, self.receiver, &sun);
         sunlight_from_uniforms(self.prober, eclipse, uniforms, points)
     }
 }

@@ -24,7 +24,7 @@ use crate::scene::draw::features::PixelView;
 use crate::scene::draw::{Draw, Part};
 use crate::scene::error::SceneError;
 use crate::scene::features;
-use crate::scene::features::case::{BodyContext, FrameContext};
+use crate::scene::features::inputs::{DecisionInputs, FrameContext};
 use crate::scene::finished::Scene;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::exposure::Exposure;
@@ -163,7 +163,7 @@ impl<'a> SceneBuilder<'a> {
                 let shaded = frame.context.request.effects.override_of(Effect::SelfShadow) != Some(false);
                 wanted.meshes.push(MeshRequirement { body: p.body.id, sun: mesh_decision::sun_over(&frame, p).filter(|_| shaded) });
             }
-            if needs_table(&BodyContext::of(&frame, p)) {
+            if needs_table(&DecisionInputs::of(&frame, p)) {
                 wanted.scattering_tables.push(p.body.id);
             }
             wanted.maps.extend(features::required_maps(&frame, p));
