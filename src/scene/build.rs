@@ -21,7 +21,7 @@ use crate::scene::atmosphere::decision::needs_table;
 use crate::scene::camera::geometry::ImageGeometry;
 use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::draw::features::PixelView;
-use crate::scene::draw::{Draw, Part};
+use crate::scene::draw::{BodyPart, Draw};
 use crate::scene::error::SceneError;
 use crate::scene::features;
 use crate::scene::features::inputs::{DecisionInputs, FrameContext};
@@ -184,7 +184,7 @@ impl<'a> SceneBuilder<'a> {
         let draws = order::far_to_near(&self.placed, draws);
         let annotations = Annotations::build(&self, &frame, &reports, &sky.stars);
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
-        let outlined = draws.iter().find(|d| request.layers.outline && d.body == selected && d.part == Part::Globe);
+        let outlined = draws.iter().find(|d| request.layers.outline && d.body == selected && d.part == BodyPart::Globe);
         Scene {
             time: request.time,
             camera: camera.clone(),

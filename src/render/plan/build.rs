@@ -17,7 +17,7 @@ use super::sky;
 use super::small_bodies;
 use super::uniform_bytes::uniforms_of;
 use crate::scene::Scene;
-use crate::scene::draw::{Draw, DrawFeatures, Part, PixelView, Shape};
+use crate::scene::draw::{BodyPart, Draw, DrawFeatures, PixelView, Shape};
 use crate::scene::request::Quality;
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
@@ -69,7 +69,7 @@ pub fn plan(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQ
 
 /// Name of the step that a body's draw belongs to.
 fn step_name(draw: &Draw) -> &'static str {
-    if draw.part == Part::Globe { "opaque bodies" } else { "rings and shells" }
+    if draw.part == BodyPart::Globe { "opaque bodies" } else { "rings and shells" }
 }
 
 /// The steps of one frame, in drawing order, after the passes of the coarse picture of the air, which bodies read:
@@ -142,7 +142,7 @@ pub(super) fn light_steps(
                 let step = over_hdr(step_name(&layers[0]), draws.collect::<Result<Vec<_>, _>>()?);
                 steps.push(Step { reads: coarse_air::reads_of(layers), ..step });
                 index += layers.len();
-                let ground_lines = scene.ground_lines.iter().find(|(id, _)| *id == body && layers[0].part == Part::Globe);
+                let ground_lines = scene.ground_lines.iter().find(|(id, _)| *id == body && layers[0].part == BodyPart::Globe);
                 if let Some((_, segments)) = ground_lines {
                     steps.push(over_hdr("ground lines", shared::lines_without_depth("ground lines", segments, scene, provider)?));
                 }
@@ -209,8 +209,8 @@ fn mesh_vertices(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
 
 /// Only globes write depth; lines and points are tested against it. The layers of one body may be closer together than depth resolves, so they are
 /// drawn in the scene's order, without testing or writing depth.
-fn depth_of(part: Part) -> DepthState {
-    let is_globe = part == Part::Globe;
+fn depth_of(part: BodyPart) -> DepthState {
+    let is_globe = part == BodyPart::Globe;
     DepthState { test: is_globe, write: is_globe }
 }
 

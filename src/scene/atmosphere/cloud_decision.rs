@@ -7,7 +7,7 @@ use crate::scene::atmosphere::{air, clouds};
 use crate::scene::camera;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::draw::features::{Detail, MapSet};
-use crate::scene::draw::{Draw, MapFiles, Part};
+use crate::scene::draw::{BodyPart, Draw, MapFiles};
 use crate::scene::features::globe;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::{lights, photometry};
@@ -51,5 +51,5 @@ fn shell(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Opti
     air::set_ends(&mut uniforms, false);
     uniforms.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness * inputs.disc_fraction));
     let map_files = MapFiles { cloud: Some(clouds.map.file.clone()), ..MapFiles::default() };
-    Some(Draw { body: body.id, part: Part::Clouds, name: format!("{} clouds", body.name), features, uniforms, map_files })
+    Some(Draw { body: body.id, part: BodyPart::Clouds, name: format!("{} clouds", body.name), features, uniforms, map_files })
 }

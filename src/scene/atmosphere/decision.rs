@@ -8,7 +8,7 @@ use crate::scene::atmosphere::air;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{ClipRect, Placement};
 use crate::scene::draw::features::{AtmosphereModel, MapSet, PixelView, RingShadow};
-use crate::scene::draw::{Draw, MapFiles, Part};
+use crate::scene::draw::{BodyPart, Draw, MapFiles};
 use crate::scene::features::choice::Capabilities;
 use crate::scene::features::globe;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
@@ -101,6 +101,6 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         decisions.log.note("ring-shadow-on-air", true, reason);
     }
     let name = format!("{} air", body.name);
-    decisions.sky = Some(Draw { body: body.id, part: Part::Sky, name, features, uniforms, map_files: MapFiles::default() });
+    decisions.sky = Some(Draw { body: body.id, part: BodyPart::Sky, name, features, uniforms, map_files: MapFiles::default() });
     decisions
 }

@@ -16,7 +16,7 @@ use crate::scene::camera::{self, ClipRect};
 use crate::scene::decision::{Decision, DecisionLog};
 use crate::scene::draw::features::{AirPass, AtmosphereModel, DrawFeatures, PixelView, RingShadow, Shape};
 use crate::scene::draw::uniforms::{DrawUniforms, Light};
-use crate::scene::draw::{Draw, MapFiles, Part, Point};
+use crate::scene::draw::{BodyPart, Draw, MapFiles, Point};
 use crate::scene::in_view::Appearance;
 use crate::scene::light::lights;
 use crate::scene::placed::PlacedBody;
@@ -196,7 +196,14 @@ fn globe(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: ClipRec
     if let Some(model) = inputs.model.filter(|_| features.shape == Shape::Mesh) {
         mesh_decision::set(&mut uniforms, inputs, model, decided.self_shadow);
     }
-    Draw { body: body.id, part: Part::Globe, name: body.name.clone(), features, uniforms, map_files: map_files(inputs, &features, decided) }
+    Draw {
+        body: body.id,
+        part: BodyPart::Globe,
+        name: body.name.clone(),
+        features,
+        uniforms,
+        map_files: map_files(inputs, &features, decided),
+    }
 }
 
 /// Completes the draws of a body and returns them, the globe first, with the decisions about it.
@@ -213,7 +220,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, globe: Option<Draw>, mut decided: D
             draw.uniforms.lights.push(dark);
         }
         draw.uniforms.eclipse.clone_from(&decided.eclipse);
-        if draw.part == Part::Sky && draw.features.ring_shadow != RingShadow::None {
+        if draw.part == BodyPart::Sky && draw.features.ring_shadow != RingShadow::None {
             draw.uniforms.ring.clone_from(&decided.ring);
         }
         draw.uniforms.air.blend_mode = decided.blend_mode;

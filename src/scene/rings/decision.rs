@@ -7,7 +7,7 @@ use crate::message::reason;
 use crate::scene::camera;
 use crate::scene::draw::features::RingShadow;
 use crate::scene::draw::uniforms::{DrawUniforms, Light, RingUniforms};
-use crate::scene::draw::{Draw, MapFiles, Part};
+use crate::scene::draw::{BodyPart, Draw, MapFiles};
 use crate::scene::eclipse;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::lights;
@@ -74,7 +74,7 @@ fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &View<'_>, seen: &[&Ri
         eclipse,
         ..DrawUniforms::default()
     };
-    let half = |part: Part, side: f32| {
+    let half = |part: BodyPart, side: f32| {
         let rays = view.rays(view.half_rect(outer_km, side.into())?);
         let DrawUniforms { albedo, lights, mut ring, eclipse, .. } = shared.clone();
         ring.half = side;
@@ -88,5 +88,5 @@ fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &View<'_>, seen: &[&Ri
             map_files: MapFiles::default(),
         })
     };
-    [half(Part::RingBehind, -1.0), half(Part::Ring, 1.0)].into_iter().flatten().collect()
+    [half(BodyPart::RingBehind, -1.0), half(BodyPart::Ring, 1.0)].into_iter().flatten().collect()
 }
