@@ -16,7 +16,7 @@ mod text;
 
 pub use canonical::{CanonicalRule, RULES, canonical, reductions};
 pub use covering::{covering, nominal_size, sample, sample_features};
-pub use dimension::{DIMENSIONS, Dimension, Part, features};
+pub use dimension::{DIMENSIONS, Dimension, KeyPart, features};
 pub use text::KeyTextError;
 
 use crate::scene::draw::{DrawFeatures, INSTRUCTIONS_PER_READ, PixelView};
