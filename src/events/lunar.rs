@@ -68,12 +68,12 @@ pub struct LunarEclipse {
     pub saros: i64,
     /// Number in the Saros series, starting at 1.
     pub saros_member: Option<i64>,
-    geometry: Geometry,
+    geometry: LunarEclipseGeometry,
 }
 
 /// Sky and radii of one eclipse; times are seconds from the mean full moon.
 #[derive(Clone, Debug)]
-struct Geometry {
+struct LunarEclipseGeometry {
     sky: EarthSky,
     bodies: EclipseBodies,
     greatest_s: f64,
@@ -87,7 +87,7 @@ struct InShadow {
     penumbra_km: f64,
 }
 
-impl Geometry {
+impl LunarEclipseGeometry {
     /// The Moon's radius in eclipses.
     fn moon_radius_km(&self) -> f64 {
         self.bodies.penumbral_moon_km
@@ -129,7 +129,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
         return Ok(None);
     }
     let sky = EarthSky::around(ephemeris, NaifId::MOON, full_moon.mean_instant(), PHASE_S + SHADOW_S)?;
-    let mut geometry = Geometry { sky, bodies, greatest_s: 0.0 };
+    let mut geometry = LunarEclipseGeometry { sky, bodies, greatest_s: 0.0 };
     let greatest_s = time_of_minimum(-PHASE_S, PHASE_S, |s| geometry.in_shadow(s).offset_from_axis.length());
     geometry.greatest_s = greatest_s;
     let (umbral_magnitude, penumbral_magnitude) = geometry.magnitudes(greatest_s);

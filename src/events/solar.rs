@@ -63,18 +63,18 @@ pub struct SolarEclipse {
     pub saros: i64,
     /// Number in the Saros series, starting at 1.
     pub saros_member: Option<i64>,
-    pub(super) geometry: Geometry,
+    pub(super) geometry: SolarEclipseGeometry,
 }
 
 /// Sky and radii of one eclipse; times are seconds from the mean new moon.
 #[derive(Clone, Debug)]
-pub(super) struct Geometry {
+pub(super) struct SolarEclipseGeometry {
     pub sky: EarthSky,
     pub bodies: EclipseBodies,
     pub greatest_s: f64,
 }
 
-impl Geometry {
+impl SolarEclipseGeometry {
     fn earth(&self) -> Spheroid {
         let radii_km = self.bodies.earth_km;
         Spheroid { equatorial_km: radii_km.x, polar_km: radii_km.z, pole: self.sky.pole() }
@@ -151,7 +151,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy)
     let greatest_s = time_of_minimum(-PHASE_S, PHASE_S, |s| nearest_on_axis_km(s).length());
     let nearest = nearest_on_axis_km(greatest_s);
     let gamma = nearest.length().copysign(nearest.dot(sky.pole())) / bodies.earth_km.x;
-    let geometry = Geometry { sky, bodies, greatest_s };
+    let geometry = SolarEclipseGeometry { sky, bodies, greatest_s };
     if geometry.penumbra_gap_km(greatest_s) >= 0.0 {
         return Ok(None);
     }
