@@ -8,7 +8,7 @@
 //! Danjon's rule, a hundredth of the Earth's radius, for the air (Espenak and Meeus 2009, NASA/TP-2009-214172).
 
 use super::contacts::{Contact, seconds_between};
-use super::local::{LocalCircumstances, Place, Station};
+use super::local::{GeodeticPosition, LocalCircumstances, Station};
 use super::lunation::{Phase, Syzygy};
 use super::numeric::{time_of_minimum, zero_crossing};
 use super::sky::{EarthSky, EclipseBodies};
@@ -62,7 +62,7 @@ pub struct LunarEclipse {
     pub umbral_magnitude: f64,
     pub penumbral_magnitude: f64,
     /// Where the Moon is overhead at greatest eclipse.
-    pub place: Place,
+    pub place: GeodeticPosition,
     /// P1, U1, U2, U3, U4, P4 by time: the Moon enters the penumbra, enters the umbra, is entirely inside it, and the reverse.
     pub contacts: Vec<Contact>,
     pub saros: i64,
@@ -161,7 +161,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
         gamma: offset.length().copysign(offset.dot(geometry.sky.pole())) / bodies.earth_km.x,
         umbral_magnitude,
         penumbral_magnitude,
-        place: Place {
+        place: GeodeticPosition {
             latitude_deg: overhead.z.atan2(overhead.truncate().length()).to_degrees(),
             longitude_deg: overhead.y.atan2(overhead.x).to_degrees(),
             height_km: 0.0,
@@ -180,7 +180,7 @@ impl LunarEclipse {
     }
 
     /// Local circumstances at a place.
-    pub fn seen_from(&self, place: Place) -> LocalCircumstances {
+    pub fn seen_from(&self, place: GeodeticPosition) -> LocalCircumstances {
         let station = Station::new(&self.geometry.sky, self.geometry.bodies, place);
         let seconds_of = |t: Instant| t.tdb_seconds_past_j2000() - self.geometry.sky.instant(0.0).tdb_seconds_past_j2000();
         let contacts: Vec<_> = self.contacts.iter().map(|(name, t)| (*name, seconds_of(*t))).collect();
