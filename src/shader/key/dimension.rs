@@ -192,8 +192,8 @@ pub static DIMENSIONS: &[Dimension] = &[
         texts: &["", "coarse", "coarsedraw"],
         features: &["", "air-pass.read", "air-pass.drawn"],
         cumulative: false,
-        get: |n| index_of(&AirPass::ALL, &n.air_pass),
-        set: |n, v| n.air_pass = AirPass::ALL[v],
+        get: |f| index_of(&AirPass::ALL, &f.air_pass),
+        set: |f, v| f.air_pass = AirPass::ALL[v],
     },
     Dimension {
         name: "shape",

@@ -51,5 +51,5 @@ impl serde::Serialize for ShaderKey {
 
 /// The keys of these draws, each once, in order.
 pub fn keys_of(features: impl IntoIterator<Item = DrawFeatures>) -> std::collections::BTreeSet<ShaderKey> {
-    features.into_iter().map(|n| ShaderKey::for_draw(&n)).collect()
+    features.into_iter().map(|f| ShaderKey::for_draw(&f)).collect()
 }
