@@ -96,7 +96,7 @@ fn ring(surface: Surface) -> RingUniforms {
         _ => RingTable::of_shadow(rings.iter(), 1.0, &[1.0 / sine]),
     };
     RingUniforms {
-        reach: Vec2::new(1.1, 2.2),
+        radius_range: Vec2::new(1.1, 2.2),
         extent: 2.2,
         pieces: 16.0,
         table: table.map(Arc::new),
@@ -122,7 +122,7 @@ fn shine() -> RingShine {
         let level = column as f32 / COLUMNS as f32 * if row < ROWS { 0.5 } else { 0.2 };
         [level, 0.9 * level, 0.7 * level, 0.0]
     };
-    RingShine { texels: (0..2 * ROWS * COLUMNS).flat_map(texel).collect(), reach: 0.9, brightest: 0.5 }
+    RingShine { texels: (0..2 * ROWS * COLUMNS).flat_map(texel).collect(), max_height: 0.9, brightest: 0.5 }
 }
 
 /// A limb profile of twenty hills and valleys, exaggerated to 0.03 of the radius so that they are visible.

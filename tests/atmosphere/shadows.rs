@@ -54,7 +54,7 @@ fn rings_darken_the_air_behind_them_and_change_no_bit_in_front() {
                 let ring = |tau_normal| Ring { name: "x".into(), inner_km: 0.9, outer_km: 50.0, tau_normal, albedo: [0.5; 3], dust: 0.0 };
                 draw.uniforms.ring.table =
                     tau_normal.and_then(|t| RingTable::of_shadow([ring(t)].iter(), 1.0, &[1.0 / sun.z.abs()])).map(Arc::new);
-                draw.uniforms.ring.reach = glam::Vec2::new(0.9, 50.0);
+                draw.uniforms.ring.radius_range = glam::Vec2::new(0.9, 50.0);
                 pixels(&scene)
             };
             let (bare, clear, opaque) = (pixels_under_rings(None), pixels_under_rings(Some(0.0)), pixels_under_rings(Some(50.0)));

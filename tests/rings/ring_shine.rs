@@ -204,7 +204,7 @@ fn ring_shine_never_exceeds_the_sunlight_on_the_rings() {
         let mut power = 0.0;
         for row in 0..2 * ROWS {
             // Rows are spaced by the square of the height; each covers half the interval to either neighbour.
-            let row_height = |k: f64| shine.reach * (k.clamp(0.0, (ROWS - 1) as f64) / (ROWS - 1) as f64).powi(2);
+            let row_height = |k: f64| shine.max_height * (k.clamp(0.0, (ROWS - 1) as f64) / (ROWS - 1) as f64).powi(2);
             let k = (row % ROWS) as f64;
             let (height, band) = (row_height(k), row_height(k + 0.5) - row_height(k - 0.5));
             for column in 0..COLUMNS {

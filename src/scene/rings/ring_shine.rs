@@ -47,7 +47,7 @@ impl RingShine {
             (low, at - low as f64)
         };
         let (column, right) = place(hour, COLUMNS);
-        let (row, up) = place((height / self.reach).min(1.0).sqrt(), ROWS);
+        let (row, up) = place((height / self.max_height).min(1.0).sqrt(), ROWS);
         let first = if point.z * sun.z >= 0.0 { 0 } else { ROWS };
         let texel = |row: usize, column: usize| {
             let at = 4 * ((first + row) * COLUMNS + column);
@@ -260,12 +260,12 @@ impl RingShineGeometry<'_> {
         if last <= 1.0 {
             return None;
         }
-        let reach = (1.0 - 1.0 / (last * last)).sqrt();
+        let max_height = (1.0 - 1.0 / (last * last)).sqrt();
         let gauss = gauss_legendre(ARC);
         let rows: Vec<Vec<(DVec3, f64)>> = (0..2 * ROWS)
             .into_par_iter()
             .map(|n| {
-                let height = reach * ((n % ROWS) as f64 / (ROWS - 1) as f64).powi(2);
+                let height = max_height * ((n % ROWS) as f64 / (ROWS - 1) as f64).powi(2);
                 let of = |column: usize| {
                     let hour = PI * column as f64 / (COLUMNS - 1) as f64;
                     (self.at(&annuli, &gauss, n / ROWS, height.max(EQUATOR), hour), height)
@@ -275,7 +275,7 @@ impl RingShineGeometry<'_> {
             .collect();
         let brightest = rows.iter().flatten().map(|(light, height)| light.max_element() * height).fold(0.0, f64::max);
         let texel = |(light, _): &(DVec3, f64)| [light.x, light.y, light.z, 0.0].map(narrow_scalar);
-        Some(RingShine { texels: rows.iter().flatten().flat_map(texel).collect(), reach, brightest })
+        Some(RingShine { texels: rows.iter().flatten().flat_map(texel).collect(), max_height, brightest })
     }
 
     /// The cached table. The Sun's height is rounded to eleven binary digits (5e-4 of the light), so that a view at rest keeps one table.
@@ -299,7 +299,7 @@ impl RingShineGeometry<'_> {
         let share = narrow_scalar((self.sine - below) / (above - below));
         let texels = low.texels.iter().zip(&high.texels).map(|(a, b)| a + (b - a) * share).collect();
         let brightest = low.brightest + (high.brightest - low.brightest) * f64::from(share);
-        Some(RingShine { texels, reach: low.reach, brightest })
+        Some(RingShine { texels, max_height: low.max_height, brightest })
     }
 
     /// The values that a table depends on, as a cache key.

@@ -160,8 +160,8 @@ fn ends(intervals: &[RingInterval]) -> impl Iterator<Item = f32> {
 
 /// Innermost and outermost radius of the intervals; `None` if there are none or too many for a table.
 fn radial_range(intervals: &[RingInterval]) -> Option<[f64; 2]> {
-    let reach = [intervals.first()?.from, intervals.last()?.to];
-    (intervals.len() < MAX_NODES).then_some(reach)
+    let radius_range = [intervals.first()?.from, intervals.last()?.to];
+    (intervals.len() < MAX_NODES).then_some(radius_range)
 }
 
 /// The light on a ring and the range of view rays that cross it, which all pixels share.
@@ -199,7 +199,7 @@ impl RingTable {
     }
 
     fn of_intervals(intervals: &[RingInterval], seen: &RingSeen) -> Option<Self> {
-        let reach = radial_range(intervals)?;
+        let radius_range = radial_range(intervals)?;
         let nodes = intervals.len() + 1;
         let [first, last] = seen.slopes;
         let height = RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * (last - first + 1);
@@ -212,7 +212,7 @@ impl RingTable {
             dusty += if interval.has_dust() { 1.0 } else { 0.0 };
             texels.extend([narrow_scalar(interval.from), end, code, 0.0]);
         }
-        texels.extend([narrow_scalar(reach[1]), f32::MAX, dusty, 0.0]);
+        texels.extend([narrow_scalar(radius_range[1]), f32::MAX, dusty, 0.0]);
         for k in first..=last {
             let slope = (f64::from(k) / f64::from(RING_SLOPES_PER_OCTAVE)).exp2();
             // Dust has rows of its own: it has another phase function, and its sums would lose precision if added to those of dense rings.
@@ -238,7 +238,7 @@ impl RingTable {
             }
             rows.iter_mut().for_each(|row| texels.append(row));
         }
-        Some(Self { width: nodes as u32, height, texels, reach, bins: bins.formula, slopes: seen.slopes })
+        Some(Self { width: nodes as u32, height, texels, radius_range, bins: bins.formula, slopes: seen.slopes })
     }
 
     /// The table for the fragments of a globe in the rings' shadow, for the slopes of sunlight of [`slopes_of_sunlight`]. `None` as in
@@ -248,7 +248,7 @@ impl RingTable {
     }
 
     fn of_shadow_intervals(intervals: &[RingInterval], slopes: &[f64]) -> Option<Self> {
-        let reach = radial_range(intervals)?;
+        let radius_range = radial_range(intervals)?;
         let nodes = intervals.len() + 1;
         let bins = Bins::of(intervals);
         let mut texels = bins.texels;
@@ -259,9 +259,16 @@ impl RingTable {
                 texels.extend([narrow_scalar(interval.from), end, narrow_scalar(removed_fraction), narrow_scalar(sum)]);
                 sum += (interval.to - interval.from) * removed_fraction;
             }
-            texels.extend([narrow_scalar(reach[1]), f32::MAX, 0.0, narrow_scalar(sum)]);
+            texels.extend([narrow_scalar(radius_range[1]), f32::MAX, 0.0, narrow_scalar(sum)]);
         }
-        Some(Self { width: nodes as u32, height: slopes.len() as u32 + RING_BIN_ROWS, texels, reach, bins: bins.formula, slopes: [0, 1] })
+        Some(Self {
+            width: nodes as u32,
+            height: slopes.len() as u32 + RING_BIN_ROWS,
+            texels,
+            radius_range,
+            bins: bins.formula,
+            slopes: [0, 1],
+        })
     }
 }
 
@@ -286,7 +293,7 @@ mod tests {
     #[test]
     fn rows_contain_the_removed_light_and_its_integral() {
         let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), 1.0, &COLOURS).expect("a table");
-        assert_eq!((table.width, table.height, table.reach), (4, RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * SLOPES, [1.0, 3.0]));
+        assert_eq!((table.width, table.height, table.radius_range), (4, RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * SLOPES, [1.0, 3.0]));
         let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
         for k in 0..SLOPES {
             let (value, integral) = (RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * k, RING_HEADER_ROWS + 1 + RING_ROWS_PER_SLOPE * k);
