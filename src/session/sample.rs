@@ -13,7 +13,7 @@ use crate::render::plan::{
     limb_table, map_format, ring_profile, ring_shine, role_of, uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
-use crate::scene::air_spread::{COLUMNS as COLUMNS_OF_SPREAD, REACHES, TABLES};
+use crate::scene::air_spread::{COLUMNS as COLUMNS_OF_SPREAD, FIRST_COLUMN_RANGE, TABLES};
 use crate::scene::air_table::{NODES, SUNS};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
 use crate::scene::draw::{
@@ -75,7 +75,7 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
         air_edges: edges.collect(),
         air_transmittance: (0..REFRACTING_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * density(k)).extend(0.0)).collect(),
         // Factors that increase from the centre of the shadow outwards, and from red to blue.
-        spread: (0..REACHES).map(spread).chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); TABLES - REACHES]).collect(),
+        spread: (0..FIRST_COLUMN_RANGE).map(spread).chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); TABLES - FIRST_COLUMN_RANGE]).collect(),
     }
 }
 

@@ -373,10 +373,14 @@ pub(super) fn outline_steps(
 ) -> Result<Vec<PassStep>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let sigma_px = (OUTLINE_SIGMA * height as f32).max(OUTLINE_MIN_SIGMA_PX);
-    let reach = (BLUR_RADIUS_SIGMAS * sigma_px).ceil() as u32 + 1;
+    let margin_px = (BLUR_RADIUS_SIGMAS * sigma_px).ceil() as u32 + 1;
     let [x0, y0, x1, y1] = shape.scissor;
-    let blurred_rect =
-        [x0.saturating_sub(reach), y0.saturating_sub(reach), x1.saturating_add(reach).min(width), y1.saturating_add(reach).min(height)];
+    let blurred_rect = [
+        x0.saturating_sub(margin_px),
+        y0.saturating_sub(margin_px),
+        x1.saturating_add(margin_px).min(width),
+        y1.saturating_add(margin_px).min(height),
+    ];
     let mask = |resource| Target { resource, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: [0.0; 4], depth: false };
     let blurred = |name, from, to, axis| -> Result<PassStep, PlanError> {
         let mut step = screen_step(name, &[from], mask(to), blur(scene, provider, axis, sigma_px)?);
