@@ -25,7 +25,7 @@ use egui_winit::accesskit_winit;
 use parking_lot::Mutex;
 use std::num::NonZeroU32;
 use std::sync::Arc;
-use std::time::{Duration, Instant as Moment};
+use std::time::{Duration, Instant as WallInstant};
 use winit::application::ApplicationHandler;
 use winit::dpi::{LogicalSize, PhysicalPosition};
 use winit::event::{StartCause, TouchPhase, WindowEvent};
@@ -116,7 +116,7 @@ pub(crate) fn run(
         ended.and(failure.map_or(Ok(()), Err))?;
         keep(&interface.settings).map_err(WindowError::NotKept)?;
         let at_work = || workers.iter().any(|w| !w.is_finished()) || session.readiness() == Readiness::Preparing;
-        let closed = Moment::now();
+        let closed = WallInstant::now();
         while at_work() && closed.elapsed() < SHUTDOWN_GRACE {
             std::thread::sleep(Duration::from_millis(5));
         }
@@ -221,7 +221,7 @@ struct App<'a> {
     /// A GPU failed to present, so later windows do not try one.
     gpu_failed: bool,
     /// When the interface needs its next frame.
-    due: Option<Moment>,
+    due: Option<WallInstant>,
     failure: Option<WindowError>,
     keeper: SettingsKeeper,
 }
@@ -267,7 +267,7 @@ impl App<'_> {
         }
         self.interface.on_gpu = shown.presenter.is_on_gpu();
         let input = shown.input.take_egui_input(&shown.window);
-        let start = Moment::now();
+        let start = WallInstant::now();
         let mut output = self.egui.run_ui(input, |ui| self.interface.ui(ui, self.worker));
         shown.input.handle_platform_output(&shown.window, std::mem::take(&mut output.platform_output));
         let mut textures = std::mem::take(&mut output.textures_delta);
@@ -300,7 +300,7 @@ impl App<'_> {
             shown.window.set_fullscreen(shown.fullscreen.then(|| Fullscreen::Borderless(monitor_of(&shown.window))));
         }
         let wait = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
-        self.due = Moment::now().checked_add(if lost {
+        self.due = WallInstant::now().checked_add(if lost {
             Duration::ZERO
         } else if is_shown {
             wait
