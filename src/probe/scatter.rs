@@ -214,7 +214,7 @@ fn uniform_bytes(
     let top = a.top_km / radius_km;
     let air = AtmosphereUniforms {
         top: radius_sq_minus_1(a.top_km),
-        ends: Vec2::new(camera_height.clamp(0.0, top) as f32, if misses_ground { top as f32 } else { 0.0 }),
+        end_heights: Vec2::new(camera_height.clamp(0.0, top) as f32, if misses_ground { top as f32 } else { 0.0 }),
         rayleigh_scale_height: rayleigh.0,
         rayleigh_scattering: rayleigh.1,
         rayleigh_extinction: rayleigh.2,
@@ -222,7 +222,7 @@ fn uniform_bytes(
         mie_scattering: mie.1,
         mie_extinction: mie.2,
         mie_asymmetry: mie.3,
-        layer: layer.0,
+        absorption_layer: layer.0,
         absorption_extinction: layer.1,
         multi_scatter: Arc::new(vec![Vec4::ZERO; air_table::NODES]),
         ..AtmosphereUniforms::default()

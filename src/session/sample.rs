@@ -70,12 +70,15 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
         axis: along.extend(1.0 / sun_distance),
         across: [x.extend(cot), y.extend(cot / sun_distance)],
         limb: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc).extend(0.0)),
-        places: occluders.iter().map(|c| Vec4::new(c[0], c[1], c[2], 0.0)).collect(),
-        shapes: occluders.iter().map(|c| Vec4::new(0.8, 0.6, c[3], 0.9 * c[3])).collect(),
+        occluder_positions: occluders.iter().map(|c| Vec4::new(c[0], c[1], c[2], 0.0)).collect(),
+        occluder_outlines: occluders.iter().map(|c| Vec4::new(0.8, 0.6, c[3], 0.9 * c[3])).collect(),
         air_edges: edges.collect(),
         air_transmittance: (0..REFRACTING_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * density(k)).extend(0.0)).collect(),
         // Factors that increase from the centre of the shadow outwards, and from red to blue.
-        spread: (0..FIRST_COLUMN_RANGE).map(spread).chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); TABLES - FIRST_COLUMN_RANGE]).collect(),
+        multi_scatter: (0..FIRST_COLUMN_RANGE)
+            .map(spread)
+            .chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); TABLES - FIRST_COLUMN_RANGE])
+            .collect(),
     }
 }
 
@@ -100,12 +103,12 @@ fn ring(surface: Surface) -> RingUniforms {
         extent: 2.2,
         pieces: 16.0,
         table: table.map(Arc::new),
-        blur: 0.002,
+        half_pixel: 0.002,
         phase: Vec2::new(0.15, 3.0),
         dust_asymmetry: Vec3::new(0.99, 0.6, 0.1),
         dust_weight: Vec3::new(0.05, 0.03, 0.02),
         opposition: Vec2::new(0.3, 0.005),
-        half: 0.0,
+        side: 0.0,
         sun_tangent: 0.0005,
         shadow_axes: Vec3::new(1.0, 1.0, 0.95),
         sun_limb_u1: Vec3::splat(0.4),
@@ -139,7 +142,7 @@ fn air() -> AtmosphereUniforms {
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
         top: radius_sq_minus_1(0.2),
-        ends: Vec2::new(0.2, 0.0),
+        end_heights: Vec2::new(0.2, 0.0),
         rayleigh_scale_height: 0.025,
         rayleigh_scattering: Vec3::new(2.0, 4.0, 9.0),
         rayleigh_extinction: Vec3::new(2.0, 4.0, 9.0),
@@ -148,11 +151,11 @@ fn air() -> AtmosphereUniforms {
         mie_asymmetry: 0.7,
         mie_scattering: Vec3::splat(8.0),
         mie_extinction: Vec3::new(9.0, 9.5, 10.0),
-        layer: Vec3::new(radius_sq_minus_1(0.03), radius_sq_minus_1(0.06), radius_sq_minus_1(0.09)),
+        absorption_layer: Vec3::new(radius_sq_minus_1(0.03), radius_sq_minus_1(0.06), radius_sq_minus_1(0.09)),
         absorption_extinction: Vec3::new(0.8, 2.0, 0.2),
         blend_mode: 0.0,
-        night: 1e-3,
-        thin_rim: 0.0,
+        night_radiance: 1e-3,
+        rim_is_thin: 0.0,
         multi_scatter_heights: Vec2::new(0.0, 5.0),
         multi_scatter: Arc::new((0..NODES).map(|k| Vec4::splat(0.02 * (k % SUNS) as f32)).collect()),
     }
@@ -226,7 +229,7 @@ fn overlays(key: &ShaderKey) -> Vec<OverlayUniforms> {
         row(0.0, 1.0, 0.0, 1.0),
         light,
     ];
-    [band, round].into_iter().map(|rows| OverlayUniforms { rows, around: false }).take(usize::from(key.features().overlays)).collect()
+    [band, round].into_iter().map(|rows| OverlayUniforms { rows, wraps_around: false }).take(usize::from(key.features().overlays)).collect()
 }
 
 /// A map that varies smoothly with u and v, so that filtering is visible rather than aliasing; as a normal map it tilts normals by some degrees.

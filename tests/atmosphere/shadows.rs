@@ -49,7 +49,7 @@ fn rings_darken_the_air_behind_them_and_change_no_bit_in_front() {
             let pixels_under_rings = |tau_normal: Option<f64>| {
                 let mut scene = scene.clone();
                 let draw = &mut scene.draws[0];
-                draw.uniforms.air.thin_rim = thin;
+                draw.uniforms.air.rim_is_thin = thin;
                 draw.features.ring_shadow = if tau_normal.is_some() { RingShadow::PointSun } else { RingShadow::None };
                 let ring = |tau_normal| Ring { name: "x".into(), inner_km: 0.9, outer_km: 50.0, tau_normal, albedo: [0.5; 3], dust: 0.0 };
                 draw.uniforms.ring.table =
@@ -100,7 +100,7 @@ fn a_rim_thinner_than_a_pixel_is_shaded_once_per_ray() {
             let view_request = ViewRequest { width: SIDE, height: SIDE, fov_deg: Some(45.0), ..request(SATURN, time, position, &effects) };
             let once = SESSION.scene(&view_request).expect("a scene");
             let sky = once.draws.iter().find(|d| d.part == BodyPart::Sky).expect("a rim");
-            assert!(sky.uniforms.air.thin_rim > 0.5 && sky.features.ring_shadow == RingShadow::PointSun, "{time} {tier_name}");
+            assert!(sky.uniforms.air.rim_is_thin > 0.5 && sky.features.ring_shadow == RingShadow::PointSun, "{time} {tier_name}");
             let pixels_with_changed_sky = |change: &dyn Fn(&mut Draw)| {
                 let mut scene = once.clone();
                 scene.draws.iter_mut().filter(|d| d.part == BodyPart::Sky).for_each(change);
@@ -108,7 +108,7 @@ fn a_rim_thinner_than_a_pixel_is_shaded_once_per_ray() {
             };
             let by_samples = pixels_with_changed_sky(&|d| {
                 d.features.ring_shadow = RingShadow::Penumbra;
-                d.uniforms.air.thin_rim = 0.0;
+                d.uniforms.air.rim_is_thin = 0.0;
             });
             let unshaded = pixels_with_changed_sky(&|d| d.features.ring_shadow = RingShadow::None);
             let white = by_samples.iter().map(|p| p[1]).fold(0.0, f32::max);
@@ -141,7 +141,7 @@ fn eight_samples_suffice_for_an_eclipse() {
     let of_tier = eclipsed.draws.iter().filter(|d| d.features.air.tier == AtmosphereModel::Pixel8 && d.features.eclipse.occluders > 0);
     assert_eq!(of_tier.count(), 3, "ground, clouds and sky");
     let (mut far_moon, mut uneclipsed) = (eclipsed.clone(), eclipsed.clone());
-    far_moon.draws.iter_mut().flat_map(|d| &mut d.uniforms.eclipse.places).for_each(|p| p.x += 1000.0);
+    far_moon.draws.iter_mut().flat_map(|d| &mut d.uniforms.eclipse.occluder_positions).for_each(|p| p.x += 1000.0);
     uneclipsed.draws.iter_mut().for_each(|d| d.features.eclipse = Eclipse::default());
     let [shadow_px, far_px, uneclipsed_px, finer_px] = [&eclipsed, &far_moon, &uneclipsed, &scene_of_tier("pixel-32")].map(pixels);
     let greatest_difference = |a: &[[f32; 4]], b: &[[f32; 4]]| {
@@ -244,7 +244,7 @@ fn an_eclipse_blocks_only_the_suns_light() {
         let (eclipsed, plain) = (scene_with("+planet-shine,+eclipse"), scene_with("+planet-shine,-eclipse"));
         assert_differ_in_the_eclipse_alone(&eclipsed, &plain);
         let mut far = eclipsed.clone();
-        far.draws.iter_mut().flat_map(|d| &mut d.uniforms.eclipse.places).for_each(|p| p.x += 1000.0);
+        far.draws.iter_mut().flat_map(|d| &mut d.uniforms.eclipse.occluder_positions).for_each(|p| p.x += 1000.0);
         let (shown, far, plain, unlit) = (pixels(&eclipsed), pixels(&far), pixels(&plain), pixels(&scene_with("-planet-shine,+eclipse")));
         let placement = eclipsed.body(NaifId::EARTH).expect("the Earth").placement;
         let (mut night, mut day) = (0, 0);

@@ -309,8 +309,8 @@ fn uniforms(sun_distance: f64, tan_sun: f64, occluders: &[[f64; 4]], model: Ecli
         axis: v(0.0, 0.0, 1.0, 1.0 / sun_distance),
         across: [v(1.0, 0.0, 0.0, 1.0 / tan_sun), v(0.0, 1.0, 0.0, 1.0 / (tan_sun * sun_distance))],
         limb,
-        places: occluders.iter().map(|c| v(c[0], c[1], c[2], 0.0)).collect(),
-        shapes: occluders.iter().map(|c| v(1.0, 0.0, c[3], c[3])).collect(),
+        occluder_positions: occluders.iter().map(|c| v(c[0], c[1], c[2], 0.0)).collect(),
+        occluder_outlines: occluders.iter().map(|c| v(1.0, 0.0, c[3], c[3])).collect(),
         ..EclipseUniforms::default()
     };
     (Eclipse { occluders: occluders.len() as u8, model }, uniforms)
@@ -482,7 +482,7 @@ fn an_occluder_beside_the_sun_changes_no_bit() {
         let mut scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
         // Move the Moon to the side.
         for draw in &mut scene.draws {
-            draw.uniforms.eclipse.places.iter_mut().for_each(|p| p.x += 50.0);
+            draw.uniforms.eclipse.occluder_positions.iter_mut().for_each(|p| p.x += 50.0);
         }
         let plan = plan(&scene, &Layouts, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
         SINGLE.render(&plan, SESSION.library(), true).expect("a picture").0

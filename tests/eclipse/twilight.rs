@@ -96,8 +96,8 @@ fn light_in_the_umbra_agrees_with_photons() {
             axis: Vec4::new(0.0, 0.0, 1.0, 1.0 / 23_455.0),
             across: [Vec4::new(1.0, 0.0, 0.0, cot as f32), Vec4::new(0.0, 1.0, 0.0, (cot / 23_455.0) as f32)],
             limb: [Vec3::splat(1.0 / std::f32::consts::PI).extend(0.0), Vec4::ZERO, Vec4::ZERO],
-            places: vec![Vec4::new(0.0, 0.0, depth as f32 + 1.0, 0.0)],
-            shapes: vec![Vec4::new(1.0, 0.0, occluder_radius, occluder_radius)],
+            occluder_positions: vec![Vec4::new(0.0, 0.0, depth as f32 + 1.0, 0.0)],
+            occluder_outlines: vec![Vec4::new(1.0, 0.0, occluder_radius, occluder_radius)],
             ..EclipseUniforms::default()
         };
         let roots = air_spread::tables(&earth, &eclipse);

@@ -63,8 +63,8 @@ fn uniforms(occluders: &[Outline], model: EclipseModel) -> (Eclipse, EclipseUnif
         axis: v(0.0, 0.0, 1.0, 1e-7),
         across: [v(1.0, 0.0, 0.0, 100.0), v(0.0, 1.0, 0.0, 1e-5)],
         limb: [0, 1, 2].map(|term| v(factors[0][term], factors[1][term], factors[2][term], 0.0)),
-        places: occluders.iter().map(|c| v(c.centre.x, c.centre.y, 100.0, 0.0)).collect(),
-        shapes: occluders.iter().map(|c| v(c.axis.x, c.axis.y, c.semi.x, c.semi.y)).collect(),
+        occluder_positions: occluders.iter().map(|c| v(c.centre.x, c.centre.y, 100.0, 0.0)).collect(),
+        occluder_outlines: occluders.iter().map(|c| v(c.axis.x, c.axis.y, c.semi.x, c.semi.y)).collect(),
         ..EclipseUniforms::default()
     };
     (Eclipse { occluders: occluders.len() as u8, model }, uniforms)

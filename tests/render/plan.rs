@@ -56,7 +56,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
         air: AtmosphereUniforms {
             coarse_bound: Vec2::ZERO,
             coarse_row: 3.0,
-            ends: Vec2::new(0.1, 0.0),
+            end_heights: Vec2::new(0.1, 0.0),
             top: 32.0,
             rayleigh_scale_height: 33.0,
             rayleigh_scattering: Vec3::splat(34.0),
@@ -66,11 +66,11 @@ fn uniforms(lights: u8) -> DrawUniforms {
             mie_asymmetry: 38.0,
             mie_scattering: Vec3::splat(39.0),
             mie_extinction: Vec3::splat(40.0),
-            layer: Vec3::splat(41.0),
+            absorption_layer: Vec3::splat(41.0),
             absorption_extinction: Vec3::splat(42.0),
             blend_mode: 45.0,
-            night: 47.0,
-            thin_rim: 49.0,
+            night_radiance: 47.0,
+            rim_is_thin: 49.0,
             multi_scatter_heights: Vec2::splat(43.0),
             multi_scatter: std::sync::Arc::new(vec![Vec4::splat(44.0); NODES]),
         },
@@ -98,8 +98,14 @@ fn the_uniforms_of_every_key_are_filled_by_name() {
         let layers = vec![Vec4::ZERO; 32];
         let (places, air_edges) = (occluders.clone(), layers.clone());
         let spread = vec![Vec4::splat(48.0); air_spread::TABLES];
-        let eclipse =
-            EclipseUniforms { places, shapes: occluders, air_edges, air_transmittance: layers, spread, ..EclipseUniforms::default() };
+        let eclipse = EclipseUniforms {
+            occluder_positions: places,
+            occluder_outlines: occluders,
+            air_edges,
+            air_transmittance: layers,
+            multi_scatter: spread,
+            ..EclipseUniforms::default()
+        };
         match uniforms_of(layout, &DrawUniforms { eclipse, ..uniforms(features.lights) }, 1) {
             Ok(bytes) if bytes.is_empty() => Some(format!("{key}: nothing to fill")),
             Ok(_) => None,

@@ -182,7 +182,7 @@ fn occluders_out_of_reach_cause_no_eclipse() {
     let mut none = near.clone();
     let mut moved = 0;
     for (draw, plain) in far.draws.iter_mut().zip(&mut none.draws) {
-        for place in &mut draw.uniforms.eclipse.places {
+        for place in &mut draw.uniforms.eclipse.occluder_positions {
             place.x += 1000.0;
             moved += 1;
         }

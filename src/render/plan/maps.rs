@@ -86,7 +86,7 @@ pub(super) fn samplers(draw: &Draw, layout: &Layout) -> Vec<SamplerBinding> {
     let state_of = |name: &str| {
         let overlay = OVERLAY_SAMPLERS.iter().position(|s| *s == name).and_then(|n| draw.uniforms.overlays.get(n));
         match overlay {
-            Some(overlay) if !overlay.around => Some(SamplerState { address_u: AddressMode::ClampToEdge, ..repeating }),
+            Some(overlay) if !overlay.wraps_around => Some(SamplerState { address_u: AddressMode::ClampToEdge, ..repeating }),
             Some(_) => Some(repeating),
             None => (name == MAP_SAMPLER).then_some(repeating),
         }

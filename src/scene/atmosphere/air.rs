@@ -6,7 +6,7 @@
 use crate::catalog::{Atmosphere, Body, Species};
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::extinction::{density, extinction, optical_depth, scattering};
-use crate::scene::atmosphere::species::{gas, haze, layer, vertical_depth};
+use crate::scene::atmosphere::species::{absorption_layer, mie, rayleigh, vertical_optical_depth};
 use crate::scene::camera::{self, Placement};
 use crate::scene::draw::{AtmosphereModel, AtmosphereUniforms, DrawUniforms};
 use crate::scene::light::exposure::CANDELAS_PER_RADIANCE;
@@ -25,7 +25,7 @@ const NIGHT_SKY_CD_M2: f64 = 75.0 * 8.3e-7;
 
 /// Radiance of the moonless night sky, without city lights.
 fn night_radiance(air: &Atmosphere) -> f64 {
-    if vertical_depth(air).max_element() <= 0.0 {
+    if vertical_optical_depth(air).max_element() <= 0.0 {
         return 0.0;
     }
     (NIGHT_SKY_CD_M2 + air.airglow_cd_m2.unwrap_or(0.0)) / CANDELAS_PER_RADIANCE
@@ -74,7 +74,7 @@ const MIN_OPAQUE_DEPTH: f64 = 0.3;
 
 /// Whether scattered light extends past the terminator; then it is drawn even over a map that includes it.
 pub(crate) fn is_opaque(air: &Atmosphere) -> bool {
-    vertical_depth(air).min_element() > MIN_OPAQUE_DEPTH
+    vertical_optical_depth(air).min_element() > MIN_OPAQUE_DEPTH
 }
 
 /// The placement of the top of the atmosphere: the ground's ellipsoid scaled up.
@@ -89,7 +89,7 @@ pub(crate) fn is_significant(body: &Body, air: &Atmosphere, inside: bool, diamet
         return (true, reason!("air-camera-inside", height = air.top_km));
     }
     let rim_px = rim_px(body, air, diameter_px);
-    let change = 1.0 - (-vertical_depth(air).max_element()).exp();
+    let change = 1.0 - (-vertical_optical_depth(air).max_element()).exp();
     let light = least.change_description(change);
     let reason = reason!("air-rim", height = format_args!("{rim_px:.2}"), least = RIM_PX, light = light);
     (rim_px >= RIM_PX || (least.is_exceeded_by_change(change) && diameter_px >= 1.0), reason)
@@ -125,25 +125,25 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
         let density_at_floor = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_km) });
         camera::narrow(s.map_or(DVec3::ZERO, what) * density_at_floor * radius_km)
     };
-    let triangular = layer(air).and_then(|s| Some((s.tent_centre_km? - floor_km, s.scale_height_km)));
+    let triangular = absorption_layer(air).and_then(|s| Some((s.tent_centre_km? - floor_km, s.scale_height_km)));
     let knots = triangular.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / radius_km);
     let scattered: DVec3 = air.species.iter().map(|s| scattering(s) * s.scale_height_km).sum();
     AtmosphereUniforms {
         top: camera::narrow_scalar(radius_sq_minus_1(((air.top_km - floor_km) / radius_km).max(0.0))),
-        ends: Vec2::new(camera::narrow_scalar(((air.top_km - floor_km) / radius_km).max(0.0)), 0.0),
-        rayleigh_scale_height: height(gas(air).or(haze(air))),
-        rayleigh_scattering: coefficient(gas(air), scattering),
-        rayleigh_extinction: coefficient(gas(air), extinction),
-        skylight: camera::narrow(DOWNWARD_FRACTION * scattered / vertical_depth(air).max(DVec3::splat(1e-30))),
-        mie_scale_height: height(haze(air).or(gas(air))),
-        mie_asymmetry: camera::narrow_scalar(haze(air).and_then(|s| s.asymmetry).unwrap_or(0.0)),
-        mie_scattering: coefficient(haze(air), scattering),
-        mie_extinction: coefficient(haze(air), extinction),
-        layer: camera::narrow(knots.map(radius_sq_minus_1)),
-        absorption_extinction: coefficient(layer(air), extinction),
+        end_heights: Vec2::new(camera::narrow_scalar(((air.top_km - floor_km) / radius_km).max(0.0)), 0.0),
+        rayleigh_scale_height: height(rayleigh(air).or(mie(air))),
+        rayleigh_scattering: coefficient(rayleigh(air), scattering),
+        rayleigh_extinction: coefficient(rayleigh(air), extinction),
+        skylight: camera::narrow(DOWNWARD_FRACTION * scattered / vertical_optical_depth(air).max(DVec3::splat(1e-30))),
+        mie_scale_height: height(mie(air).or(rayleigh(air))),
+        mie_asymmetry: camera::narrow_scalar(mie(air).and_then(|s| s.asymmetry).unwrap_or(0.0)),
+        mie_scattering: coefficient(mie(air), scattering),
+        mie_extinction: coefficient(mie(air), extinction),
+        absorption_layer: camera::narrow(knots.map(radius_sq_minus_1)),
+        absorption_extinction: coefficient(absorption_layer(air), extinction),
         blend_mode: 0.0,
-        night: camera::narrow_scalar(night_radiance(air)),
-        thin_rim: 0.0,
+        night_radiance: camera::narrow_scalar(night_radiance(air)),
+        rim_is_thin: 0.0,
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
         multi_scatter_heights: camera::narrow(DVec3::new(floor_km / radius_km, radius_km / air.top_km, 0.0)).truncate(),
@@ -157,7 +157,7 @@ pub(crate) fn set_ends(uniforms: &mut DrawUniforms, sky: bool) {
     let height = |radius_sq_minus_1: f32| radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt());
     let top = height(uniforms.air.top);
     let camera = if uniforms.anchor_is_camera > 0.5 { height(uniforms.anchor_radius_sq_minus_1.max(0.0)).min(top) } else { top };
-    uniforms.air.ends = Vec2::new(camera, if sky { top } else { 0.0 });
+    uniforms.air.end_heights = Vec2::new(camera, if sky { top } else { 0.0 });
 }
 
 /// The atmosphere around the camera.
@@ -192,7 +192,7 @@ impl<'a> SurroundingAir<'a> {
 
     /// Whether the air is dense enough for a daylight sky.
     pub(crate) fn is_bright(&self) -> bool {
-        vertical_depth(self.air).max_element() > VISIBLE_CHANGE
+        vertical_optical_depth(self.air).max_element() > VISIBLE_CHANGE
     }
 
     /// The radiance for which a picture under this sky is exposed: [`SKY_LEVELS`] interpolated by the light's height. `towards`: vector from the body
@@ -244,7 +244,7 @@ mod tests {
         let around = SurroundingAir::of(earth, &place).expect("two metres up is in the air");
         let high = around.transmittance(up);
         // Extinction of the zenith at the three wavelengths: gas 8 km, aerosol 1.2 km, ozone 15 km.
-        let expected = (-vertical_depth(earth.atmosphere.as_ref().expect("air"))).exp();
+        let expected = (-vertical_optical_depth(earth.atmosphere.as_ref().expect("air"))).exp();
         assert!((high - expected).abs().max_element() < 2e-3, "{high} for {expected}");
         let low = around.tint(DVec3::new(0.0, 1.0, 0.01));
         assert!(low.x > 2.0 && low.y < 0.9 && low.z < 0.01, "{low}");
@@ -263,7 +263,7 @@ mod tests {
             let above = uniforms(body, 1.002);
             assert!(above.top < a.top && above.rayleigh_scattering.max_element() <= a.rayleigh_scattering.max_element(), "{}", body.name);
             assert!(a.top > 0.0 && a.rayleigh_scale_height > 0.0 && a.mie_scale_height > 0.0, "{}", body.name);
-            assert!(a.layer.x < a.layer.y && a.layer.y < a.layer.z, "{}", body.name);
+            assert!(a.absorption_layer.x < a.absorption_layer.y && a.absorption_layer.y < a.absorption_layer.z, "{}", body.name);
             for c in 0..3 {
                 assert!(
                     a.rayleigh_extinction[c] >= a.rayleigh_scattering[c] && a.mie_extinction[c] >= a.mie_scattering[c],

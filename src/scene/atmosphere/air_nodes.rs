@@ -72,10 +72,10 @@ impl Grid {
         let (gas, haze) = (f64::from(air.rayleigh_scale_height), f64::from(air.mie_scale_height));
         let has_haze = air.mie_extinction.max_element() > 0.0;
         let largest = if has_haze { gas.max(haze) } else { gas };
-        let (camera, far) = (f64::from(air.ends.x), f64::from(air.ends.y));
+        let (camera, far) = (f64::from(air.end_heights.x), f64::from(air.end_heights.y));
         let low = camera.min(far);
         let w_max = (1.0 - (-(camera.max(far) - low) / largest).exp()).max(0.0).sqrt();
-        let scales = ScaleHeights { gas, haze, layer: air.layer.as_dvec3(), largest };
+        let scales = ScaleHeights { gas, haze, layer: air.absorption_layer.as_dvec3(), largest };
         Self { scales, camera, far, low, w_max, nodes: gauss_legendre(samples) }
     }
 
@@ -186,12 +186,12 @@ mod tests {
     fn air(camera: f32, far: f32) -> AtmosphereUniforms {
         AtmosphereUniforms {
             top: 0.032,
-            ends: Vec2::new(camera, far),
+            end_heights: Vec2::new(camera, far),
             rayleigh_scale_height: 0.00125,
             rayleigh_extinction: Vec3::ONE,
             mie_scale_height: 0.0002,
             mie_extinction: Vec3::ONE,
-            layer: Vec3::new(0.003, 0.008, 0.0125),
+            absorption_layer: Vec3::new(0.003, 0.008, 0.0125),
             absorption_extinction: Vec3::ONE,
             ..AtmosphereUniforms::default()
         }

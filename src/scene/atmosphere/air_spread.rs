@@ -70,7 +70,7 @@ struct Shadow {
 
 impl Shadow {
     fn of(body: &Body, eclipse: &EclipseUniforms, index: usize) -> Option<Self> {
-        let (place, shape) = (eclipse.places.get(index)?.as_dvec4(), eclipse.shapes.get(index)?.as_dvec4());
+        let (place, shape) = (eclipse.occluder_positions.get(index)?.as_dvec4(), eclipse.occluder_outlines.get(index)?.as_dvec4());
         let across = place.truncate().truncate();
         // The point where the axis meets the ground or passes nearest to it.
         let along = (1.0 - across.length_squared()).max(0.0).sqrt();
@@ -274,7 +274,7 @@ fn slopes() -> impl Iterator<Item = (f64, f64)> {
 /// Without an atmosphere, and for absent occluders, all values are 1.
 pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
     let mut all = vec![Vec4::ONE; TABLES];
-    for index in 0..eclipse.places.len().min(usize::from(MAX_OCCLUDERS)) {
+    for index in 0..eclipse.occluder_positions.len().min(usize::from(MAX_OCCLUDERS)) {
         let shadow = body.atmosphere.as_ref().and_then(|air| Some((air, Shadow::of(body, eclipse, index)?)));
         let Some((air, shadow)) = shadow else { continue };
         let air = Air { radius_km: body.radii_km.x, air, ground: DVec3::from_array(body.target_mean_colour()) };

@@ -92,11 +92,11 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let mut uniforms = globe::uniforms_of_fraction(inputs, &inputs.placed.placement, rect, MapSet::default(), &[], 1.0);
     air::set_ends(&mut uniforms, true);
     if !inside {
-        uniforms.air.night = 0.0;
+        uniforms.air.night_radiance = 0.0;
     }
     if !inside && rim_px < air::SHADED_RIM_PX && features.ring_shadow != RingShadow::None {
         features.ring_shadow = RingShadow::PointSun;
-        uniforms.air.thin_rim = 1.0;
+        uniforms.air.rim_is_thin = 1.0;
         let reason = reason!("air-ring-shadow", height = format_args!("{rim_px:.2}"), least = air::SHADED_RIM_PX);
         decisions.log.note("ring-shadow-on-air", true, reason);
     }

@@ -6,24 +6,28 @@ use crate::scene::draw::features::{Air, AtmosphereModel};
 use glam::DVec3;
 
 /// The species with Rayleigh's phase function and an exponential profile.
-pub(crate) fn gas(air: &Atmosphere) -> Option<&Species> {
+pub(crate) fn rayleigh(air: &Atmosphere) -> Option<&Species> {
     air.species.iter().find(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none())
 }
 /// The species with Henyey and Greenstein's phase function.
-pub(crate) fn haze(air: &Atmosphere) -> Option<&Species> {
+pub(crate) fn mie(air: &Atmosphere) -> Option<&Species> {
     air.species.iter().find(|s| s.asymmetry.is_some() && s.tent_centre_km.is_none())
 }
 /// The species with a triangular profile.
-pub(crate) fn layer(air: &Atmosphere) -> Option<&Species> {
+pub(crate) fn absorption_layer(air: &Atmosphere) -> Option<&Species> {
     air.species.iter().find(|s| s.tent_centre_km.is_some())
 }
 /// Vertical optical depth, per channel.
-pub(crate) fn vertical_depth(air: &Atmosphere) -> DVec3 {
+pub(crate) fn vertical_optical_depth(air: &Atmosphere) -> DVec3 {
     // A triangular profile of half width w has the column density of a slab of height w.
     air.species.iter().map(|s| extinction(s) * s.scale_height_km).sum()
 }
 
 /// The atmospheric features of a body's draws at this tier; none without an atmosphere.
 pub(crate) fn features(body: &Body, tier: AtmosphereModel) -> Air {
-    body.atmosphere.as_ref().map_or_else(Air::default, |air| Air { tier, mie: haze(air).is_some(), absorption: layer(air).is_some() })
+    body.atmosphere.as_ref().map_or_else(Air::default, |air| Air {
+        tier,
+        mie: mie(air).is_some(),
+        absorption: absorption_layer(air).is_some(),
+    })
 }

@@ -183,7 +183,7 @@ uniforms! {
         pub top: f32 = "air_top",
         /// Heights of the near end, at the camera, and the far end of a ray that only rises or only falls; the height of the air's top for an end outside the
         /// air.
-        pub ends: Vec2,
+        pub end_heights: Vec2,
         pub rayleigh_scale_height: f32 = "air_rayleigh_scale_height",
         /// Coefficients per equatorial radius at the ground, linear RGB.
         pub rayleigh_scattering: Vec3 = "air_rayleigh_scattering",
@@ -195,15 +195,15 @@ uniforms! {
         pub mie_scattering: Vec3 = "air_mie_scattering",
         pub mie_extinction: Vec3 = "air_mie_extinction",
         /// `radius_sq_minus_1` at the bottom, the middle and the top of the absorption layer.
-        pub layer: Vec3 = "air_absorption_layer",
+        pub absorption_layer: Vec3 = "air_absorption_layer",
         pub absorption_extinction: Vec3 = "air_absorption_extinction",
         /// 0: the atmosphere is composited over the ground. 1: the ground's map includes the atmosphere, so the brighter of both is shown. 2: the map includes
         /// an atmosphere that is transparent straight down, so the disc shows the map alone, and the atmosphere beyond the limb continues the disc's brightness.
         pub blend_mode: f32 = "air_blend_mode",
         /// Radiance of the night sky; 0 for an atmosphere seen from outside.
-        pub night: f32 = "air_night_radiance",
+        pub night_radiance: f32 = "air_night_radiance",
         /// 1 if the atmosphere's rim is less than a pixel high: the rings' shadow is then evaluated once per view ray through it.
-        pub thin_rim: f32 = "air_rim_is_thin",
+        pub rim_is_thin: f32 = "air_rim_is_thin",
         /// Largest error of the light in a coarse picture of the air: as a fraction of the light, and of radiance per irradiance.
         pub coarse_bound: Vec2,
         /// First row of the body's part of that picture. The plan, which arranges the picture, sets it.
@@ -227,14 +227,14 @@ uniforms! {
         /// Radiance of the Sun's disc relative to its total light: coefficients of 1, mu, mu² per channel.
         pub limb: [Vec4; 3] = "eclipse_limb",
         /// Per occluder: its centre across the axis (xy) and along it (z).
-        pub places: Vec<Vec4> = "occluder_position",
+        pub occluder_positions: Vec<Vec4> = "occluder_position",
         /// Per occluder: the unit vector of its outline's long axis (xy), and the semi-axes (zw).
-        pub shapes: Vec<Vec4> = "occluder_outline",
+        pub occluder_outlines: Vec<Vec4> = "occluder_outline",
         /// The first occluder's atmosphere: radius and bending angle at the lower and the upper edge of each refracting layer, and the layer's transmittance.
         pub air_edges: Vec<Vec4> = "occluder_air_edges",
         pub air_transmittance: Vec<Vec4> = "occluder_air_transmittance",
         /// The table of `scene::atmosphere::air_spread`; empty if the draw does not read it.
-        pub spread: Vec<Vec4> = "occluder_multi_scatter",
+        pub multi_scatter: Vec<Vec4> = "occluder_multi_scatter",
     }
 }
 
@@ -283,7 +283,7 @@ pub use crate::scene::constants::OVERLAY_ROWS;
 pub struct OverlayUniforms {
     pub rows: [Vec4; OVERLAY_ROWS],
     /// Whether the image spans all longitudes, so that its left edge joins its right edge.
-    pub around: bool,
+    pub wraps_around: bool,
 }
 
 uniforms! {
@@ -298,7 +298,7 @@ uniforms! {
         /// Most pieces into which a pixel's stretch of the ring is divided, at least 1.
         pub pieces: f32 = "ring_pieces",
         /// Size of half a pixel at the body's distance, equatorial radii.
-        pub blur: f32 = "ring_half_pixel",
+        pub half_pixel: f32 = "ring_half_pixel",
         /// Factor and exponent of the large particles' phase function.
         pub phase: Vec2 = "ring_phase",
         /// Asymmetry of each lobe of the dust's phase function, and the fraction of the light in each lobe.
@@ -306,7 +306,7 @@ uniforms! {
         pub dust_weight: Vec3 = "ring_dust_weight",
         pub opposition: Vec2 = "ring_opposition",
         /// 1: the half in front of the body's centre, -1: behind it, 0: both.
-        pub half: f32 = "ring_side",
+        pub side: f32 = "ring_side",
         /// Tangent of the Sun's angular radius.
         pub sun_tangent: f32 = "sun_tangent",
         /// The globe's semi-axes over its equatorial radius.

@@ -7,7 +7,7 @@
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::optical_depth;
-use crate::scene::atmosphere::species::gas;
+use crate::scene::atmosphere::species::rayleigh;
 use glam::{DVec3, DVec4};
 
 pub use crate::scene::constants::REFRACTION_LAYERS as LAYERS;
@@ -51,7 +51,7 @@ impl RefractingLayers {
 
 /// Whether the catalog has the refractivity of the body's air.
 pub(crate) fn refracts(body: &Body) -> bool {
-    body.atmosphere.as_ref().is_some_and(|air| air.refractivity.is_some() && gas(air).is_some())
+    body.atmosphere.as_ref().is_some_and(|air| air.refractivity.is_some() && rayleigh(air).is_some())
 }
 
 /// Ratio of the shift of the Sun's image, as seen from a point, to the bending angle: 1 for a Sun at infinity. `depth` and `sun`: distances of the body and
@@ -63,7 +63,7 @@ pub(crate) fn bending_fraction(depth: f64, sun: f64) -> f64 {
 /// The largest bending angle in [`layers`], radians: that of the ray that grazes the ground. `None` if it is unknown.
 pub(crate) fn max_bending(body: &Body, bending_fraction: f64) -> Option<f64> {
     let air = body.atmosphere.as_ref()?;
-    Some(bending(air.refractivity?, body.radii_km.x, gas(air)?.scale_height_km) * bending_fraction)
+    Some(bending(air.refractivity?, body.radii_km.x, rayleigh(air)?.scale_height_km) * bending_fraction)
 }
 
 /// Bending angle in radians of a ray that grazes the height where the air has this refractivity.
@@ -74,19 +74,19 @@ fn bending(refractivity: f64, radius_km: f64, scale_height_km: f64) -> f64 {
 /// Layers of a body's air in units of `unit_km`. `radius`: radius of the body's outline; `bending_fraction`: see [`bending_fraction`].
 pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, bending_fraction: f64) -> Option<RefractingLayers> {
     let air = body.atmosphere.as_ref()?;
-    let (refractivity, gas) = (air.refractivity?, gas(air)?);
+    let (refractivity, rayleigh) = (air.refractivity?, rayleigh(air)?);
     let radius_km = radius * unit_km;
     // Layers are thin near the ground, where bending and extinction vary fast, and become thicker with height. Of the spacings tried (powers, exponentials,
     // other factors) this one approximates the integral best: tests/atmosphere/refracted_limb.rs.
-    let thin_km = 0.75 * gas.scale_height_km;
+    let thin_km = 0.75 * rayleigh.scale_height_km;
     let height_km = |edge: f64| thin_km * (edge / LAYERS as f64 * (air.top_km / thin_km).asinh()).sinh();
     let at = |edge: usize| {
         let h = height_km(edge as f64);
-        let local_refractivity = refractivity * (-h / gas.scale_height_km).exp();
+        let local_refractivity = refractivity * (-h / rayleigh.scale_height_km).exp();
         // Refraction makes a ray's impact parameter larger than its grazing radius.
         (
             (radius_km + h) * (1.0 + local_refractivity) / unit_km,
-            bending(local_refractivity, radius_km + h, gas.scale_height_km) * bending_fraction,
+            bending(local_refractivity, radius_km + h, rayleigh.scale_height_km) * bending_fraction,
         )
     };
     let edges = (0..LAYERS).map(|k| {

@@ -55,10 +55,10 @@ fn of(occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, 
         axis: narrow4(axis.along, 1.0 / axis.sun_distance),
         across: [narrow4(axis.across[0], axis.cot_sun_radius), narrow4(axis.across[1], axis.cot_sun_radius / axis.sun_distance)],
         limb: normalised_limb_darkening(u1, u2).map(|f| narrow4(f, 0.0)),
-        places: occluders.iter().map(|c| narrow4(c.across.extend(c.along), 0.0)).collect(),
-        shapes: occluders.iter().enumerate().map(|(k, c)| shape(k, c)).collect(),
+        occluder_positions: occluders.iter().map(|c| narrow4(c.across.extend(c.along), 0.0)).collect(),
+        occluder_outlines: occluders.iter().enumerate().map(|(k, c)| shape(k, c)).collect(),
         air_edges: edges.iter().map(|e| narrow4(e.truncate(), e.w)).collect(),
         air_transmittance: transmittances.iter().map(|p| narrow4(*p, 0.0)).collect(),
-        spread: Vec::new(),
+        multi_scatter: Vec::new(),
     }
 }

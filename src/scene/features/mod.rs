@@ -209,8 +209,8 @@ fn globe(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: ClipRec
 /// Completes the draws of a body and returns them, the globe first, with the decisions about it.
 fn assemble(inputs: &DecisionInputs<'_, '_>, globe: Option<Draw>, mut decided: Decisions<'_>) -> (Vec<Draw>, Vec<Decision>) {
     let mut draws: Vec<Draw> = globe.into_iter().chain(decided.sky).chain(decided.clouds).collect();
-    if draws.iter().any(|d| d.features.air.tier == AtmosphereModel::Table) && !decided.eclipse.places.is_empty() {
-        decided.eclipse.spread = air_spread::tables(inputs.body(), &decided.eclipse);
+    if draws.iter().any(|d| d.features.air.tier == AtmosphereModel::Table) && !decided.eclipse.occluder_positions.is_empty() {
+        decided.eclipse.multi_scatter = air_spread::tables(inputs.body(), &decided.eclipse);
     }
     for draw in &mut draws {
         // The features may have more lights than actually shine on the body; the rest are black.

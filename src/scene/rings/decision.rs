@@ -77,7 +77,7 @@ fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &View<'_>, seen: &[&Ri
     let half = |part: BodyPart, side: f32| {
         let rays = view.rays(view.half_rect(outer_km, side.into())?);
         let DrawUniforms { albedo, lights, mut ring, eclipse, .. } = shared.clone();
-        ring.half = side;
+        ring.side = side;
         let uniforms = DrawUniforms { albedo, lights, ring, eclipse, ..rays };
         Some(Draw {
             body: view.body.id,

@@ -83,5 +83,5 @@ pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> Overlay
     let light = (factor * DVec3::from_array(overlay.gain)).extend(overlay.opacity);
     // The w of the axes' rows: the factor that stretches z for planetographic latitude, and the ratios of the semi-axes.
     let rows = [axes[0].extend(1.0 / shape.z), axes[1].extend(shape.y), axes[2].extend(shape.z), kind, limits, light];
-    OverlayUniforms { rows: rows.map(|r| camera::narrow(r.truncate()).extend(camera::narrow_scalar(r.w))), around }
+    OverlayUniforms { rows: rows.map(|r| camera::narrow(r.truncate()).extend(camera::narrow_scalar(r.w))), wraps_around: around }
 }
