@@ -21,8 +21,8 @@ use crate::scene::draw::{
     RingTable, RingUniforms, Shape, Surface,
 };
 use crate::scene::eclipse::REFRACTING_LAYERS;
-use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, halves};
-use crate::scene::rings::RingSeen;
+use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, sun_halves};
+use crate::scene::rings::RingConditions;
 use crate::shader::key::ShaderKey;
 use crate::shader::{ModuleId, ShaderLibrary, ShaderModule};
 use glam::{Mat4, Vec2, Vec3, Vec4};
@@ -95,7 +95,7 @@ fn ring(surface: Surface) -> RingUniforms {
     let rings = [ring(1.1, 1.5, 0.1), ring(1.6, 2.2, 1.5)];
     let sine = f64::from(SUNWARD.normalize_or_zero().z);
     let table = match surface {
-        Surface::Ring => RingTable::of(rings.iter(), 1.0, &RingSeen::new(Some(halves(sine, 5e-4)), 1.0, 4.0)),
+        Surface::Ring => RingTable::of(rings.iter(), 1.0, &RingConditions::new(Some(sun_halves(sine, 5e-4)), 1.0, 4.0)),
         _ => RingTable::of_shadow(rings.iter(), 1.0, &[1.0 / sine]),
     };
     RingUniforms {

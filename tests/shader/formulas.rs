@@ -12,8 +12,8 @@ use orrery::render::plan::ring_profile;
 use orrery::scene::draw::{DrawUniforms, Light, RingTable, Surface};
 use orrery::scene::photometry::{model_geometric_albedo, model_phase, reflectance};
 use orrery::scene::request::ViewRequest;
-use orrery::scene::ring_shine::{halves, scattered};
-use orrery::scene::rings::{MIN_COSINE, RingSeen, forward, particle_phase};
+use orrery::scene::ring_shine::{scattered, sun_halves};
+use orrery::scene::rings::{MIN_COSINE, RingConditions, forward, particle_phase};
 use orrery::time::Instant;
 use orrery::units::linear_to_srgb;
 use std::f64::consts::PI;
@@ -107,10 +107,10 @@ fn light_scattered_by_a_ring_agrees_with_the_shader() {
     let mut detected = 0;
     for tau in [0.01, 0.3, 1.0, 3.0] {
         for sine in [0.0, 0.004, 0.015, 0.03, 0.1, 0.2, 0.3001, 0.45] {
-            let [sunward, beyond] = halves(sine, TANGENT);
+            let [sunward, beyond] = sun_halves(sine, TANGENT);
             for sunlight in [[sunward, beyond], [beyond, sunward]] {
                 let ring = Ring { name: "one".into(), inner_km: 1.2, outer_km: 2.2, tau_normal: tau, albedo: [1.0; 3], dust: 0.0 };
-                let table = RingTable::of([ring].iter(), 1.0, &RingSeen::new(Some(sunlight), 1.0, 50.0)).expect("a table");
+                let table = RingTable::of([ring].iter(), 1.0, &RingConditions::new(Some(sunlight), 1.0, 50.0)).expect("a table");
                 let (uniforms, texture) = with_table(&from_saturn, table);
                 let light = |half: usize, x: f64, same_side: bool| {
                     let [fraction, sine] = sunlight[half];
@@ -138,7 +138,7 @@ fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
     let saturn = catalog.body(NaifId(699)).expect("Saturn");
     let unit_km = saturn.radii_km.x;
     let slope: f64 = 2.0;
-    let table = RingTable::of(saturn.rings.iter(), unit_km, &RingSeen::new(None, slope, slope)).expect("a table");
+    let table = RingTable::of(saturn.rings.iter(), unit_km, &RingConditions::new(None, slope, slope)).expect("a table");
     let [inner, outer] = table.radius_range;
     // The fraction blocked between neighbouring edges, and its integral up to each edge.
     let mut edges: Vec<f64> = saturn.rings.iter().flat_map(|r| [r.inner_km / unit_km, r.outer_km / unit_km]).collect();

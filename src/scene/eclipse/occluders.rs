@@ -296,7 +296,7 @@ impl<'a> Occluder<'a> {
             let centre = axis.across[0] * self.across.x + axis.across[1] * self.across.y + axis.along * self.along;
             let region = ShadowRegion::of(centre, self.semi.x, axis.along, 1.0 / axis.cot_sun_radius, extent.max_radius, extent.shape);
             match region.filter(|r| r.meets(&frustum)) {
-                Some(region) => pixel = region.least_pixel(&frustum),
+                Some(region) => pixel = region.min_pixel(&frustum),
                 None => return Importance::Unseen,
             }
         }

@@ -72,12 +72,12 @@ impl ShadowRegion {
             let cosine = (1.0 - sunward.z * sunward.z).max(0.0).sqrt() * RADIUS_MARGIN * RADIUS_MARGIN;
             for side in [1.0, -1.0] {
                 // side * (centre.z - behind * sunward.z) <= (radius + behind * widening) * cosine
-                let (rate, least) = (side * sunward.z + widening * cosine, side * centre.z - radius * cosine);
+                let (rate, bound) = (side * sunward.z + widening * cosine, side * centre.z - radius * cosine);
                 if rate > 0.0 {
-                    from = from.max(least / rate);
+                    from = from.max(bound / rate);
                 } else if rate < 0.0 {
-                    to = to.min(least / rate);
-                } else if least > 0.0 {
+                    to = to.min(bound / rate);
+                } else if bound > 0.0 {
                     return None;
                 }
             }
@@ -92,7 +92,7 @@ impl ShadowRegion {
     }
 
     /// Lower limit of a pixel's size there, in equatorial radii.
-    pub(crate) fn least_pixel(&self, frustum: &Frustum) -> f64 {
+    pub(crate) fn min_pixel(&self, frustum: &Frustum) -> f64 {
         let [(near, near_radius), (far, far_radius)] = self.ends;
         let (axis, to_camera) = (far - near, frustum.position - near);
         let part = (to_camera.dot(axis) / axis.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    const REACH: f64 = 3.0;
+    const MAX_RADIUS: f64 = 3.0;
 
     struct Shadow {
         centre: DVec3,
@@ -128,7 +128,7 @@ mod tests {
         }
 
         fn region(&self, shape: ReceiverShape) -> Option<ShadowRegion> {
-            ShadowRegion::of(self.centre, self.radius, self.sunward, self.widening, REACH, shape)
+            ShadowRegion::of(self.centre, self.radius, self.sunward, self.widening, MAX_RADIUS, shape)
         }
 
         /// As the shader decides it: behind the occluder's plane, and nearer to the axis than the penumbra is wide there.
@@ -153,7 +153,7 @@ mod tests {
     fn darkened_points(random: &mut Random, shadow: &Shadow, shape: ReceiverShape) -> Vec<DVec3> {
         let along = shadow.centre.dot(shadow.sunward);
         let some = |random: &mut Random| {
-            let behind = random.between((along - REACH).max(0.0), along + REACH);
+            let behind = random.between((along - MAX_RADIUS).max(0.0), along + MAX_RADIUS);
             let width = (shadow.radius + behind.max(0.0) * shadow.widening) * random.between(0.0, 1.0);
             let aside = random.direction().reject_from_normalized(shadow.sunward).normalize_or_zero() * width;
             let mut point = shadow.centre - shadow.sunward * behind + aside;
@@ -164,7 +164,7 @@ mod tests {
             }
             point
         };
-        (0..40).map(|_| some(random)).filter(|p| p.length() <= REACH && shadow.darkens(*p)).collect()
+        (0..40).map(|_| some(random)).filter(|p| p.length() <= MAX_RADIUS && shadow.darkens(*p)).collect()
     }
 
     /// Points in a shadow and in the picture: the region must meet the picture. With radii a tenth as wide, some would be missed.
@@ -184,7 +184,7 @@ mod tests {
                     let region = region.unwrap_or_else(|| panic!("{shape:?}: no region, yet {point} is darkened"));
                     assert!(region.meets(&frustum), "{shape:?}: {point} is darkened and in the picture");
                     let pixel = (point - frustum.position).length() * frustum.smallest_pixel_tangent;
-                    assert!(region.least_pixel(&frustum) <= pixel * 1.0001, "{shape:?}: a smaller pixel at {point}");
+                    assert!(region.min_pixel(&frustum) <= pixel * 1.0001, "{shape:?}: a smaller pixel at {point}");
                     let narrow = ShadowRegion { ends: region.ends.map(|(centre, radius)| (centre, 0.1 * radius)) };
                     left_out_if_narrow += usize::from(!narrow.meets(&frustum));
                 }
@@ -198,7 +198,7 @@ mod tests {
     #[test]
     fn a_shadow_that_misses_the_plane_has_no_region() {
         let sunward = DVec3::new(1.0, 0.0, 0.5).normalize();
-        let region = |centre: DVec3| ShadowRegion::of(centre, 0.01, sunward, 1e-3, REACH, ReceiverShape::EquatorialPlane);
+        let region = |centre: DVec3| ShadowRegion::of(centre, 0.01, sunward, 1e-3, MAX_RADIUS, ReceiverShape::EquatorialPlane);
         assert!(region(DVec3::new(2.0, 0.0, 0.0)).is_some(), "a moon in the plane");
         assert!(region(DVec3::new(2.0, 0.0, 0.3)).is_some(), "its shadow falls 0.6 farther in");
         assert!(region(DVec3::new(2.0, 0.0, -0.1)).is_none(), "the plane is between the Sun and the moon");

@@ -18,7 +18,7 @@ use crate::scene::point;
 use crate::scene::purpose::Threshold;
 use crate::scene::request::effects::{Effect, EffectOverrides};
 use crate::scene::resources::Context;
-use crate::scene::rings::view::View;
+use crate::scene::rings::view::RingView;
 use crate::scene::surface::meshes;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -47,7 +47,7 @@ pub(crate) struct DecisionInputs<'c, 'a> {
     /// The body's shape model, if it is drawn as triangles.
     pub model: Option<&'c Arc<Model>>,
     /// The geometry of the body's rings, if they may be in the picture.
-    pub ring_view: Option<View<'c>>,
+    pub ring_view: Option<RingView<'c>>,
     /// Fraction of the body's light that is drawn as a disc; the point has the rest.
     pub disc_fraction: f64,
 }
@@ -103,9 +103,9 @@ impl<'c, 'a> DecisionInputs<'c, 'a> {
 }
 
 /// The geometry of a body's rings, the input of the decisions about them; `None` without rings.
-fn ring_view<'c>(frame: &'c FrameContext<'c>, placed: &'c PlacedBody<'_>) -> Option<View<'c>> {
+fn ring_view<'c>(frame: &'c FrameContext<'c>, placed: &'c PlacedBody<'_>) -> Option<RingView<'c>> {
     let lit = !placed.body.rings.is_empty() && !matches!(placed.body.photometry, Photometry::Emissive { .. });
-    lit.then(|| View {
+    lit.then(|| RingView {
         body: placed.body,
         camera: frame.camera,
         placement: &placed.placement,

@@ -12,7 +12,7 @@ use crate::scene::eclipse;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
-use crate::scene::rings::view::View;
+use crate::scene::rings::view::RingView;
 use crate::scene::tiers;
 use glam::DVec3;
 
@@ -34,7 +34,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 }
 
 /// Decides on the rings' shadow and light on the globe.
-fn for_globe(inputs: &DecisionInputs<'_, '_>, view: &View<'_>, all_rings: &[&Ring], decisions: &mut Decisions<'_>) -> RingUniforms {
+fn for_globe(inputs: &DecisionInputs<'_, '_>, view: &RingView<'_>, all_rings: &[&Ring], decisions: &mut Decisions<'_>) -> RingUniforms {
     let sun_radius_km = inputs.sun().map_or(0.0, |s| s.radii_km.x);
     let (check, model) = view.ring_shadow(all_rings, sun_radius_km);
     if decisions.log.effect(Effect::RingShadow, check.on, check.reason) {
@@ -56,7 +56,7 @@ fn for_globe(inputs: &DecisionInputs<'_, '_>, view: &View<'_>, all_rings: &[&Rin
 }
 
 /// The draws of the rings: the half behind the globe's centre, then the half in front of it.
-fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &View<'_>, seen: &[&Ring], decisions: &mut Decisions<'_>) -> Vec<Draw> {
+fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &RingView<'_>, seen: &[&Ring], decisions: &mut Decisions<'_>) -> Vec<Draw> {
     let sun_radius_km = inputs.sun().map_or(0.0, |s| s.radii_km.x);
     let (check, model) = view.body_shadow(seen, sun_radius_km);
     if decisions.log.effect(Effect::BodyShadow, check.on, check.reason) {

@@ -9,4 +9,4 @@ mod single_scatter;
 pub(crate) mod view;
 
 pub use phase::{MIN_COSINE, forward, particle_phase};
-pub use ring_table::{RingSeen, slopes_of_sunlight};
+pub use ring_table::{RingConditions, slopes_of_sunlight};

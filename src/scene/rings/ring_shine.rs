@@ -16,7 +16,7 @@ pub use crate::scene::draw::tables::RingShine;
 use crate::scene::numeric::gauss_legendre;
 use crate::scene::rings::phase::{MIN_COSINE, particle_phase};
 use crate::scene::rings::ring_table::{self, RingInterval, intervals};
-pub use crate::scene::rings::single_scatter::{halves, scattered};
+pub use crate::scene::rings::single_scatter::{scattered, sun_halves};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -27,12 +27,12 @@ pub use crate::scene::constants::{RING_SHINE_COLUMNS as COLUMNS, RING_SHINE_ROWS
 /// Number of annuli of about equal weight that approximate the rings.
 const ANNULI: usize = 32;
 /// Gauss-Legendre points on an arc.
-const ARC: usize = 12;
+const ARC_NODES: usize = 12;
 /// Slopes 2^(k/8) at which an annulus' light is tabulated, as in the rings' own table.
 const SLOPES: usize = RING_SLOPES as usize;
 const PER_OCTAVE: f64 = RING_SLOPES_PER_OCTAVE as f64;
 /// Height that is used at the equator instead of 0, because the table contains light divided by height.
-const EQUATOR: f64 = 1e-6;
+const EQUATOR_HEIGHT: f64 = 1e-6;
 
 impl RingShine {
     /// Irradiance of level ground per unit of sunlight, brightest channel, interpolated as in shaders/lib/ring/shine.wesl. `point`: unit-sphere frame;
@@ -41,13 +41,13 @@ impl RingShine {
         let height = point.z.abs();
         let level = sun.truncate().try_normalize().unwrap_or(DVec2::X);
         let hour = point.truncate().perp_dot(level).abs().atan2(point.truncate().dot(level)) / PI;
-        let place = |part: f64, count: usize| {
+        let cell = |part: f64, count: usize| {
             let at = part.clamp(0.0, 1.0) * (count - 1) as f64;
             let low = (at as usize).min(count - 2);
             (low, at - low as f64)
         };
-        let (column, right) = place(hour, COLUMNS);
-        let (row, up) = place((height / self.max_height).min(1.0).sqrt(), ROWS);
+        let (column, right) = cell(hour, COLUMNS);
+        let (row, up) = cell((height / self.max_height).min(1.0).sqrt(), ROWS);
         let first = if point.z * sun.z >= 0.0 { 0 } else { ROWS };
         let texel = |row: usize, column: usize| {
             let at = 4 * ((first + row) * COLUMNS + column);
@@ -83,9 +83,9 @@ struct Annulus {
 
 impl Annulus {
     fn at(&self, side: usize, slope: f64) -> DVec3 {
-        let place = (slope.log2() * PER_OCTAVE).clamp(0.0, (SLOPES - 1) as f64 - 1e-9);
-        let below = place as usize;
-        self.light[side][below].lerp(self.light[side][below + 1], place.fract())
+        let position = (slope.log2() * PER_OCTAVE).clamp(0.0, (SLOPES - 1) as f64 - 1e-9);
+        let below = position as usize;
+        self.light[side][below].lerp(self.light[side][below + 1], position.fract())
     }
 }
 
@@ -120,7 +120,7 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
             }
         }
     }
-    let sun_halves = halves(geometry.sine.abs(), geometry.sun_tangent);
+    let sun_halves = sun_halves(geometry.sine.abs(), geometry.sun_tangent);
     let annulus = |group: &Vec<RingInterval>| {
         let weights: f64 = group.iter().map(weight).sum();
         let radius = group.iter().map(|s| weight(s) * 0.5 * (s.from + s.to)).sum::<f64>() / weights.max(1e-300);
@@ -146,12 +146,12 @@ const MILESTONE_DIGITS: u32 = 5;
 
 /// An absolute value rounded to `digits` binary digits after the leading digit.
 fn round_to_digits(v: f64, digits: u32) -> f64 {
-    let spare = 52 - digits;
-    f64::from_bits((v.abs().to_bits() + (1 << (spare - 1))) >> spare << spare)
+    let dropped_bits = 52 - digits;
+    f64::from_bits((v.abs().to_bits() + (1 << (dropped_bits - 1))) >> dropped_bits << dropped_bits)
 }
 
 /// Number of cached tables.
-const KEPT: usize = 16;
+const CACHE_CAPACITY: usize = 16;
 
 /// The source files that determine a table: an edit of one of them invalidates tables stored on disk. From the rest of the program they use only the
 /// numbers of a table's key and the narrowing to f32.
@@ -182,7 +182,7 @@ pub struct RingShines {
 
 impl Default for RingShines {
     fn default() -> Self {
-        Self { shines: Memo::with_capacity(KEPT), milestones: Memo::with_capacity(KEPT), store: None }
+        Self { shines: Memo::with_capacity(CACHE_CAPACITY), milestones: Memo::with_capacity(CACHE_CAPACITY), store: None }
     }
 }
 
@@ -261,14 +261,14 @@ impl RingShineGeometry<'_> {
             return None;
         }
         let max_height = (1.0 - 1.0 / (last * last)).sqrt();
-        let gauss = gauss_legendre(ARC);
+        let gauss = gauss_legendre(ARC_NODES);
         let rows: Vec<Vec<(DVec3, f64)>> = (0..2 * ROWS)
             .into_par_iter()
             .map(|n| {
                 let height = max_height * ((n % ROWS) as f64 / (ROWS - 1) as f64).powi(2);
                 let of = |column: usize| {
                     let hour = PI * column as f64 / (COLUMNS - 1) as f64;
-                    (self.at(&annuli, &gauss, n / ROWS, height.max(EQUATOR), hour), height)
+                    (self.at(&annuli, &gauss, n / ROWS, height.max(EQUATOR_HEIGHT), hour), height)
                 };
                 (0..COLUMNS).map(of).collect()
             })
@@ -279,22 +279,22 @@ impl RingShineGeometry<'_> {
     }
 
     /// The cached table. The Sun's height is rounded to eleven binary digits (5e-4 of the light), so that a view at rest keeps one table.
-    pub fn shine(&self, kept: &RingShines) -> Option<Arc<RingShine>> {
+    pub fn shine(&self, cache: &RingShines) -> Option<Arc<RingShine>> {
         let geometry = Self { sine: round_to_digits(self.sine, 11), sun_tangent: round_to_digits(self.sun_tangent, 11), ..*self };
-        kept.shines.get(geometry.cache_key().collect(), || geometry.interpolate(kept).map(Arc::new))
+        cache.shines.get(geometry.cache_key().collect(), || geometry.interpolate(cache).map(Arc::new))
     }
 
     /// Interpolates between the tables of the milestones below and above the Sun's height. A year of frames needs few milestones, which saves time, because
     /// computing a table takes as long as drawing two frames.
-    fn interpolate(&self, kept: &RingShines) -> Option<RingShine> {
+    fn interpolate(&self, cache: &RingShines) -> Option<RingShine> {
         let milestone_table = |sine: f64| {
             // A Sun whose disc does not touch the plane is treated as a point.
             let geometry = Self { sine, sun_tangent: if sine > self.sun_tangent { 0.0 } else { self.sun_tangent }, ..*self };
-            kept.milestone(&geometry)
+            cache.milestone(&geometry)
         };
-        let spare = 52 - MILESTONE_DIGITS;
-        let below = f64::from_bits(self.sine.to_bits() >> spare << spare);
-        let above = f64::from_bits(below.to_bits() + (1 << spare));
+        let dropped_bits = 52 - MILESTONE_DIGITS;
+        let below = f64::from_bits(self.sine.to_bits() >> dropped_bits << dropped_bits);
+        let above = f64::from_bits(below.to_bits() + (1 << dropped_bits));
         let (low, high) = (milestone_table(below)?, milestone_table(above)?);
         let share = narrow_scalar((self.sine - below) / (above - below));
         let texels = low.texels.iter().zip(&high.texels).map(|(a, b)| a + (b - a) * share).collect();
@@ -354,7 +354,7 @@ mod tests {
     #[test]
     fn halves_of_the_sun_share_its_light() {
         for sine in [0.0, 1e-4, 3e-4, 4.99e-4, 5e-4, 0.1] {
-            let [[above, up], [below, down]] = halves(sine, 5e-4);
+            let [[above, up], [below, down]] = sun_halves(sine, 5e-4);
             assert!((above + below - 1.0).abs() < 1e-12 && up >= 0.0 && down >= 0.0);
             // The mean height of the entire disc is the height of its centre.
             assert!((above * up - below * down - sine).abs() < 1e-9, "{sine}: {above} {up} {below} {down}");

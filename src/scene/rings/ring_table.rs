@@ -59,7 +59,7 @@ pub(crate) fn cache_key(ring: &Ring) -> [f64; 7] {
 }
 
 /// Number of cached tables of a kind: those of the rings in a frame and in the other half of Compare. One of Saturn's has up to a megabyte.
-const KEPT: usize = 6;
+const CACHE_CAPACITY: usize = 6;
 
 /// Tables of rings, cached from frame to frame.
 #[derive(Debug)]
@@ -71,7 +71,11 @@ pub(crate) struct RingTables {
 
 impl Default for RingTables {
     fn default() -> Self {
-        Self { intervals: Memo::with_capacity(KEPT), profiles: Memo::with_capacity(KEPT), shadows: Memo::with_capacity(KEPT) }
+        Self {
+            intervals: Memo::with_capacity(CACHE_CAPACITY),
+            profiles: Memo::with_capacity(CACHE_CAPACITY),
+            shadows: Memo::with_capacity(CACHE_CAPACITY),
+        }
     }
 }
 
@@ -83,12 +87,12 @@ impl RingTables {
     }
 
     /// [`RingTable::of`] for some rings of a body, cached.
-    pub(crate) fn profile(&self, rings: &[&Ring], unit_km: f64, seen: &RingSeen) -> Option<Arc<RingTable>> {
-        let light = seen.sunlight.iter().flatten().flatten().copied();
-        let inputs = std::iter::once(unit_km).chain(seen.slopes.map(f64::from)).chain(light);
+    pub(crate) fn profile(&self, rings: &[&Ring], unit_km: f64, conditions: &RingConditions) -> Option<Arc<RingTable>> {
+        let light = conditions.sunlight.iter().flatten().flatten().copied();
+        let inputs = std::iter::once(unit_km).chain(conditions.slopes.map(f64::from)).chain(light);
         let key = inputs.chain(rings.iter().flat_map(|r| cache_key(r))).collect();
         let intervals = || self.intervals(rings.iter().copied(), unit_km);
-        self.profiles.get(key, || RingTable::of_intervals(&intervals(), seen).map(Arc::new))
+        self.profiles.get(key, || RingTable::of_intervals(&intervals(), conditions).map(Arc::new))
     }
 
     /// [`RingTable::of_shadow`] for some rings of a body, cached.
@@ -166,15 +170,15 @@ fn radial_range(intervals: &[RingInterval]) -> Option<[f64; 2]> {
 
 /// The light on a ring and the range of view rays that cross it, which all pixels share.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RingSeen {
-    /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with its mean sine: [`halves`](super::ring_shine::halves).
+pub struct RingConditions {
+    /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with its mean sine: [`sun_halves`](super::ring_shine::halves).
     /// `None` for the pixel view of albedo.
     pub sunlight: Option<[[f64; 2]; 2]>,
     /// Indices of the first and the last slope of the table's rows.
     slopes: [u32; 2],
 }
 
-impl RingSeen {
+impl RingConditions {
     /// `steepest` and `flattest`: smallest and largest slope of the view rays.
     pub fn new(sunlight: Option<[[f64; 2]; 2]>, steepest: f64, flattest: f64) -> Self {
         let place = |slope: f64| slope.clamp(1.0, 1.0 / MIN_COSINE).log2() * f64::from(RING_SLOPES_PER_OCTAVE);
@@ -194,14 +198,14 @@ impl RingSeen {
 
 impl RingTable {
     /// The table for the fragments of a ring. `None` without a ring, or with more than [`MAX_NODES`] edges. `unit_km`: the body's equatorial radius.
-    pub fn of<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64, seen: &RingSeen) -> Option<Self> {
-        Self::of_intervals(&intervals(rings, unit_km), seen)
+    pub fn of<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64, conditions: &RingConditions) -> Option<Self> {
+        Self::of_intervals(&intervals(rings, unit_km), conditions)
     }
 
-    fn of_intervals(intervals: &[RingInterval], seen: &RingSeen) -> Option<Self> {
+    fn of_intervals(intervals: &[RingInterval], conditions: &RingConditions) -> Option<Self> {
         let radius_range = radial_range(intervals)?;
         let nodes = intervals.len() + 1;
-        let [first, last] = seen.slopes;
+        let [first, last] = conditions.slopes;
         let height = RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * (last - first + 1);
         let bins = Bins::of(intervals);
         let mut texels = bins.texels;
@@ -219,7 +223,7 @@ impl RingTable {
             let mut rows = [const { Vec::new() }; RING_ROWS_PER_SLOPE as usize];
             let mut sums = [[0.0; 4]; 2];
             for interval in intervals {
-                let light = seen.light(interval, slope);
+                let light = conditions.light(interval, slope);
                 let [red, green, blue] = interval.albedo.map(|albedo| light * albedo);
                 let large = [red, green, blue].map(|v| v * (1.0 - interval.dust));
                 let dust = [red, green, blue].map(|v| v * interval.dust);
@@ -238,7 +242,7 @@ impl RingTable {
             }
             rows.iter_mut().for_each(|row| texels.append(row));
         }
-        Some(Self { width: nodes as u32, height, texels, radius_range, bins: bins.formula, slopes: seen.slopes })
+        Some(Self { width: nodes as u32, height, texels, radius_range, bins: bins.formula, slopes: conditions.slopes })
     }
 
     /// The table for the fragments of a globe in the rings' shadow, for the slopes of sunlight of [`slopes_of_sunlight`]. `None` as in
@@ -281,7 +285,7 @@ mod tests {
     }
 
     /// A table without sunlight, with rows for every slope.
-    const COLOURS: RingSeen = RingSeen { sunlight: None, slopes: [0, SLOPES - 1] };
+    const COLOURS: RingConditions = RingConditions { sunlight: None, slopes: [0, SLOPES - 1] };
 
     #[test]
     fn a_later_ring_lies_over_an_earlier_one() {

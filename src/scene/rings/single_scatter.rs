@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 /// Fraction of the Sun's disc on one side of the plane and the mean sine of its height, then the same for the other side.
-pub fn halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
+pub fn sun_halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     if sine >= tangent {
         return [[1.0, sine], [0.0, 1.0]];
     }

@@ -15,8 +15,8 @@ use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::purpose;
 use crate::scene::resources::Caches;
 use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, forward, particle_phase, phase_factor};
-use crate::scene::rings::ring_shine::{RingShineGeometry, halves};
-use crate::scene::rings::ring_table::{RingSeen, slopes_of_sunlight};
+use crate::scene::rings::ring_shine::{RingShineGeometry, sun_halves};
+use crate::scene::rings::ring_table::{RingConditions, slopes_of_sunlight};
 use crate::scene::tiers::{self, MAX_EDGE_ERROR_PX};
 use glam::{DVec2, DVec3, Vec2, Vec4};
 use std::f64::consts::PI;
@@ -36,7 +36,7 @@ fn rounded_for_reuse(x: f64) -> f64 {
 }
 
 /// The geometry of a body's rings in a frame.
-pub(crate) struct View<'a> {
+pub(crate) struct RingView<'a> {
     pub body: &'a Body,
     pub camera: &'a Camera,
     pub placement: &'a Placement,
@@ -54,7 +54,7 @@ pub(crate) struct View<'a> {
 }
 
 /// How a ring may be seen: limits over all pixels that may show it.
-struct SeenRing {
+struct RingLimits {
     /// Optical depth along the flattest ray.
     max_slant_depth: f64,
     /// The smallest and the largest phase angle.
@@ -83,7 +83,7 @@ pub(crate) struct VisibleRings<'a> {
     pub check: ThresholdCheck,
 }
 
-impl<'a> View<'a> {
+impl<'a> RingView<'a> {
     /// Outermost radius of all rings that the body has.
     fn outermost_km(&self) -> f64 {
         self.body.rings.iter().map(|r| r.outer_km).fold(0.0, f64::max)
@@ -107,7 +107,7 @@ impl<'a> View<'a> {
     }
 
     /// Limits over all pixels that may show a ring.
-    fn seen_ring(&self, ring: &Ring) -> SeenRing {
+    fn limits(&self, ring: &Ring) -> RingLimits {
         let (height, axis_distance) = self.viewer_radii();
         let [inner, outer] = [ring.inner_km, ring.outer_km].map(|r| r / self.body.radii_km.x);
         let corners = self.corner_rays();
@@ -116,7 +116,7 @@ impl<'a> View<'a> {
         // flattest corner ray.
         let to_one_side = corners.iter().all(|r| r.z > 0.0) || corners.iter().all(|r| r.z < 0.0);
         let in_frame = if to_one_side { corners.iter().map(|r| r.z.abs()).fold(f64::INFINITY, f64::min) / longest } else { 0.0 };
-        let least_cosine = in_frame.max(height / height.hypot(axis_distance + outer)).max(MIN_COSINE);
+        let min_cosine = in_frame.max(height / height.hypot(axis_distance + outer)).max(MIN_COSINE);
         // The angle between a ray and the direction to the body's centre is at most the ring's angular radius, and at most the angle of the farthest
         // corner.
         let centre = -(self.placement.body_from_icrf * -self.placement.centre_km);
@@ -126,8 +126,8 @@ impl<'a> View<'a> {
         let gap = (inner - axis_distance).max(axis_distance - outer).max(0.0);
         // A pixel spans a smaller angle away from the middle of the picture.
         let nearest_pixel = height.hypot(gap) * self.camera.pixel_tangent() / (longest * longest);
-        SeenRing {
-            max_slant_depth: ring.tau_normal / least_cosine,
+        RingLimits {
+            max_slant_depth: ring.tau_normal / min_cosine,
             phase_angles: [(self.alpha - spread).max(0.0), (self.alpha + spread).min(PI)],
             max_filled: ((outer - inner) / nearest_pixel).min(1.0),
         }
@@ -135,16 +135,16 @@ impl<'a> View<'a> {
 
     /// Upper limits of a ring's effect on a pixel that shows nothing else.
     fn change(&self, ring: &Ring) -> RingChange {
-        let seen = self.seen_ring(ring);
+        let limits = self.limits(ring);
         let albedo = ring.albedo.iter().copied().fold(0.0, f64::max);
         // Large particles are brightest at the smallest phase angle. The phase function of dust has one minimum, so its maximum is at an end of the range.
-        let [smallest, largest] = seen.phase_angles;
+        let [smallest, largest] = limits.phase_angles;
         let phase = particle_phase(smallest.cos()) * (1.0 - ring.dust) + forward(smallest).max(forward(largest)) * ring.dust;
         // Upper limit of single scattering: each photon is scattered once, and none is lost afterwards.
         RingChange {
-            hidden: -(-seen.max_slant_depth).exp_m1(),
-            added: albedo * 0.25 * phase * seen.max_slant_depth.min(1.0) * self.irradiance,
-            filled: seen.max_filled,
+            hidden: -(-limits.max_slant_depth).exp_m1(),
+            added: albedo * 0.25 * phase * limits.max_slant_depth.min(1.0) * self.irradiance,
+            filled: limits.max_filled,
         }
     }
 
@@ -279,7 +279,7 @@ impl<'a> View<'a> {
     }
 
     /// Most pieces into which shaders/lib/ring/surface.wesl divides a pixel's stretch: 32 per radius, as many as its longest stretch needs.
-    fn most_pieces(&self) -> f64 {
+    fn max_pieces(&self) -> f64 {
         let (height, axis_distance) = self.viewer_radii();
         let outer = self.outermost_km() / self.body.radii_km.x;
         // A pixel turns the ray by at most its tangent. The part added covers what a pixel at the edge has outside of the ring.
@@ -324,9 +324,9 @@ impl<'a> View<'a> {
     }
 
     /// The light on the rings and the range of view rays that cross them.
-    fn seen(&self, sun: Option<&Body>, shows: PixelView) -> RingSeen {
+    fn conditions(&self, sun: Option<&Body>, pixel_view: PixelView) -> RingConditions {
         let viewer = self.placement.body_from_icrf * -self.placement.centre_km;
-        let [same, other] = halves(self.sun.z.abs(), self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6));
+        let [same, other] = sun_halves(self.sun.z.abs(), self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6));
         let sunlight = if viewer.z * self.sun.z > 0.0 { [same, other] } else { [other, same] };
         let sunlight = sunlight.map(|half| half.map(rounded_for_reuse));
         // Slopes from the point of the plane nearest to the viewer to the farthest point of any ring, drawn or not, because the middle of a pixel may lie
@@ -334,16 +334,16 @@ impl<'a> View<'a> {
         let outer_km = self.outermost_km();
         let (height, axis_distance) = (viewer.z.abs().max(1e-9), viewer.truncate().length());
         let slope = |along: f64| height.hypot(along) / height;
-        RingSeen::new(
-            (shows != PixelView::Albedo).then_some(sunlight),
+        RingConditions::new(
+            (pixel_view != PixelView::Albedo).then_some(sunlight),
             slope((axis_distance - outer_km).max(0.0)),
             slope(axis_distance + outer_km),
         )
     }
 
     /// The ring uniforms of both draws, behind and in front of the globe, except `half`.
-    pub(crate) fn uniforms(&self, rings: &[&Ring], sun: Option<&Body>, shows: PixelView) -> RingUniforms {
-        let table = self.caches.ring_tables.profile(rings, self.body.radii_km.x, &self.seen(sun, shows));
+    pub(crate) fn uniforms(&self, rings: &[&Ring], sun: Option<&Body>, pixel_view: PixelView) -> RingUniforms {
+        let table = self.caches.ring_tables.profile(rings, self.body.radii_km.x, &self.conditions(sun, pixel_view));
         table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))
     }
 
@@ -366,7 +366,7 @@ impl<'a> View<'a> {
             radius_range: Vec2::new(narrow(table.radius_range[0]), narrow(table.radius_range[1])),
             table: Some(table),
             extent: narrow(self.outermost_km() / self.body.radii_km.x),
-            pieces: narrow(self.most_pieces()),
+            pieces: narrow(self.max_pieces()),
             half_pixel: narrow(0.5 / self.pixels_per_radius()),
             phase: Vec2::new(narrow(phase_factor()), narrow(PHASE_EXPONENT)),
             dust_asymmetry: lobe(0),

@@ -85,16 +85,16 @@ pub(crate) struct Reading {
 
 /// Accumulates a weighted mean of logarithms of radiance.
 #[derive(Clone, Copy, Default)]
-struct Tally {
+struct LogMean {
     weight: f64,
     log_sum: f64,
 }
 
-impl Tally {
-    /// Adds a part of a subject. `share`: its share of the frame, times other weights. `haze`: radiance in front of it, which lowers its contrast.
-    fn add(&mut self, share: f64, radiance: f64, haze: f64) {
+impl LogMean {
+    /// Adds a part of a subject. `share`: its share of the frame, times other weights. `foreground_radiance`: radiance in front of it, which lowers its contrast.
+    fn add(&mut self, share: f64, radiance: f64, foreground_radiance: f64) {
         if share > 0.0 && radiance > 0.0 {
-            let contrast = radiance / (radiance + haze);
+            let contrast = radiance / (radiance + foreground_radiance);
             let weight = share * radiance.min(WEIGHT_RADIANCE_CAP).powf(RADIANCE_WEIGHT_EXPONENT) * contrast * contrast;
             self.weight += weight;
             self.log_sum += weight * radiance.ln();
@@ -153,7 +153,7 @@ impl Meter<'_, '_> {
         let frame = MeteredFrame { meter: self, glare, sky: 0.0, resolved_bodies };
         let frame = MeteredFrame { sky: frame.skylight(), ..frame };
         let mut metered = Vec::new();
-        let (mut target, mut others) = (Tally::default(), Tally::default());
+        let (mut target, mut others) = (LogMean::default(), LogMean::default());
         let (mut target_name, mut brightest, mut max_weight) = ("", None, 0.0);
         let mut covered = 0.0;
         for p in self.placed.iter().filter(|p| p.body.id != NaifId::SUN) {
@@ -161,7 +161,7 @@ impl Meter<'_, '_> {
             tally.merge(&frame.rings_of(p));
             covered += share;
             if Some(p.body.id) == self.context.request.target {
-                target = Tally { weight: tally.weight * TARGET_WEIGHT, log_sum: tally.log_sum * TARGET_WEIGHT };
+                target = LogMean { weight: tally.weight * TARGET_WEIGHT, log_sum: tally.log_sum * TARGET_WEIGHT };
                 target_name = &p.body.name;
             } else {
                 others.merge(&tally);
@@ -176,7 +176,7 @@ impl Meter<'_, '_> {
         metered.extend(frame.corona());
         metered.extend(frame.refracted_limbs());
         if let Some(air) = self.air {
-            let mut sky = Tally::default();
+            let mut sky = LogMean::default();
             sky.add((frame.sky_fraction() - covered).max(0.0), frame.sky, 0.0);
             metered.extend(sky.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
             // The sky and ground around the camera are darkened in dusk.
@@ -236,7 +236,7 @@ impl Ground<'_> {
 
 impl MeteredFrame<'_, '_> {
     /// Radiance added in front of a body: glare, and the sky unless the body is the one whose air surrounds the camera.
-    fn haze(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
+    fn foreground_radiance(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
         let glare = self.glare.as_ref().map_or(0.0, |v| v.radiance(direction.normalize()));
         let is_behind_sky = self.meter.air.is_some_and(|a| Some(a.body.id) != body);
         glare + if is_behind_sky { self.sky } else { 0.0 }
@@ -277,8 +277,8 @@ impl MeteredFrame<'_, '_> {
     }
 
     /// Meters a body. Returns its tally and its share of the frame.
-    fn body(&self, p: &PlacedBody<'_>) -> (Tally, f64) {
-        let (camera, mut tally) = (self.meter.camera, Tally::default());
+    fn body(&self, p: &PlacedBody<'_>) -> (LogMean, f64) {
+        let (camera, mut tally) = (self.meter.camera, LogMean::default());
         let far_weight = match p.outline {
             Outline::Ellipse { .. } => {
                 let [from, to] = FAR_RADII;
@@ -293,7 +293,7 @@ impl MeteredFrame<'_, '_> {
             return (tally, 0.0);
         }
         let diameter_px = 2.0 * (area / PI).sqrt();
-        let haze = self.haze(p.placement.centre_km, Some(p.body.id));
+        let foreground_radiance = self.foreground_radiance(p.placement.centre_km, Some(p.body.id));
         let air = self.meter.air.filter(|a| a.body.id != p.body.id);
         let transmittance = air.map_or(1.0, |a| a.mean_transmittance(p.placement.centre_km));
         let is_target = Some(p.body.id) == self.meter.context.request.target;
@@ -301,7 +301,7 @@ impl MeteredFrame<'_, '_> {
             // A point: all its light, spread over its sprite.
             let pixel = camera.pixel_tangent().powi(2);
             let shown = transmittance * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel * point_peak();
-            tally.add(weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px(), shown, haze);
+            tally.add(weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px(), shown, foreground_radiance);
             return (tally, 0.0);
         }
         let secondary_lights = self.shine_on(p);
@@ -334,7 +334,7 @@ impl MeteredFrame<'_, '_> {
                 let spread = area / (area + (1.0 - disc_share(diameter_px)) / point_peak());
                 let visible_share = share * self.visible_fraction(p, None) * far_weight;
                 self.sum_disc(p, &ground, shade, diameter_px, |area_fraction, radiance| {
-                    tally.add(visible_share * area_fraction / spread, radiance * spread * transmittance, haze)
+                    tally.add(visible_share * area_fraction / spread, radiance * spread * transmittance, foreground_radiance)
                 });
             }
             near_share
@@ -375,7 +375,7 @@ impl MeteredFrame<'_, '_> {
     }
 
     /// Samples a near body with rays over its rectangle in the frame. Returns the body's share of the frame.
-    fn sum_rays(&self, p: &PlacedBody<'_>, ground: &Ground<'_>, shade: Option<&Shade<'_>>, weight: f64, tally: &mut Tally) -> f64 {
+    fn sum_rays(&self, p: &PlacedBody<'_>, ground: &Ground<'_>, shade: Option<&Shade<'_>>, weight: f64, tally: &mut LogMean) -> f64 {
         let camera = self.meter.camera;
         let Some(rect) = p.outline.rect(camera) else { return 0.0 };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
@@ -395,7 +395,11 @@ impl MeteredFrame<'_, '_> {
             let normal = (hit.point / p.placement.radii_km).normalize();
             let viewer = -(p.placement.body_from_icrf * direction).normalize();
             let radiance = ground.radiance(hit.point, normal, viewer, shade);
-            tally.add(share * coverage * frame_position_weight(clip.abs().max_element()), radiance, self.haze(direction, Some(p.body.id)));
+            tally.add(
+                share * coverage * frame_position_weight(clip.abs().max_element()),
+                radiance,
+                self.foreground_radiance(direction, Some(p.body.id)),
+            );
         }
         covered_share
     }
@@ -415,7 +419,7 @@ impl MeteredFrame<'_, '_> {
         let spread = area / (area + (1.0 - disc_share(2.0 * (area / PI).sqrt())) / point_peak());
         let transmittance = self.meter.air.map_or(1.0, |a| a.mean_transmittance(sun.placement.centre_km));
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
-        let mut tally = Tally::default();
+        let mut tally = LogMean::default();
         // The Sun's own glare does not reduce its contrast.
         tally.add(
             share * share / (share + MIN_SUN_SHARES[usize::from(!is_target)]),
@@ -439,7 +443,7 @@ impl MeteredFrame<'_, '_> {
         let (rings, sectors) = (12, 16);
         let growth = (CORONA_RADII[1] / CORONA_RADII[0]).powf(1.0 / f64::from(rings));
         let transmittance = self.meter.air.map_or(1.0, |a| a.mean_transmittance(sun.placement.centre_km));
-        let mut tally = Tally::default();
+        let mut tally = LogMean::default();
         for k in 0..rings {
             let inner = CORONA_RADII[0] * growth.powi(k);
             let rho = inner * growth.sqrt();
@@ -456,7 +460,11 @@ impl MeteredFrame<'_, '_> {
                 if inside > 0.0 {
                     let visibility = self.ray_visibility(sun, direction, cell_width);
                     let inside = inside * frame_position_weight(clip.abs().max_element().min(1.0));
-                    tally.add(share * inside * visibility, corona::radiance(rho) * transmittance, self.haze(direction, Some(NaifId::SUN)));
+                    tally.add(
+                        share * inside * visibility,
+                        corona::radiance(rho) * transmittance,
+                        self.foreground_radiance(direction, Some(NaifId::SUN)),
+                    );
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! Meters the sunlight refracted at the limbs of bodies in front of the Sun, such as the ring of the Earth's air seen from the eclipsed Moon.
 
 use super::geometry::frame_position_weight;
-use super::{Metered, MeteredFrame, SUN_WEIGHT, Tally};
+use super::{LogMean, Metered, MeteredFrame, SUN_WEIGHT};
 use crate::catalog::NaifId;
 use crate::message::reason;
 use crate::scene::eclipse::refracted_limb;
@@ -15,26 +15,30 @@ impl MeteredFrame<'_, '_> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?;
         let frame_sr = 4.0 * camera.tan_half_fov.element_product();
-        let (mut all, mut brightest, mut max_weight) = (Tally::default(), None, 0.0);
+        let (mut all, mut brightest, mut max_weight) = (LogMean::default(), None, 0.0);
         for p in self.meter.placed {
             let own_effects = request.effects.for_body(&p.body.name);
             let effects = own_effects.as_ref().unwrap_or(&request.effects);
             if [Effect::Atmosphere, Effect::RefractedLimb].iter().any(|e| effects.override_of(*e) == Some(false)) {
                 continue;
             }
-            let mut tally = Tally::default();
+            let mut tally = LogMean::default();
             for segment in refracted_limb::segments(p, sun, camera.pixel_tangent()) {
                 let Some(clip) = camera.clip(segment.direction) else { continue };
                 // Segments are thin, so the frame's edge is softened over a hundredth of the picture instead of a segment's width.
                 let edge = (1.0 - clip.abs()) * 50.0 + 0.5;
                 let inside = smoothstep(edge.x) * smoothstep(edge.y) * frame_position_weight(clip.abs().max_element().min(1.0));
                 let visible = inside * self.ray_visibility(p, segment.direction, camera.pixel_tangent());
-                tally.add(visible * segment.solid_angle / frame_sr, segment.radiance, self.haze(segment.direction, Some(p.body.id)));
+                tally.add(
+                    visible * segment.solid_angle / frame_sr,
+                    segment.radiance,
+                    self.foreground_radiance(segment.direction, Some(p.body.id)),
+                );
             }
             // The limb counts as part of the target if the target is this body or the Sun.
             let is_target = [Some(p.body.id), Some(NaifId::SUN)].contains(&request.target);
             let weight = if is_target { SUN_WEIGHT } else { 1.0 };
-            let tally = Tally { weight: tally.weight * weight, log_sum: tally.log_sum * weight };
+            let tally = LogMean { weight: tally.weight * weight, log_sum: tally.log_sum * weight };
             if tally.weight > max_weight {
                 (max_weight, brightest) = (tally.weight, Some(p.body));
             }

@@ -1,7 +1,7 @@
 //! Meters the light of rings: the light towards the camera, and ring-shine on the night side of the globe.
 
 use super::geometry::{frame_position_weight, intersect};
-use super::{MeteredFrame, Tally};
+use super::{LogMean, MeteredFrame};
 use crate::catalog::{Photometry, Ring};
 use crate::scene::draw::tables::RingShine;
 use crate::scene::light::{lights, photometry};
@@ -33,8 +33,8 @@ impl MeteredFrame<'_, '_> {
         Some((shine, weight * unit * lights::sunlight(p.sun_from_body_km).irradiance.x))
     }
 
-    pub(super) fn ring_view<'v>(&'v self, p: &'v PlacedBody<'_>) -> view::View<'v> {
-        view::View {
+    pub(super) fn ring_view<'v>(&'v self, p: &'v PlacedBody<'_>) -> view::RingView<'v> {
+        view::RingView {
             body: p.body,
             camera: self.meter.camera,
             placement: &p.placement,
@@ -48,8 +48,8 @@ impl MeteredFrame<'_, '_> {
     }
 
     /// Meters a body's rings with rays over their rectangle.
-    pub(super) fn rings_of(&self, p: &PlacedBody<'_>) -> Tally {
-        let (camera, mut tally) = (self.meter.camera, Tally::default());
+    pub(super) fn rings_of(&self, p: &PlacedBody<'_>) -> LogMean {
+        let (camera, mut tally) = (self.meter.camera, LogMean::default());
         let none = p.body.rings.iter().all(|r| r.tau_normal <= 0.0);
         let user_choice = self.meter.context.request.effects.override_of(Effect::Rings);
         if none || user_choice == Some(false) || matches!(p.body.photometry, Photometry::Emissive { .. }) {
@@ -68,7 +68,7 @@ impl MeteredFrame<'_, '_> {
             return tally;
         }
         let sun_tangent = crate::units::SUN_RADIUS_KM / view.sun_km;
-        let halves = ring_shine::halves(sun.z.abs(), sun_tangent);
+        let sun_halves = ring_shine::sun_halves(sun.z.abs(), sun_tangent);
         let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
         let spacing = (size * camera.tan_half_fov).length() / f64::from(RING_RAYS);
         let share = size.element_product() / 4.0 / f64::from(RING_RAYS * RING_RAYS);
@@ -103,7 +103,7 @@ impl MeteredFrame<'_, '_> {
                         return 0.0;
                     }
                     let scattered_from = |half: usize| {
-                        let [fraction, sine] = halves[half];
+                        let [fraction, sine] = sun_halves[half];
                         let y = 1.0 / sine.max(phase::MIN_COSINE);
                         if fraction > 0.0 { fraction * ring_shine::scattered(interval.tau, x, y, half == side) } else { 0.0 }
                     };
@@ -122,7 +122,7 @@ impl MeteredFrame<'_, '_> {
             let radiance = 0.25 * light * irradiance * sunlit;
             let weight = frame_position_weight(clip.abs().max_element());
             let visible_share = share * weight * not_hidden * self.ray_visibility(p, direction, spacing);
-            tally.add(visible_share, radiance, self.haze(direction, Some(p.body.id)));
+            tally.add(visible_share, radiance, self.foreground_radiance(direction, Some(p.body.id)));
         }
         tally
     }
