@@ -6,7 +6,7 @@
 use super::coarse_air;
 use super::error::PlanError;
 use super::extent::Extent;
-use super::graph::{self, PassStep, Target, Write};
+use super::graph::{self, PassStep, TargetDescriptor, Write};
 use super::labels;
 use super::maps;
 use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Plan, PlanDraw, Vertices};
@@ -104,7 +104,7 @@ pub(super) fn light_steps(
     faces_draw: Option<PlanDraw>,
 ) -> Result<Vec<PassStep>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
-    let hdr = Target {
+    let hdr = TargetDescriptor {
         resource: HDR_TARGET,
         width,
         height,

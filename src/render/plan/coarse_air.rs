@@ -5,7 +5,7 @@
 //! here: which draws read the picture (scene).
 
 use super::error::PlanError;
-use super::graph::{PassStep, Read, Target, Write};
+use super::graph::{PassStep, Read, TargetDescriptor, Write};
 use super::passes::{Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
 use super::shared::{FIRST_READ_BINDING, full_screen_draw};
@@ -111,7 +111,7 @@ pub(super) fn steps(
         let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| w.vec2("bound", draw.uniforms.air.coarse_bound))?;
         marks.push(PlanDraw { label: format!("{} coarse air", draw.name), scissor, ..marking });
     }
-    let target = |resource| Target { resource, width, height, format, samples: 1, clear: [0.0; 4], depth: false };
+    let target = |resource| TargetDescriptor { resource, width, height, format, samples: 1, clear: [0.0; 4], depth: false };
     let of_samples = vec![Read { resource: SAMPLES, binding: FIRST_READ_BINDING }];
     Ok(vec![
         PassStep { name: SAMPLES, reads: vec![], writes: Write::New(target(SAMPLES)), draws: samples },

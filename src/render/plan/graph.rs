@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 /// A colour target that a step creates.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Target {
+pub struct TargetDescriptor {
     pub resource: &'static str,
     pub width: u32,
     pub height: u32,
@@ -25,7 +25,7 @@ pub struct Target {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Write {
     /// Creates a resource, filled with the clear colour.
-    New(Target),
+    New(TargetDescriptor),
     /// Draws over the content of a resource.
     Over(&'static str),
 }
@@ -106,7 +106,7 @@ fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&PassStep>>, pictu
 /// # Errors
 /// A violation of the rules in the module documentation; the error names the step.
 pub(crate) fn compile(steps: &[PassStep], picture: &'static str) -> Result<Plan, GraphError> {
-    let mut creators: BTreeMap<&'static str, (&PassStep, &Target)> = BTreeMap::new();
+    let mut creators: BTreeMap<&'static str, (&PassStep, &TargetDescriptor)> = BTreeMap::new();
     for step in steps {
         if let Write::New(target) = &step.writes
             && let Some((first, _)) = creators.insert(target.resource, (step, target))
@@ -187,7 +187,8 @@ mod tests {
     use super::*;
 
     fn creates(name: &'static str, resource: &'static str, reads: &[&'static str]) -> PassStep {
-        let target = Target { resource, width: 4, height: 4, format: ColourFormat::Rgba8Unorm, samples: 1, clear: [0.0; 4], depth: false };
+        let target =
+            TargetDescriptor { resource, width: 4, height: 4, format: ColourFormat::Rgba8Unorm, samples: 1, clear: [0.0; 4], depth: false };
         PassStep {
             name,
             reads: reads.iter().map(|resource| Read { resource, binding: 1 }).collect(),

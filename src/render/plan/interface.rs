@@ -5,7 +5,7 @@
 //! a texture here. Not here: the layout of panels.
 
 use super::error::PlanError;
-use super::graph::{self, PassStep, Target, Write};
+use super::graph::{self, PassStep, TargetDescriptor, Write};
 use super::passes::{
     AddressMode, Attribute, Blend, ColourFormat, Plan, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices,
 };
@@ -63,8 +63,15 @@ pub fn interface_step(
         }
     });
     let black = [0.0, 0.0, 0.0, 1.0];
-    let window =
-        Target { resource: WINDOW_TARGET, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: black, depth: false };
+    let window = TargetDescriptor {
+        resource: WINDOW_TARGET,
+        width,
+        height,
+        format: ColourFormat::Rgba8Unorm,
+        samples: 1,
+        clear: black,
+        depth: false,
+    };
     Ok(PassStep { name: "interface", reads: vec![], writes: Write::New(window), draws: draws.collect() })
 }
 

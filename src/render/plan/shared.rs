@@ -4,7 +4,7 @@
 //! that [`modules`] returns are used. Not here: the draws of bodies; the choice of what is drawn (scene).
 
 use super::error::PlanError;
-use super::graph::{PassStep, Read, Target, Write};
+use super::graph::{PassStep, Read, TargetDescriptor, Write};
 use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
 use super::scissor::scissor;
@@ -282,12 +282,12 @@ const NEAR_HALO: [&str; 3] = ["beyond white", "beyond white across", "near halo"
 const FAR_HALO: [&str; 3] = ["near halo shrunk", "near halo across", "far halo"];
 
 /// A linear HDR target of one sample per pixel.
-fn linear_target(resource: &'static str, [width, height]: [u32; 2]) -> Target {
-    Target { resource, width, height, format: ColourFormat::Hdr, samples: 1, clear: [0.0; 4], depth: false }
+fn linear_target(resource: &'static str, [width, height]: [u32; 2]) -> TargetDescriptor {
+    TargetDescriptor { resource, width, height, format: ColourFormat::Hdr, samples: 1, clear: [0.0; 4], depth: false }
 }
 
 /// A step that draws over a new target. The resources `reads` are bound from [`FIRST_READ_BINDING`] on.
-pub(super) fn screen_step(name: &'static str, reads: &[&'static str], target: Target, draw: PlanDraw) -> PassStep {
+pub(super) fn screen_step(name: &'static str, reads: &[&'static str], target: TargetDescriptor, draw: PlanDraw) -> PassStep {
     let reads = (FIRST_READ_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
     let draw = PlanDraw { scissor: [0, 0, target.width, target.height], ..draw };
     PassStep { name, reads, writes: Write::New(target), draws: vec![draw] }
@@ -352,7 +352,8 @@ pub(super) fn tone_map_step(
         Ok(())
     })?;
     let black = [0.0, 0.0, 0.0, 1.0];
-    let target = Target { resource: display, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: black, depth: false };
+    let target =
+        TargetDescriptor { resource: display, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: black, depth: false };
     Ok(screen_step("tone map", reads, target, draw))
 }
 
@@ -381,14 +382,22 @@ pub(super) fn outline_steps(
         x1.saturating_add(margin_px).min(width),
         y1.saturating_add(margin_px).min(height),
     ];
-    let mask = |resource| Target { resource, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: [0.0; 4], depth: false };
+    let mask = |resource| TargetDescriptor {
+        resource,
+        width,
+        height,
+        format: ColourFormat::Rgba8Unorm,
+        samples: 1,
+        clear: [0.0; 4],
+        depth: false,
+    };
     let blurred = |name, from, to, axis| -> Result<PassStep, PlanError> {
         let mut step = screen_step(name, &[from], mask(to), blur(scene, provider, axis, sigma_px)?);
         step.draws.iter_mut().for_each(|d| d.scissor = blurred_rect);
         Ok(step)
     };
     // A body's module writes depth, so the mask needs a depth target.
-    let shape_target = Target { depth: true, ..mask(OUTLINE_RESOURCES[0]) };
+    let shape_target = TargetDescriptor { depth: true, ..mask(OUTLINE_RESOURCES[0]) };
     let line = simple_draw("outline", scene, provider, |w| w.vec3("colour", colour(SELECTED_COLOUR)))?;
     let line = PlanDraw { blend: Blend::PremultipliedOver, scissor: blurred_rect, ..line };
     let reads = [OUTLINE_RESOURCES[0], OUTLINE_RESOURCES[2]];
