@@ -7,8 +7,8 @@
 
 mod adapters;
 mod bytes;
-mod clock;
 mod gpu_images;
+mod pass_timer;
 mod pipelines;
 mod readback;
 mod renderer;

@@ -5,12 +5,12 @@
 
 use super::adapters::{AdapterFacts, AdapterKind, OpenedDevice, open, open_gl};
 use super::bytes::{Buffers, FrameBytes};
-use super::clock::{Clock, MAX_TIMED, timed_passes};
 use super::gpu_images::GpuImages;
+use super::pass_timer::{MAX_TIMED, PassTimer, timed_passes};
 use super::pipelines::{Pipeline, PipelineKey, Pipelines};
 use super::readback::Readback;
 use super::resolve::ResolvePipelines;
-use super::targets::Target;
+use super::targets::PassTarget;
 use super::uploads::Uploads;
 use super::{GpuError, with_error_scopes};
 use crate::image::TexelFormat;
@@ -39,19 +39,19 @@ pub struct GpuTimings {
 
 /// GPU resources that are kept from frame to frame.
 #[derive(Default)]
-pub(super) struct State {
+pub(super) struct FrameResources {
     pipelines: Pipelines,
     resolve_pipelines: ResolvePipelines,
     uploads: Uploads,
-    targets: Vec<Target>,
+    targets: Vec<PassTarget>,
     buffers: Buffers,
     readback: Readback,
-    clock: Option<Clock>,
+    pass_timer: Option<PassTimer>,
 }
 
-impl State {
+impl FrameResources {
     fn pass_times(&self, device: &Device, queue: &Queue, plan: &Plan) -> Result<Vec<(String, f64)>, GpuError> {
-        self.clock.as_ref().map_or_else(|| Ok(Vec::new()), |clock| clock.read(device, queue, plan))
+        self.pass_timer.as_ref().map_or_else(|| Ok(Vec::new()), |pass_timer| pass_timer.read(device, queue, plan))
     }
 
     /// Whether all pipelines exist for a plan whose passes draw into these formats.
@@ -82,14 +82,14 @@ pub struct GpuRenderer {
     resolves_by_shader: bool,
     /// The error after which every call fails: the device was lost, or an error occurred outside a frame.
     lost: Arc<Mutex<Option<GpuError>>>,
-    state: Mutex<State>,
+    state: Mutex<FrameResources>,
     /// State for frames of windows, separate so that a window never waits for a view that is being drawn.
-    pub(super) window_state: Mutex<State>,
+    pub(super) window_state: Mutex<FrameResources>,
     images: Mutex<GpuImages>,
 }
 
 /// Exclusive use of the renderer for one frame.
-pub struct FrameGuard<'a>(MutexGuard<'a, State>);
+pub struct FrameGuard<'a>(MutexGuard<'a, FrameResources>);
 
 /// A draw with its pipeline, bind group and offsets in the frame's buffers.
 struct PreparedDraw<'a> {
@@ -296,7 +296,7 @@ impl GpuRenderer {
     /// Uploads a plan's data and submits its passes. Returns the bytes of maps that were uploaded.
     pub(super) fn submit(
         &self,
-        state: &mut State,
+        state: &mut FrameResources,
         plan: &Plan,
         modules: &impl ModuleProvider,
         target: RenderTarget<'_>,
@@ -319,17 +319,17 @@ impl GpuRenderer {
             prepared
                 .push(draws.map(|((d, offsets), key)| self.prepare(state, key, pass_index, d, offsets)).collect::<Result<Vec<_>, _>>()?);
         }
-        if self.has_timestamps && state.clock.is_none() && matches!(target, RenderTarget::Owned { .. }) {
-            state.clock = Some(Clock::new(&self.device));
+        if self.has_timestamps && state.pass_timer.is_none() && matches!(target, RenderTarget::Owned { .. }) {
+            state.pass_timer = Some(PassTimer::new(&self.device));
         }
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         for (k, (pass, draws)) in plan.passes.iter().zip(&prepared).enumerate() {
             self.encode(&mut encoder, state, pass, draws, k);
         }
-        if let Some(clock) = &state.clock {
+        if let Some(pass_timer) = &state.pass_timer {
             let timed = timed_passes(plan);
-            encoder.resolve_query_set(&clock.queries, 0..2 * timed, &clock.resolved, 0);
-            encoder.copy_buffer_to_buffer(&clock.resolved, 0, &clock.readback, 0, u64::from(16 * timed));
+            encoder.resolve_query_set(&pass_timer.queries, 0..2 * timed, &pass_timer.resolved, 0);
+            encoder.copy_buffer_to_buffer(&pass_timer.resolved, 0, &pass_timer.readback, 0, u64::from(16 * timed));
         }
         self.queue.submit([encoder.finish()]);
         if matches!(target, RenderTarget::External(_)) {
@@ -340,13 +340,13 @@ impl GpuRenderer {
     }
 
     /// Reads back the pixels of the last pass, and of the HDR image if `keep_hdr`.
-    fn read_back(&self, state: &mut State, keep_hdr: bool) -> Result<Frame, GpuError> {
+    fn read_back(&self, state: &mut FrameResources, keep_hdr: bool) -> Result<Frame, GpuError> {
         let last = state.targets.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
         let mut frame = Frame { width: last.width, height: last.height, hdr: Vec::new(), display: Vec::new() };
         let floats = |pixels: Vec<[u8; 16]>| -> Vec<[f32; 4]> { pixels.iter().map(|p| bytemuck::pod_read_unaligned(p)).collect() };
         if last.format == TextureFormat::Rgba8Unorm {
             frame.display = state.readback.pixels(&self.device, &self.queue, &last.colour)?;
-            let is_hdr = |t: &&Target| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (last.width, last.height);
+            let is_hdr = |t: &&PassTarget| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (last.width, last.height);
             if let Some(scene) = state.targets.iter().find(is_hdr).filter(|_| keep_hdr) {
                 frame.hdr = floats(state.readback.pixels(&self.device, &self.queue, &scene.colour)?);
             }
@@ -357,7 +357,7 @@ impl GpuRenderer {
     }
 
     /// Creates the targets of the plan's passes, reusing those of the previous frame that fit.
-    fn update_targets(&self, state: &mut State, plan: &Plan, target: RenderTarget<'_>) -> Result<(), GpuError> {
+    fn update_targets(&self, state: &mut FrameResources, plan: &Plan, target: RenderTarget<'_>) -> Result<(), GpuError> {
         let max_side = self.device.limits().max_texture_dimension_2d;
         state.targets.truncate(plan.passes.len());
         for (k, pass) in plan.passes.iter().enumerate() {
@@ -371,14 +371,14 @@ impl GpuRenderer {
             if pass.width == 0 || pass.height == 0 || pass.width > max_side || pass.height > max_side {
                 return Err(GpuError::Size { adapter: self.facts.to_string(), width: pass.width, height: pass.height, max_side });
             }
-            let fits = |t: &Target| {
+            let fits = |t: &PassTarget| {
                 (t.width, t.height, t.format, t.samples, t.depth.is_some()) == (pass.width, pass.height, format, samples, pass.depth)
             };
             if external.is_none() && state.targets.get(k).is_some_and(fits) {
                 continue;
             }
             let resolve_pipelines = self.resolves_by_shader.then_some(&mut state.resolve_pipelines);
-            let new = Target::new(&self.device, resolve_pipelines, pass, format, samples, external);
+            let new = PassTarget::new(&self.device, resolve_pipelines, pass, format, samples, external);
             if k < state.targets.len() { state.targets[k] = new } else { state.targets.push(new) }
         }
         Ok(())
@@ -386,7 +386,7 @@ impl GpuRenderer {
 
     fn prepare<'a>(
         &self,
-        state: &mut State,
+        state: &mut FrameResources,
         key: &PipelineKey,
         pass_index: usize,
         draw: &'a PlanDraw,
@@ -430,7 +430,7 @@ impl GpuRenderer {
         Ok(PreparedDraw { draw, pipeline, bind_group, uniform_offset, attributes, indices })
     }
 
-    fn encode(&self, encoder: &mut wgpu::CommandEncoder, state: &State, pass: &Pass, draws: &[PreparedDraw<'_>], k: usize) {
+    fn encode(&self, encoder: &mut wgpu::CommandEncoder, state: &FrameResources, pass: &Pass, draws: &[PreparedDraw<'_>], k: usize) {
         let target = &state.targets[k];
         let [r, g, b, a] = pass.clear.map(f64::from);
         let (view, resolve_target, store) = match (&target.multisampled, &target.resolve) {
@@ -450,10 +450,10 @@ impl GpuRenderer {
             depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
             stencil_ops: None,
         });
-        let clock = state.clock.as_ref().filter(|_| (k as u32) < MAX_TIMED);
+        let pass_timer = state.pass_timer.as_ref().filter(|_| (k as u32) < MAX_TIMED);
         let (begin_query, end_query) = (2 * k as u32, 2 * k as u32 + 1);
         let timestamp_writes = |begin: Option<u32>, end: Option<u32>| {
-            clock.map(|c| RenderPassTimestampWrites {
+            pass_timer.map(|c| RenderPassTimestampWrites {
                 query_set: &c.queries,
                 beginning_of_pass_write_index: begin,
                 end_of_pass_write_index: end,

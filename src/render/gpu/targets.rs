@@ -6,7 +6,7 @@ use crate::render::plan::Pass;
 use wgpu::{Device, Extent3d, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView};
 
 /// The render target of one pass.
-pub(super) struct Target {
+pub(super) struct PassTarget {
     pub width: u32,
     pub height: u32,
     pub format: TextureFormat,
@@ -21,7 +21,7 @@ pub(super) struct Target {
     pub depth: Option<TextureView>,
 }
 
-impl Target {
+impl PassTarget {
     /// `external`: the caller's texture for the colour. `resolve_pipelines`: `Some` if a shader, not the driver, resolves the samples.
     pub(crate) fn new(
         device: &Device,

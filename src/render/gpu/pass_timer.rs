@@ -14,7 +14,7 @@ pub(super) fn timed_passes(plan: &Plan) -> u32 {
 }
 
 /// Timestamp queries, two for each pass.
-pub(super) struct Clock {
+pub(super) struct PassTimer {
     pub queries: QuerySet,
     /// Receives the results of the queries.
     pub resolved: Buffer,
@@ -22,7 +22,7 @@ pub(super) struct Clock {
     pub readback: Buffer,
 }
 
-impl Clock {
+impl PassTimer {
     pub(crate) fn new(device: &Device) -> Self {
         let buffer = |usage| {
             device.create_buffer(&BufferDescriptor {
