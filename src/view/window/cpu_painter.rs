@@ -41,14 +41,14 @@ pub struct Canvas<'a> {
 
 /// The rectangle of pixels that may be written; right and bottom are exclusive.
 #[derive(Clone, Copy)]
-pub(crate) struct Bounds {
+pub(crate) struct PixelBounds {
     pub left: usize,
     pub right: usize,
     pub top: usize,
     pub bottom: usize,
 }
 
-impl Bounds {
+impl PixelBounds {
     pub(crate) fn of(rect: egui::Rect, pixels_per_point: f32, width: usize, height: usize) -> Self {
         let at = |v: f32, most: usize| ((v * pixels_per_point).round().max(0.0) as usize).min(most);
         Self { left: at(rect.min.x, width), right: at(rect.max.x, width), top: at(rect.min.y, height), bottom: at(rect.max.y, height) }
@@ -94,11 +94,11 @@ impl Painter {
         if width == 0 || height == 0 {
             return;
         }
-        let meshes: Vec<(Bounds, &Mesh, &Texture)> = primitives
+        let meshes: Vec<(PixelBounds, &Mesh, &Texture)> = primitives
             .iter()
             .filter_map(|p| match &p.primitive {
                 Primitive::Mesh(m) => {
-                    Some((Bounds::of(p.clip_rect, pixels_per_point, width, height), m, self.textures.get(&m.texture_id)?))
+                    Some((PixelBounds::of(p.clip_rect, pixels_per_point, width, height), m, self.textures.get(&m.texture_id)?))
                 }
                 Primitive::Callback(_) => None,
             })
@@ -128,7 +128,7 @@ struct Band<'a> {
 }
 
 impl Band<'_> {
-    fn mesh(&mut self, bounds: Bounds, mesh: &Mesh, texture: &Texture, scale: f32) {
+    fn mesh(&mut self, bounds: PixelBounds, mesh: &Mesh, texture: &Texture, scale: f32) {
         let corner = |i: u32| mesh.vertices.get(i as usize).map(|v| Vertex { pos: (v.pos.to_vec2() * scale).to_pos2(), ..*v });
         let mut triangles = mesh.indices.chunks_exact(3).peekable();
         while let Some(first) = triangles.next() {
@@ -152,7 +152,7 @@ impl Band<'_> {
     }
 
     /// Paints a rectangle of a single vertex colour with an axis-aligned texture.
-    fn rectangle(&mut self, bounds: Bounds, min: Vertex, max: Vertex, texture: &Texture) {
+    fn rectangle(&mut self, bounds: PixelBounds, min: Vertex, max: Vertex, texture: &Texture) {
         let first_centre = |v: f32, least: usize| (((v * STEPS).round() / STEPS - 0.5).ceil().max(0.0) as usize).max(least);
         let (left, top) = (first_centre(min.pos.x, bounds.left), first_centre(min.pos.y, bounds.top));
         let (right, bottom) = (first_centre(max.pos.x, 0).min(bounds.right), first_centre(max.pos.y, 0).min(bounds.bottom));
@@ -191,7 +191,7 @@ impl Band<'_> {
         (self.columns, self.mixed) = (columns, mixed);
     }
 
-    fn triangle(&mut self, bounds: Bounds, [a, mut b, mut c]: [Vertex; 3], texture: &Texture) {
+    fn triangle(&mut self, bounds: PixelBounds, [a, mut b, mut c]: [Vertex; 3], texture: &Texture) {
         let fixed = |v: &Vertex| [(v.pos.x * STEPS).round() as i64, (v.pos.y * STEPS).round() as i64];
         let (pa, mut pb, mut pc) = (fixed(&a), fixed(&b), fixed(&c));
         let mut area = cross(pa, pb, pc);

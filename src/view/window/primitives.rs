@@ -4,7 +4,7 @@
 //! Always: meshes that the CPU painter would skip are skipped here too. This module draws nothing.
 
 use crate::render::plan::{AddressMode, GpuImage, SamplerState, TextureSource, UiPrimitive};
-use crate::view::window::cpu_painter::{Bounds, Painter};
+use crate::view::window::cpu_painter::{Painter, PixelBounds};
 use egui::epaint::{Mesh, Primitive};
 use egui::{ClippedPrimitive, TextureId};
 
@@ -28,7 +28,7 @@ pub fn ui_primitives(
                 (TextureSource::Persistent(texture.shared()), sampler_state(texture.smooth, texture.repeats))
             }
         };
-        let bounds = Bounds::of(p.clip_rect, pixels_per_point, width as usize, height as usize);
+        let bounds = PixelBounds::of(p.clip_rect, pixels_per_point, width as usize, height as usize);
         let scissor = [bounds.left, bounds.top, bounds.right, bounds.bottom].map(|v| v as u32);
         let is_visible = scissor[0] < scissor[2] && scissor[1] < scissor[3] && !mesh.indices.is_empty();
         is_visible.then(|| of_mesh(mesh, pixels_per_point, texture, sampler, scissor))

@@ -39,7 +39,7 @@ fn name_of(step: usize) -> String {
 }
 
 /// Error bounds of a picture, in steps of 1/255.
-pub(crate) struct Bounds {
+pub(crate) struct ErrorBounds {
     width: u32,
     height: u32,
     rgba: Vec<[u8; 4]>,
@@ -49,7 +49,7 @@ pub(crate) struct Bounds {
     max: u8,
 }
 
-impl Bounds {
+impl ErrorBounds {
     /// Uses the largest bound of the three channels of each pixel.
     fn of(width: u32, height: u32, display: &[[u8; 4]]) -> Self {
         let (mut counts, mut sum, mut max) = ([0_usize; COLOUR_STEPS.len()], 0.0, 0);
@@ -70,8 +70,8 @@ impl Bounds {
 #[derive(Default)]
 pub(crate) struct BoundView {
     requested: Option<ViewRequest>,
-    pending: Option<Pending<Result<Bounds, String>>>,
-    displayed: Option<Result<(Bounds, TextureHandle), String>>,
+    pending: Option<Pending<Result<ErrorBounds, String>>>,
+    displayed: Option<Result<(ErrorBounds, TextureHandle), String>>,
 }
 
 impl BoundView {
@@ -84,7 +84,7 @@ impl BoundView {
         let request = request.clone();
         self.pending = Some(ask(worker, move |session: &Session| {
             let frame = error_bounds(session, &request).map_err(|e| e.to_string())?;
-            Ok(Bounds::of(frame.width, frame.height, &frame.display))
+            Ok(ErrorBounds::of(frame.width, frame.height, &frame.display))
         }));
     }
 
@@ -118,7 +118,7 @@ impl BoundView {
 }
 
 /// Shows each colour with its range of bounds and its fraction of the pixels.
-fn legend(ui: &mut Ui, bounds: &Bounds) {
+fn legend(ui: &mut Ui, bounds: &ErrorBounds) {
     ui.horizontal_wrapped(|ui| {
         ui.label(text!("bound-legend"));
         for (k, (_, colour)) in COLOUR_STEPS.iter().enumerate() {
@@ -137,7 +137,7 @@ mod tests {
     fn bounds_double_from_colour_to_colour_and_fractions_sum_to_one() {
         assert_eq!([0, 1, 2, 3, 4, 5, 32, 33, 255].map(colour_index), [0, 0, 1, 2, 2, 3, 5, 6, 6]);
         assert_eq!([0, 2, 6].map(name_of), ["up to 1", "3 to 4", "over 32"]);
-        let bounds = Bounds::of(2, 2, &[[1, 0, 0, 255], [0, 9, 3, 255], [0, 0, 40, 255], [1, 1, 1, 255]]);
+        let bounds = ErrorBounds::of(2, 2, &[[1, 0, 0, 255], [0, 9, 3, 255], [0, 0, 40, 255], [1, 1, 1, 255]]);
         assert!((bounds.fractions.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         assert_eq!((bounds.fractions[0], bounds.max, bounds.mean), (0.5, 40, 12.75));
         let brightness = |c: &Color32| u32::from(c.r()) * 3 + u32::from(c.g()) * 6 + u32::from(c.b());
