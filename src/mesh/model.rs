@@ -145,7 +145,7 @@ fn join_map_coordinates(frame: &ShapeFrame, corners: &mut [Point; 3]) {
 }
 
 #[derive(Default)]
-struct Builder {
+struct MeshBuilder {
     known: FxHashMap<VertexKey, u32>,
     points: Vec<Point>,
     /// For each vertex the index of its position: vertices at one position are one point of the surface.
@@ -153,7 +153,7 @@ struct Builder {
     indices: Vec<u32>,
 }
 
-impl Builder {
+impl MeshBuilder {
     fn vertex(&mut self, position_id: u32, point: Point) -> u32 {
         let key = VertexKey { position_id, normal: point.normal.to_array().map(f64::to_bits), map: point.map.to_array().map(f64::to_bits) };
         let next = self.points.len() as u32;
@@ -211,7 +211,7 @@ impl Model {
         for t in &solid_triangles {
             t.iter().for_each(|c| normals[position_ids[c.position as usize] as usize] += area(t));
         }
-        let mut builder = Builder::default();
+        let mut builder = MeshBuilder::default();
         for t in &solid_triangles {
             let face_normal = area(t).normalize();
             let from_file = t.iter().all(|c| c.texture.is_some());
@@ -254,7 +254,7 @@ impl Model {
     }
 
     /// Converts the vertices to arrays of f32.
-    fn narrowed(builder: Builder, frame: &ShapeFrame, coloured: bool) -> Self {
+    fn narrowed(builder: MeshBuilder, frame: &ShapeFrame, coloured: bool) -> Self {
         let flat = |of: &dyn Fn(&Point) -> DVec3| -> Arc<Vec<f32>> {
             Arc::new(builder.points.iter().flat_map(|p| of(p).as_vec3().to_array()).collect())
         };
