@@ -1,7 +1,7 @@
 //! Counts the operations of a module on the software renderer. In: a module with its tapes. Out: counts that do not depend on the machine.
 
 use crate::render::software::lower::programs_from_bytes;
-use crate::render::software::program::{ProgramError, Stage};
+use crate::render::software::program::{ProgramError, ShaderStage};
 use crate::render::software::tape::Instr;
 use crate::shader::ShaderModule;
 use std::collections::BTreeMap;
@@ -33,7 +33,7 @@ pub fn tape_costs(module: &ShaderModule) -> Result<Vec<TapeCost>, ProgramError> 
     let mut costs: Vec<TapeCost> = programs_from_bytes(&module.tape)?
         .iter()
         .map(|p| TapeCost {
-            stage: if p.stage == Stage::Vertex { "vertex" } else { "fragment" },
+            stage: if p.stage == ShaderStage::Vertex { "vertex" } else { "fragment" },
             operations: p.op_statistics().into_iter().map(|(op, n)| (format!("{op:?}").to_lowercase(), n)).collect(),
             uniform_operations: p.draw_tape.len(),
             texture_reads: p.lane_tape.iter().filter(|i| matches!(i, Instr::Texture { .. })).count(),

@@ -4,7 +4,7 @@
 use orrery::render::software::exec::{Executor, LaneMask, NoTextures};
 use orrery::render::software::kernels::{self, KernelClass, chains};
 use orrery::render::software::math::Real;
-use orrery::render::software::program::{Constant, LaneInput, LaneOutput, Program, Stage};
+use orrery::render::software::program::{Constant, LaneInput, LaneOutput, Program, ShaderStage};
 use orrery::render::software::tape::{FusedOp, Instr, Op, Operand};
 
 /// Distance in units in the last place of f32 at `exact`; for subnormal results, in units of the smallest subnormal.
@@ -389,7 +389,7 @@ fn program_of(ops: &[FusedOp], kinds: &str, constants: Vec<Constant>) -> Program
     let dst = lanes + 1;
     Program {
         name: "one chain".into(),
-        stage: Stage::Fragment,
+        stage: ShaderStage::Fragment,
         inputs: (0..lanes).map(|k| LaneInput::Location { index: k.into(), component: 0, flat: false }).collect(),
         outputs: vec![LaneOutput::Location { index: 0, component: 0, flat: false }],
         output_operands: vec![Operand::Slot(dst)],

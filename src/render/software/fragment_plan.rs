@@ -7,7 +7,7 @@ use crate::render::plan::DepthState;
 
 /// The source of a lane input's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum InputSource {
+pub(crate) enum FragmentInputSource {
     PixelX,
     PixelY,
     Depth,
@@ -23,7 +23,7 @@ pub(crate) enum InputSource {
 /// The fragment stage of one draw, prepared once per pass.
 #[derive(Clone, Debug)]
 pub(crate) struct FragmentPlan {
-    pub(super) input_sources: Vec<InputSource>,
+    pub(super) input_sources: Vec<FragmentInputSource>,
     /// Indices of the program's outputs for red, green, blue and alpha.
     pub(super) colour_outputs: [Option<usize>; 4],
     pub(super) depth_output: Option<usize>,
@@ -39,21 +39,21 @@ impl FragmentPlan {
         let input_sources = inputs
             .iter()
             .map(|input| match *input {
-                LaneInput::FragCoord { component: 0 } => InputSource::PixelX,
-                LaneInput::FragCoord { component: 1 } => InputSource::PixelY,
-                LaneInput::FragCoord { component: 2 } => InputSource::Depth,
-                LaneInput::FragCoord { .. } => InputSource::InverseW,
+                LaneInput::FragCoord { component: 0 } => FragmentInputSource::PixelX,
+                LaneInput::FragCoord { component: 1 } => FragmentInputSource::PixelY,
+                LaneInput::FragCoord { component: 2 } => FragmentInputSource::Depth,
+                LaneInput::FragCoord { .. } => FragmentInputSource::InverseW,
                 LaneInput::Location { flat: true, .. } => {
                     flat += 1;
-                    InputSource::Flat(flat - 1)
+                    FragmentInputSource::Flat(flat - 1)
                 }
                 LaneInput::Location { .. } => {
                     interpolated += 1;
-                    InputSource::Interpolated(interpolated - 1)
+                    FragmentInputSource::Interpolated(interpolated - 1)
                 }
-                LaneInput::FrontFacing => InputSource::FrontFacing,
+                LaneInput::FrontFacing => FragmentInputSource::FrontFacing,
                 // Each pixel is shaded once, as sample 0.
-                LaneInput::SampleIndex | LaneInput::VertexIndex | LaneInput::InstanceIndex => InputSource::Zero,
+                LaneInput::SampleIndex | LaneInput::VertexIndex | LaneInput::InstanceIndex => FragmentInputSource::Zero,
             })
             .collect();
         let colour_outputs = [0, 1, 2, 3]

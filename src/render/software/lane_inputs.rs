@@ -8,7 +8,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::draw_job::{DrawJob, QUADS, Quad};
-use super::fragment_plan::InputSource;
+use super::fragment_plan::FragmentInputSource;
 use super::math::Real;
 use super::raster::coverage::{TilePixels, quad_position};
 use super::raster::setup::{Plane, SourceTriangle};
@@ -146,7 +146,7 @@ pub(super) fn fill<R: Real>(
     }
     let sources = &job.fragment_plan.input_sources;
     let mut w = [R::ONE; LANES];
-    if sources.iter().any(|s| matches!(s, InputSource::Interpolated(_))) {
+    if sources.iter().any(|s| matches!(s, FragmentInputSource::Interpolated(_))) {
         for span in spans.iter().filter(|s| !s.triangle.is_affine) {
             span.evaluate(&mut w, [&x, &y], &span.triangle.inverse_w);
             span.lanes(&mut w).iter_mut().for_each(|w| *w = w.map(|w| R::ONE / w));
@@ -157,22 +157,24 @@ pub(super) fn fill<R: Real>(
         for span in &spans {
             let triangle = span.triangle;
             match *source {
-                InputSource::PixelX | InputSource::PixelY => {
-                    let (axis, offsets) = if *source == InputSource::PixelX { (0, &x) } else { (1, &y) };
+                FragmentInputSource::PixelX | FragmentInputSource::PixelY => {
+                    let (axis, offsets) = if *source == FragmentInputSource::PixelX { (0, &x) } else { (1, &y) };
                     let origin = R::from_f64(span.origin[axis]);
                     span.combine(lanes, offsets, |_, offset| origin + offset);
                 }
-                InputSource::Depth => span.evaluate(lanes, [&x, &y], &triangle.depth),
-                InputSource::InverseW => span.evaluate(lanes, [&x, &y], &triangle.inverse_w),
-                InputSource::Interpolated(index) => {
+                FragmentInputSource::Depth => span.evaluate(lanes, [&x, &y], &triangle.depth),
+                FragmentInputSource::InverseW => span.evaluate(lanes, [&x, &y], &triangle.inverse_w),
+                FragmentInputSource::Interpolated(index) => {
                     span.evaluate(lanes, [&x, &y], &job.geometry.planes[triangle.first_plane + index]);
                     if !triangle.is_affine {
                         span.combine(lanes, &w, |lane, w| lane * w);
                     }
                 }
-                InputSource::Flat(index) => span.fill(lanes, R::from_f64(job.geometry.flat_values[triangle.first_flat_value + index])),
-                InputSource::FrontFacing => span.fill(lanes, R::from_mask(triangle.is_front_facing)),
-                InputSource::Zero => span.fill(lanes, R::ZERO),
+                FragmentInputSource::Flat(index) => {
+                    span.fill(lanes, R::from_f64(job.geometry.flat_values[triangle.first_flat_value + index]))
+                }
+                FragmentInputSource::FrontFacing => span.fill(lanes, R::from_mask(triangle.is_front_facing)),
+                FragmentInputSource::Zero => span.fill(lanes, R::ZERO),
             }
         }
     }

@@ -10,7 +10,7 @@ use super::tape::{Instr, Op, Operand};
 use serde::{Deserialize, Serialize};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Stage {
+pub enum ShaderStage {
     Vertex,
     Fragment,
 }
@@ -81,7 +81,7 @@ pub enum ProgramError {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Program {
     pub name: String,
-    pub stage: Stage,
+    pub stage: ShaderStage,
     /// Lane inputs in order. When a run starts, input k is in slot k, and the mask of active lanes is in the slot after the last input.
     pub inputs: Vec<LaneInput>,
     pub outputs: Vec<LaneOutput>,

@@ -9,7 +9,7 @@ use super::lower::programs_from_bytes;
 use super::math::Real;
 use super::pass::{DrawStages, PassImage, execute, execute_fused};
 use super::pass_fusion::can_fuse_with_next_pass;
-use super::program::{Program, Stage};
+use super::program::{Program, ShaderStage};
 use super::sample::texels::Texels;
 use super::sample::{BoundTexture, Textures};
 use super::tape_stage::TapeStage;
@@ -224,8 +224,8 @@ impl SoftwareRenderer {
         let (mut vertex, mut fragment) = (None, None);
         for program in programs {
             match program.stage {
-                Stage::Vertex => vertex = Some(program),
-                Stage::Fragment => fragment = Some(program),
+                ShaderStage::Vertex => vertex = Some(program),
+                ShaderStage::Fragment => fragment = Some(program),
             }
         }
         let (Some(vertex), Some(fragment)) = (vertex, fragment) else {

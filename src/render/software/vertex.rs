@@ -7,7 +7,7 @@ use super::RenderError;
 use super::exec::LaneMask;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
-use super::raster::setup::{Bounds, Interpolation, RasterGeometry, set_up};
+use super::raster::setup::{Interpolation, RasterGeometry, RasterState, set_up};
 use super::stage::{LANES, LaneProgram, LaneRun};
 use crate::render::plan::{Attribute, Cull, PlanDraw, Vertices};
 use rayon::prelude::*;
@@ -49,17 +49,21 @@ fn link_varyings(label: &str, outputs: &[LaneOutput], fragment_inputs: &[LaneInp
 }
 
 /// The source of one lane input of the vertex program.
-enum InputSource<'a> {
+enum VertexInputSource<'a> {
     VertexIndex,
     InstanceIndex,
     Attribute { values: &'a [f32], stride: usize, component: usize, per_instance: bool },
     Constant(f64),
 }
 
-fn input_source<'a>(draw: &'a PlanDraw, vertex_attributes: &'a [Attribute], input: &LaneInput) -> Result<InputSource<'a>, RenderError> {
+fn input_source<'a>(
+    draw: &'a PlanDraw,
+    vertex_attributes: &'a [Attribute],
+    input: &LaneInput,
+) -> Result<VertexInputSource<'a>, RenderError> {
     Ok(match *input {
-        LaneInput::VertexIndex => InputSource::VertexIndex,
-        LaneInput::InstanceIndex => InputSource::InstanceIndex,
+        LaneInput::VertexIndex => VertexInputSource::VertexIndex,
+        LaneInput::InstanceIndex => VertexInputSource::InstanceIndex,
         LaneInput::Location { index, component, .. } => {
             let k = index as usize;
             let (attribute, per_instance) = match vertex_attributes.get(k) {
@@ -69,13 +73,13 @@ fn input_source<'a>(draw: &'a PlanDraw, vertex_attributes: &'a [Attribute], inpu
             let attribute = attribute.ok_or_else(|| RenderError::Attribute { draw: draw.label.clone(), location: index })?;
             if component < attribute.components {
                 let (stride, component) = (attribute.components as usize, component as usize);
-                InputSource::Attribute { values: &attribute.values, stride, component, per_instance }
+                VertexInputSource::Attribute { values: &attribute.values, stride, component, per_instance }
             } else {
                 // Missing components read as (0, 0, 0, 1), as on a GPU.
-                InputSource::Constant(if component == 3 { 1.0 } else { 0.0 })
+                VertexInputSource::Constant(if component == 3 { 1.0 } else { 0.0 })
             }
         }
-        LaneInput::FragCoord { .. } | LaneInput::FrontFacing | LaneInput::SampleIndex => InputSource::Constant(0.0),
+        LaneInput::FragCoord { .. } | LaneInput::FrontFacing | LaneInput::SampleIndex => VertexInputSource::Constant(0.0),
     })
 }
 
@@ -119,7 +123,7 @@ pub(crate) fn clip_positions<R: Real>(draw: &PlanDraw, vertex: &dyn LaneProgram<
 /// The vertex program of a draw with the validated sources of its inputs.
 struct VertexStage<'a, R: Real> {
     program: &'a dyn LaneProgram<R>,
-    sources: Vec<InputSource<'a>>,
+    sources: Vec<VertexInputSource<'a>>,
     /// The program's outputs that make up a vertex's row: clip position, then the varyings.
     outputs: Vec<usize>,
     /// Number of vertices in one instance.
@@ -174,15 +178,17 @@ impl<'a, R: Real> VertexStage<'a, R> {
         for (k, source) in self.sources.iter().enumerate() {
             let lanes = run.input(k);
             match *source {
-                InputSource::VertexIndex => lanes.iter_mut().zip(&vertices).for_each(|(lane, vertex)| *lane = R::from_lane_bits(*vertex)),
-                InputSource::InstanceIndex => lanes.iter_mut().zip(&instances).for_each(|(lane, k)| *lane = R::from_lane_bits(*k)),
-                InputSource::Constant(value) => lanes.fill(R::from_f64(value)),
-                InputSource::Attribute { values, stride, component, per_instance: false } => {
+                VertexInputSource::VertexIndex => {
+                    lanes.iter_mut().zip(&vertices).for_each(|(lane, vertex)| *lane = R::from_lane_bits(*vertex))
+                }
+                VertexInputSource::InstanceIndex => lanes.iter_mut().zip(&instances).for_each(|(lane, k)| *lane = R::from_lane_bits(*k)),
+                VertexInputSource::Constant(value) => lanes.fill(R::from_f64(value)),
+                VertexInputSource::Attribute { values, stride, component, per_instance: false } => {
                     for (lane, vertex) in lanes.iter_mut().zip(&vertices) {
                         *lane = R::from_f32_bits(values[*vertex as usize * stride + component].to_bits());
                     }
                 }
-                InputSource::Attribute { values, stride, component, per_instance: true } => {
+                VertexInputSource::Attribute { values, stride, component, per_instance: true } => {
                     // The vertices of an instance are consecutive.
                     let mut from = 0;
                     while from < LANES {
@@ -216,7 +222,7 @@ impl<'a, R: Real> VertexStage<'a, R> {
 
 /// Sets up triangles of a draw from the rows of their vertices.
 struct TriangleSetup<'a> {
-    bounds: Bounds,
+    raster_state: RasterState,
     varyings: &'a [Varying],
 }
 
@@ -225,7 +231,7 @@ impl TriangleSetup<'_> {
         let positions = rows.map(|r| [r[0], r[1], r[2], r[3]]);
         let interpolated = self.varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
         geometry.reserve(self.varyings.len())?;
-        set_up(positions, interpolated, &self.bounds, geometry);
+        set_up(positions, interpolated, &self.raster_state, geometry);
         Ok(())
     }
 }
@@ -248,8 +254,8 @@ pub(crate) fn assemble<R: Real>(
     let varyings = link_varyings(&draw.label, vertex.outputs(), fragment_inputs)?;
     let stage = VertexStage::new(draw, vertex, &varyings)?;
     let [x0, y0, x1, y1] = draw.scissor;
-    let bounds = Bounds { width, height, scissor: [x0, y0, x1.min(width), y1.min(height)], cull_back: draw.cull == Cull::Back };
-    let setup = TriangleSetup { bounds, varyings: &varyings };
+    let raster_state = RasterState { width, height, scissor: [x0, y0, x1.min(width), y1.min(height)], cull_back: draw.cull == Cull::Back };
+    let setup = TriangleSetup { raster_state, varyings: &varyings };
     let instances = draw.instances.count as usize;
     let (submitted, mut parts) = match &draw.vertices {
         Vertices::Mesh { indices, .. } => {

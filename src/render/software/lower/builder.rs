@@ -3,7 +3,7 @@
 //! A value's rate states how often it is computed: constant; per draw (once, on the draw tape); uniform (one value for all lanes, on the lane tape
 //! because it may change in a loop); per lane. An operation has the highest rate among its operands.
 
-use super::step::{Label, SsaStep, Val, Vals};
+use super::step::{JumpLabel, SsaStep, Val, Vals};
 use crate::render::software::kernels;
 use crate::render::software::program::Constant;
 use crate::render::software::tape::{Op, TextureOp, WordKind};
@@ -20,13 +20,13 @@ enum Computation {
 }
 
 #[derive(Default)]
-pub(crate) struct Builder {
+pub(crate) struct SsaBuilder {
     pub constants: Vec<Constant>,
     constant_index: HashMap<(u8, u64), u32>,
     pub draw: Vec<SsaStep>,
     pub code: Vec<SsaStep>,
     last_value: u32,
-    last_label: Label,
+    last_label: JumpLabel,
     draw_available: HashMap<Computation, Val>,
     /// The operands of each `select` between lanes, by its result.
     selects: HashMap<Val, [Val; 3]>,
@@ -35,7 +35,7 @@ pub(crate) struct Builder {
     available: Vec<HashMap<Computation, Val>>,
 }
 
-impl Builder {
+impl SsaBuilder {
     pub(crate) fn new() -> Self {
         Self { available: vec![HashMap::default()], ..Self::default() }
     }
@@ -90,7 +90,7 @@ impl Builder {
         self.last_value += 1;
         Val::Uniform(self.last_value)
     }
-    pub(crate) fn label(&mut self) -> Label {
+    pub(crate) fn label(&mut self) -> JumpLabel {
         self.last_label += 1;
         self.last_label
     }

@@ -5,7 +5,7 @@
 
 use super::error::Result;
 use super::lowerer::{LoopFlags, Lowerer, OpenLoop};
-use super::step::{Label, SsaStep, Val};
+use super::step::{JumpLabel, SsaStep, Val};
 use crate::render::software::tape::Op;
 use naga::{Block, Expression, Handle, SwitchValue};
 use rustc_hash::FxHashMap as HashMap;
@@ -61,7 +61,7 @@ impl<'m> Lowerer<'m> {
 
     /// The exit of the innermost loop, if no scalar has changed yet in this iteration but for the flag of `break`. If no lane remains here, the iteration has no
     /// effect, and no further one runs.
-    pub(super) fn exit_of_unchanged_iteration(&self) -> Option<Label> {
+    pub(super) fn exit_of_unchanged_iteration(&self) -> Option<JumpLabel> {
         let open_loop = self.open_loops.last()?;
         let break_flag = self.frame().loops.last()?.break_flag;
         let (start, depth) = &open_loop.iteration_start;
@@ -79,7 +79,7 @@ impl<'m> Lowerer<'m> {
     pub(super) fn conditional_or_jump(
         &mut self,
         cond: Val,
-        elsewhere: Option<Label>,
+        elsewhere: Option<JumpLabel>,
         body: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
         let before = self.env.clone();

@@ -3,9 +3,9 @@
 //! A lane value is live from its first write to its last use. If a loop uses a value from before the loop, the value is live to the loop's end. Slots
 //! are reused last in, first out. Always: a result never shares the slot of an operand, so that kernels may assume that they do not overlap.
 
-use super::builder::Builder;
+use super::builder::SsaBuilder;
 use super::error::LowerError;
-use super::step::{Label, SsaStep, Val, reads, writes};
+use super::step::{JumpLabel, SsaStep, Val, reads, writes};
 use crate::render::software::tape::{Instr, Op, Operand};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use smallvec::smallvec;
@@ -19,7 +19,7 @@ pub(crate) struct Finished {
 }
 
 /// Dead-code elimination. Iterates to a fixed point, because a loop variable may be used before its assignment in code order.
-fn eliminate_dead_code(b: &mut Builder, outputs: &[Val]) {
+fn eliminate_dead_code(b: &mut SsaBuilder, outputs: &[Val]) {
     let mut live: HashSet<Val> = outputs.iter().copied().collect();
     loop {
         let before = live.len();
@@ -66,7 +66,7 @@ struct Product {
 }
 
 /// Fuses a*b+c, a*b-c and c-a*b if the product has no other use and is in the same region.
-fn fuse_multiply_add(b: &mut Builder, outputs: &[Val]) {
+fn fuse_multiply_add(b: &mut SsaBuilder, outputs: &[Val]) {
     let mut uses: HashMap<Val, u32> = HashMap::default();
     for v in b.code.iter().flat_map(reads).chain(outputs.iter().copied()) {
         *uses.entry(v).or_default() += 1;
@@ -76,7 +76,7 @@ fn fuse_multiply_add(b: &mut Builder, outputs: &[Val]) {
     // Every jump starts a new region, because operands that a loop reassigns must not be read later than the original product.
     let mut region = 0u32;
     // The region before each jump whose label has not been reached, with that label.
-    let mut open_jumps: Vec<(u32, Label)> = Vec::new();
+    let mut open_jumps: Vec<(u32, JumpLabel)> = Vec::new();
     let mut last_region = 0u32;
     for i in 0..b.code.len() {
         match &b.code[i] {
@@ -172,7 +172,7 @@ impl NumberPool {
 
 /// Optimises the steps and assembles the tapes. `inputs`: lane values that occupy the slots from 0 on at the start. `outputs` must be lane values.
 /// `chains`: whether to fuse operations into chains.
-pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bool) -> Result<Finished, LowerError> {
+pub(crate) fn finish(mut b: SsaBuilder, inputs: &[Val], outputs: &[Val], chains: bool) -> Result<Finished, LowerError> {
     eliminate_dead_code(&mut b, outputs);
     fuse_multiply_add(&mut b, outputs);
     super::loops::merge_jumps(&mut b.code);
@@ -206,7 +206,7 @@ pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bo
         draw_tape.push(scalar_instr(step, &|v| operand_of(&allocation, v)));
     }
     let mut lane_tape: Vec<Instr> = Vec::new();
-    let mut target_of: HashMap<Label, u32> = HashMap::default();
+    let mut target_of: HashMap<JumpLabel, u32> = HashMap::default();
     for (i, step) in b.code.iter().enumerate() {
         for v in writes(step) {
             if allocation.contains_key(&v) {

@@ -4,7 +4,7 @@
 //! with one jump instead of two at exits from loops. Only steps that every iteration runs are moved. A step that may be skipped is not moved, since
 //! running it once for every loop may cost more than running it only when it is needed.
 
-use super::step::{Label, SsaStep, Val, reads, writes};
+use super::step::{JumpLabel, SsaStep, Val, reads, writes};
 use crate::render::software::tape::Op;
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 
@@ -29,10 +29,10 @@ pub(crate) fn hoist(code: &mut [SsaStep]) {
 /// Hoists steps out of the loop that begins at `start` and ends at `end`. They are placed directly before the loop, so `end` does not change.
 fn hoist_from_loop(code: &mut [SsaStep], start: usize, end: usize) {
     let mut changing: HashSet<Val> = code[start..end].iter().flat_map(writes).collect();
-    let labels_inside: HashSet<Label> =
+    let labels_inside: HashSet<JumpLabel> =
         code[start..end].iter().filter_map(|step| if let SsaStep::Label(l) = step { Some(*l) } else { None }).collect();
     // Labels of the skips over the current step. A jump out of the loop is not a skip: every iteration that continues runs the steps after it.
-    let mut skips: Vec<Label> = Vec::new();
+    let mut skips: Vec<JumpLabel> = Vec::new();
     let mut inner_depth = 0;
     let mut hoisted = HashSet::default();
     for (index, step) in code.iter().enumerate().take(end).skip(start + 1) {

@@ -3,9 +3,9 @@
 //! Variables have no memory: `env` maps each scalar of every variable in scope to its current SSA value. Not here: the lowering of statements and
 //! expressions, which changes `env`.
 
-use super::builder::Builder;
+use super::builder::SsaBuilder;
 use super::error::{LowerError, Result};
-use super::step::{Label, Val};
+use super::step::{JumpLabel, Val};
 use super::value::{Place, Value};
 use crate::render::software::program::TextureUse;
 use naga::valid::{FunctionInfo, ModuleInfo};
@@ -36,7 +36,7 @@ pub(crate) struct LoopFlags {
 
 /// A loop whose body is being lowered. Uniform control flow leaves it by a jump.
 pub(crate) struct OpenLoop {
-    pub exit: Label,
+    pub exit: JumpLabel,
     /// For each scalar that changes in the loop: its index in the environment, and the variable that carries it from one iteration to the next.
     pub variables: Vec<(usize, Val)>,
     /// The environment at each exit by jump.
@@ -48,7 +48,7 @@ pub(crate) struct OpenLoop {
 pub(crate) struct Lowerer<'m> {
     pub module: &'m naga::Module,
     pub info: &'m ModuleInfo,
-    pub builder: Builder,
+    pub builder: SsaBuilder,
     pub env: Vec<Val>,
     pub frames: Vec<CallFrame<'m>>,
     pub textures: Vec<TextureUse>,
@@ -116,7 +116,7 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    pub(crate) fn new(module: &'m naga::Module, info: &'m ModuleInfo, mut builder: Builder, active: Val) -> Result<Self> {
+    pub(crate) fn new(module: &'m naga::Module, info: &'m ModuleInfo, mut builder: SsaBuilder, active: Val) -> Result<Self> {
         let discarded = builder.bool(false);
         let mut this = Self {
             module,

@@ -33,9 +33,9 @@ pub(crate) use error::LowerError;
 pub use stored::lowering;
 pub(crate) use watch::FIRST_NAMED_LOCATION;
 
-use super::program::{LaneInput, LaneOutput, Program, ProgramError, Stage};
+use super::program::{LaneInput, LaneOutput, Program, ProgramError, ShaderStage};
 use crate::shader::LoweringFailure;
-use builder::Builder;
+use builder::SsaBuilder;
 use error::Result;
 use lowerer::Lowerer;
 use naga::valid::ModuleInfo;
@@ -94,7 +94,7 @@ fn lower_entry_point(
     let index = position.ok_or_else(|| LowerError::new(format!("no entry point '{entry}'"), Span::UNDEFINED))?;
     let entry_point = &module.entry_points[index];
     let stage = stage_of(entry_point)?;
-    let mut builder = Builder::new();
+    let mut builder = SsaBuilder::new();
     let (mut interface, arguments) = Interface::of(module, entry_point, stage, &mut builder)?;
     let active = builder.fresh_lane();
     interface.input_values.push(active);
@@ -180,7 +180,7 @@ pub fn check_bytes(module: &naga::Module, bytes: &[u8]) -> std::result::Result<(
         |binding: u32| module.global_variables.iter().any(|(_, v)| v.binding.is_some_and(|b| b.group == 0 && b.binding == binding));
     for (program, point) in programs.iter().zip(&module.entry_points) {
         let stage = stage_of(point)?;
-        let (interface, _) = Interface::of(module, point, stage, &mut Builder::new())?;
+        let (interface, _) = Interface::of(module, point, stage, &mut SsaBuilder::new())?;
         let textures_are_bound = program.textures.iter().all(|t| is_bound(t.texture_binding) && t.sampler_binding.is_none_or(is_bound));
         let has_same_interface = (&program.name, program.stage) == (&point.name, stage)
             && program.inputs == interface.inputs
@@ -197,10 +197,10 @@ pub fn check_bytes(module: &naga::Module, bytes: &[u8]) -> std::result::Result<(
     Ok(())
 }
 
-fn stage_of(point: &naga::EntryPoint) -> Result<Stage> {
+fn stage_of(point: &naga::EntryPoint) -> Result<ShaderStage> {
     match point.stage {
-        naga::ShaderStage::Vertex => Ok(Stage::Vertex),
-        naga::ShaderStage::Fragment => Ok(Stage::Fragment),
+        naga::ShaderStage::Vertex => Ok(ShaderStage::Vertex),
+        naga::ShaderStage::Fragment => Ok(ShaderStage::Fragment),
         other => Err(LowerError::new(format!("entry point '{}': stage {other:?} is not supported", point.name), Span::UNDEFINED)),
     }
 }
@@ -229,7 +229,7 @@ fn is_flat(interpolation: Option<Interpolation>, inner: &TypeInner) -> Result<bo
 
 impl Interface {
     /// The inputs and outputs of an entry point, and the values of each argument.
-    fn of(module: &naga::Module, point: &naga::EntryPoint, stage: Stage, builder: &mut Builder) -> Result<(Self, Vec<Vec<Val>>)> {
+    fn of(module: &naga::Module, point: &naga::EntryPoint, stage: ShaderStage, builder: &mut SsaBuilder) -> Result<(Self, Vec<Vec<Val>>)> {
         let mut interface = Self { inputs: Vec::new(), input_values: Vec::new(), outputs: Vec::new() };
         let mut arguments = Vec::new();
         for arg in &point.function.arguments {
@@ -244,8 +244,8 @@ impl Interface {
     fn add_input(
         &mut self,
         module: &naga::Module,
-        stage: Stage,
-        b: &mut Builder,
+        stage: ShaderStage,
+        b: &mut SsaBuilder,
         ty: naga::Handle<naga::Type>,
         binding: Option<&Binding>,
         name: &Option<String>,
@@ -263,9 +263,11 @@ impl Interface {
         let mut all = Vec::new();
         for component in 0..component_count(inner) {
             let input = match binding {
-                Some(Binding::Location { location, interpolation, .. }) => {
-                    LaneInput::Location { index: *location, component, flat: stage == Stage::Fragment && is_flat(*interpolation, inner)? }
-                }
+                Some(Binding::Location { location, interpolation, .. }) => LaneInput::Location {
+                    index: *location,
+                    component,
+                    flat: stage == ShaderStage::Fragment && is_flat(*interpolation, inner)?,
+                },
                 Some(Binding::BuiltIn(BuiltIn::Position { .. })) => LaneInput::FragCoord { component },
                 Some(Binding::BuiltIn(BuiltIn::FrontFacing)) => LaneInput::FrontFacing,
                 Some(Binding::BuiltIn(BuiltIn::VertexIndex)) => LaneInput::VertexIndex,
@@ -282,16 +284,24 @@ impl Interface {
         Ok(all)
     }
 
-    fn add_output(&mut self, module: &naga::Module, stage: Stage, ty: naga::Handle<naga::Type>, binding: Option<&Binding>) -> Result<()> {
+    fn add_output(
+        &mut self,
+        module: &naga::Module,
+        stage: ShaderStage,
+        ty: naga::Handle<naga::Type>,
+        binding: Option<&Binding>,
+    ) -> Result<()> {
         let inner = &module.types[ty].inner;
         if let (TypeInner::Struct { members, .. }, None) = (inner, binding) {
             return members.iter().try_for_each(|m| self.add_output(module, stage, m.ty, m.binding.as_ref()));
         }
         for component in 0..component_count(inner) {
             self.outputs.push(match binding {
-                Some(Binding::Location { location, interpolation, .. }) => {
-                    LaneOutput::Location { index: *location, component, flat: stage == Stage::Vertex && is_flat(*interpolation, inner)? }
-                }
+                Some(Binding::Location { location, interpolation, .. }) => LaneOutput::Location {
+                    index: *location,
+                    component,
+                    flat: stage == ShaderStage::Vertex && is_flat(*interpolation, inner)?,
+                },
                 Some(Binding::BuiltIn(BuiltIn::Position { .. })) => LaneOutput::Position { component },
                 Some(Binding::BuiltIn(BuiltIn::FragDepth)) => LaneOutput::FragDepth,
                 other => return Err(LowerError::new(format!("output {other:?} is not supported"), module.types.get_span(ty))),

@@ -5,7 +5,7 @@
 //!
 //! Two bodies are equal if they lower to the same steps. Names, comments and positions in the text do not matter.
 
-use super::builder::Builder;
+use super::builder::SsaBuilder;
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
 use super::step::{SsaStep, Val};
@@ -38,7 +38,7 @@ fn body(
     constants: &[Constant],
     resources: &[Value],
 ) -> Result<(Body, Vec<Constant>)> {
-    let mut builder = Builder::new();
+    let mut builder = SsaBuilder::new();
     for c in constants {
         builder.constant(*c);
     }
@@ -63,7 +63,7 @@ fn body(
     if lowerer.env != before {
         return Err(lowerer.unsupported("discards, or writes to a variable of the module".into()));
     }
-    let Builder { constants, draw, code, .. } = lowerer.builder;
+    let SsaBuilder { constants, draw, code, .. } = lowerer.builder;
     Ok((Body { steps: [draw, code], result }, constants))
 }
 

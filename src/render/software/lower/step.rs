@@ -15,7 +15,7 @@ pub(crate) enum Val {
     Lane(u32),
 }
 
-pub(crate) type Label = u32;
+pub(crate) type JumpLabel = u32;
 
 /// Values of one step. Up to four are stored inline, because with heap vectors allocation took most of the lowering time.
 pub(crate) type Vals = SmallVec<[Val; 4]>;
@@ -62,17 +62,17 @@ pub(crate) enum SsaStep {
     },
     SkipIfNoLane {
         mask: Val,
-        label: Label,
+        label: JumpLabel,
     },
     JumpIf {
         cond: Val,
         when: bool,
-        label: Label,
+        label: JumpLabel,
     },
     Jump {
-        label: Label,
+        label: JumpLabel,
     },
-    Label(Label),
+    Label(JumpLabel),
     LoopStart,
     LoopEnd,
 }

@@ -1,6 +1,6 @@
 //! Collects the named values that a program outputs in addition to its own outputs.
 
-use super::builder::Builder;
+use super::builder::SsaBuilder;
 use super::step::{SsaStep, Val};
 use crate::render::software::program::LaneOutput;
 use crate::render::software::tape::Op;
@@ -31,7 +31,7 @@ pub(crate) struct NamedValueCapture {
 
 impl NamedValueCapture {
     /// Initialises every captured value with NaN.
-    pub(crate) fn initialise(&self, b: &mut Builder) {
+    pub(crate) fn initialise(&self, b: &mut SsaBuilder) {
         let nan = b.float(f64::NAN);
         let copies = self.lanes().map(|dst| SsaStep::Op { dst, op: Op::Copy, args: smallvec::smallvec![nan] }).collect::<Vec<_>>();
         b.code.splice(0..0, copies);

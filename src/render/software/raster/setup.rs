@@ -12,7 +12,7 @@ pub(crate) const SUBPIXEL: i64 = 4096;
 
 /// Size of the target, scissor rectangle and culling.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Bounds {
+pub(crate) struct RasterState {
     pub width: u32,
     pub height: u32,
     /// x0, y0, x1, y1, exclusive; inside the target.
@@ -189,7 +189,12 @@ fn edge(from: [i64; 2], to: [i64; 2]) -> Edge {
     Edge { a: -dy, b: dx, c: dy * from[0] - dx * from[1] - i64::from(!top_left) }
 }
 
-fn raster_triangle(mut p: [[i64; 2]; 3], front_clockwise: bool, bounds: &Bounds, source_triangle: u32) -> Option<RasterTriangle> {
+fn raster_triangle(
+    mut p: [[i64; 2]; 3],
+    front_clockwise: bool,
+    raster_state: &RasterState,
+    source_triangle: u32,
+) -> Option<RasterTriangle> {
     let area = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[1][1] - p[0][1]) * (p[2][0] - p[0][0]);
     if area == 0 || (area > 0) != front_clockwise {
         return None;
@@ -199,9 +204,9 @@ fn raster_triangle(mut p: [[i64; 2]; 3], front_clockwise: bool, bounds: &Bounds,
     }
     let min_pixel = |axis: usize| p[0][axis].min(p[1][axis]).min(p[2][axis]).div_euclid(SUBPIXEL);
     let max_pixel = |axis: usize| p[0][axis].max(p[1][axis]).max(p[2][axis]).div_euclid(SUBPIXEL) + 1;
-    let [sx0, sy0, sx1, sy1] = bounds.scissor.map(i64::from);
+    let [sx0, sy0, sx1, sy1] = raster_state.scissor.map(i64::from);
     let (x0, y0) = (min_pixel(0).max(sx0), min_pixel(1).max(sy0));
-    let (x1, y1) = (max_pixel(0).min(sx1).min(bounds.width.into()), max_pixel(1).min(sy1).min(bounds.height.into()));
+    let (x1, y1) = (max_pixel(0).min(sx1).min(raster_state.width.into()), max_pixel(1).min(sy1).min(raster_state.height.into()));
     if x0 >= x1 || y0 >= y1 {
         return None;
     }
@@ -213,10 +218,10 @@ fn raster_triangle(mut p: [[i64; 2]; 3], front_clockwise: bool, bounds: &Bounds,
 pub(crate) fn set_up(
     clip_positions: [[f64; 4]; 3],
     varyings: impl Iterator<Item = (Interpolation, [f64; 3])>,
-    bounds: &Bounds,
+    raster_state: &RasterState,
     geometry: &mut RasterGeometry,
 ) {
-    let mut corners = clip_positions.map(|p| Corner::from_clip(p, bounds.width, bounds.height));
+    let mut corners = clip_positions.map(|p| Corner::from_clip(p, raster_state.width, raster_state.height));
     let Some(polygon) = clip(&corners) else { return };
     if !polygon.is_clipped {
         // Planes are derived from the snapped triangle, so that no covered sample lies outside that triangle, even if it is very thin.
@@ -226,7 +231,7 @@ pub(crate) fn set_up(
         }
     }
     let origin = if polygon.is_clipped {
-        [0.5 * f64::from(bounds.width), 0.5 * f64::from(bounds.height)]
+        [0.5 * f64::from(raster_state.width), 0.5 * f64::from(raster_state.height)]
     } else {
         [corners[0].x / corners[0].w, corners[0].y / corners[0].w]
     };
@@ -240,7 +245,7 @@ pub(crate) fn set_up(
     }
     // Front faces wind counter-clockwise with y up. Pixel y points down, so their determinant is negative.
     let is_front_facing = determinant < 0.0;
-    if bounds.cull_back && !is_front_facing {
+    if raster_state.cull_back && !is_front_facing {
         return;
     }
     let plane_of = |v: [f64; 3]| {
@@ -253,7 +258,7 @@ pub(crate) fn set_up(
     let points = polygon.corners();
     for k in 1..points.len() - 1 {
         let p = [snap(&points[0]), snap(&points[k]), snap(&points[k + 1])];
-        triangles.extend(raster_triangle(p, !is_front_facing, bounds, source_triangle));
+        triangles.extend(raster_triangle(p, !is_front_facing, raster_state, source_triangle));
     }
     if triangles.len() == triangles_before {
         return;
@@ -289,11 +294,11 @@ pub(crate) fn set_up(
 mod tests {
     use super::*;
 
-    const BOUNDS: Bounds = Bounds { width: 64, height: 64, scissor: [0, 0, 64, 64], cull_back: false };
+    const BOUNDS: RasterState = RasterState { width: 64, height: 64, scissor: [0, 0, 64, 64], cull_back: false };
 
-    fn set_up_one(clip: [[f64; 4]; 3], values: [f64; 3], bounds: &Bounds) -> Option<(SourceTriangle, Plane)> {
+    fn set_up_one(clip: [[f64; 4]; 3], values: [f64; 3], raster_state: &RasterState) -> Option<(SourceTriangle, Plane)> {
         let mut g = RasterGeometry::default();
-        set_up(clip, [(Interpolation::Perspective, values)].into_iter(), bounds, &mut g);
+        set_up(clip, [(Interpolation::Perspective, values)].into_iter(), raster_state, &mut g);
         Some((g.source_triangles.pop()?, g.planes.pop()?))
     }
 
@@ -318,7 +323,7 @@ mod tests {
             assert!(set_up_one(clip, [0.0; 3], &BOUNDS).expect("visible").0.is_front_facing);
             let back = [clip[0], clip[2], clip[1]];
             assert!(!set_up_one(back, [0.0; 3], &BOUNDS).expect("visible").0.is_front_facing);
-            assert!(set_up_one(back, [0.0; 3], &Bounds { cull_back: true, ..BOUNDS }).is_none());
+            assert!(set_up_one(back, [0.0; 3], &RasterState { cull_back: true, ..BOUNDS }).is_none());
         }
     }
 
