@@ -53,7 +53,7 @@ impl fmt::Display for FieldType {
 
 /// One field of the uniform block. Offset and size in bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Field {
+pub struct UniformField {
     /// Name in the fragment.
     pub name: String,
     /// Its type in WGSL.
@@ -77,7 +77,7 @@ pub struct Binding {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Layout {
     /// Fields of the uniform block, sorted by offset; empty if the module has no uniform block.
-    pub fields: Vec<Field>,
+    pub fields: Vec<UniformField>,
     /// Bytes of the uniform block.
     pub uniform_size: u32,
     /// Sorted by binding number.
@@ -149,7 +149,7 @@ impl Layout {
                         let field = member.name.clone().unwrap_or_default();
                         let inner = &module.types[member.ty].inner;
                         let ty = field_type(module, inner).ok_or_else(|| LayoutError::FieldType(field.clone()))?;
-                        layout.fields.push(Field { name: field, ty, offset: member.offset, size: inner.size(module.to_ctx()) });
+                        layout.fields.push(UniformField { name: field, ty, offset: member.offset, size: inner.size(module.to_ctx()) });
                     }
                 }
                 (TypeInner::Image { .. }, _) => layout.textures.push(Binding { binding: at.binding, name }),
@@ -162,7 +162,7 @@ impl Layout {
         Ok(layout)
     }
     /// A uniform field by its name.
-    pub fn field(&self, name: &str) -> Option<&Field> {
+    pub fn field(&self, name: &str) -> Option<&UniformField> {
         self.fields.iter().find(|f| f.name == name)
     }
     /// The binding of a texture by its name in the shader.

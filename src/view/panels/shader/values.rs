@@ -4,7 +4,7 @@
 
 use super::{Inspected, ShaderPanel};
 use crate::render::plan::{RING_PROFILE, role_of, uniforms_of};
-use crate::shader::reflect::Field;
+use crate::shader::reflect::UniformField;
 use crate::shader::{Layout, ModuleId};
 use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
@@ -70,7 +70,7 @@ fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspecte
 }
 
 /// The f32 numbers of a field.
-fn numbers(field: &Field, bytes: &[u8]) -> Vec<f32> {
+fn numbers(field: &UniformField, bytes: &[u8]) -> Vec<f32> {
     let end = field.offset as usize + 4 * field.ty.components();
     let of_field = bytes.get(field.offset as usize..end).unwrap_or_default();
     of_field.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn numbers_are_read_at_their_offsets_and_formatted_briefly() {
-        let field = |offset: u32, ty| Field { name: "x".into(), ty, offset, size: 12 };
+        let field = |offset: u32, ty| UniformField { name: "x".into(), ty, offset, size: 12 };
         let bytes: Vec<u8> = [1.0f32, 2.5, -3.0, 4e-9].iter().flat_map(|v| v.to_le_bytes()).collect();
         assert_eq!(numbers(&field(4, crate::shader::reflect::FieldType::Vec3), &bytes), [2.5, -3.0, 4e-9]);
         assert!(numbers(&field(8, crate::shader::reflect::FieldType::Vec3), &bytes).is_empty(), "past the end");
