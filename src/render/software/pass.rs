@@ -17,7 +17,7 @@ use super::stage::{LaneProgram, LaneRun};
 use super::tile_rows::{Rows, unorm8};
 use super::tiles::TileTarget;
 use super::timings::PassTimings;
-use super::tone_map::ToneMap;
+use super::tone_map::ToneMapUniforms;
 use super::vertex::{AssembledDraw, assemble};
 use crate::render::plan::{ColourFormat, Pass, PlanDraw};
 use crate::shader::ModuleId;
@@ -55,14 +55,14 @@ struct FusedPass<'a, R: Real> {
     /// The full-screen draw's result for the first pass's clear colour, if that result is the same at every pixel.
     mapped_clear_colour: Option<[f32; 4]>,
     /// The full-screen draw as a function of a block, if it is the shipped tone map; its result does not depend on the position.
-    tone_map: Option<ToneMap>,
+    tone_map: Option<ToneMapUniforms>,
     /// Set if the full-screen draw has read pixels other than its own, which makes the image invalid.
     read_other_pixels: AtomicBool,
 }
 
 impl<R: Real> FusedPass<'_, R> {
     /// The tone map that makes a tile's display bytes at once, if nothing is drawn over them.
-    fn direct_tone_map(&self, [tx, ty]: [usize; 2]) -> Option<&ToneMap> {
+    fn direct_tone_map(&self, [tx, ty]: [usize; 2]) -> Option<&ToneMapUniforms> {
         self.tone_map.as_ref().filter(|_| self.mapped_clear_colour.is_some() && self.overlay.bins.tile(tx, ty).is_empty())
     }
 }

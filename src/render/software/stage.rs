@@ -7,7 +7,7 @@
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
-use super::tone_map::ToneMap;
+use super::tone_map::ToneMapUniforms;
 
 pub use super::exec::LANES;
 
@@ -22,7 +22,7 @@ pub trait LaneProgram<R: Real>: Sync {
         false
     }
     /// The tone map, if this is the shipped one, bound to its uniforms.
-    fn tone_map(&self) -> Option<ToneMap> {
+    fn tone_map(&self) -> Option<ToneMapUniforms> {
         None
     }
     /// Creates the working state of one thread.

@@ -8,7 +8,7 @@ use super::kernels::KernelClass;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput, Program};
 use super::stage::{LANES, LaneProgram, LaneRun};
-use super::tone_map::ToneMap;
+use super::tone_map::ToneMapUniforms;
 use super::tone_map_run::ToneMapRun;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -19,7 +19,7 @@ pub(crate) struct TapeStage<'a, R: Real> {
     textures: Box<dyn TextureUnit<R> + Sync + 'a>,
     class: KernelClass,
     /// Runs in place of the program.
-    tone_map: Option<ToneMap>,
+    tone_map: Option<ToneMapUniforms>,
     /// A batch was stopped at the loop limit; no further batch is run.
     hit_loop_limit: AtomicBool,
 }
@@ -39,7 +39,7 @@ impl<'a, R: Real> TapeStage<'a, R> {
     }
 
     /// Runs the tone map in place of the program, if the lanes are f32.
-    pub(crate) fn with_tone_map(self, tone_map: Option<ToneMap>) -> Self {
+    pub(crate) fn with_tone_map(self, tone_map: Option<ToneMapUniforms>) -> Self {
         Self { tone_map: tone_map.filter(|_| R::as_f32(&[]).is_some()), ..self }
     }
 
@@ -62,7 +62,7 @@ impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
     fn is_position_independent(&self) -> bool {
         self.program.is_position_independent()
     }
-    fn tone_map(&self) -> Option<ToneMap> {
+    fn tone_map(&self) -> Option<ToneMapUniforms> {
         self.tone_map
     }
     fn start(&self) -> Box<dyn LaneRun<R> + Send + '_> {

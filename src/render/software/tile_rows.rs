@@ -5,7 +5,7 @@
 
 use super::raster::coverage::{self, BLOCK_PIXELS, TILE_BLOCKS, block_position};
 use super::tiles::TileTarget;
-use super::tone_map::ToneMap;
+use super::tone_map::ToneMapUniforms;
 use std::mem::MaybeUninit;
 
 const BLOCK_WIDTH: usize = coverage::BLOCK_WIDTH as usize;
@@ -109,7 +109,7 @@ impl TileTarget {
     }
 
     /// Writes the display bytes of every pixel of a resolved tile of light. `untouched`: those of the clear colour.
-    pub(super) fn write_tone_mapped(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMap, untouched: [u8; 4]) {
+    pub(super) fn write_tone_mapped(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, untouched: [u8; 4]) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
@@ -120,7 +120,7 @@ impl TileTarget {
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn tone_map_avx2(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMap, untouched: [u8; 4]) {
+    fn tone_map_avx2(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, untouched: [u8; 4]) {
         let mut words = [0; BLOCK_PIXELS];
         for block in 0..TILE_BLOCKS {
             if let Some(light) = self.light_or_fill(block, rows, untouched) {
@@ -130,7 +130,7 @@ impl TileTarget {
         }
     }
 
-    fn tone_map_generic(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMap, untouched: [u8; 4]) {
+    fn tone_map_generic(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, untouched: [u8; 4]) {
         let mut words = [0; BLOCK_PIXELS];
         for block in 0..TILE_BLOCKS {
             if let Some(light) = self.light_or_fill(block, rows, untouched) {

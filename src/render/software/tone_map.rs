@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 use std::sync::LazyLock;
 
 const MODULE: &str = "tone_map";
-/// SHA-256 of the WGSL whose formula [`ToneMap::compress`] repeats. An edited fragment gives another text, and is executed as edited, until the
+/// SHA-256 of the WGSL whose formula [`ToneMapUniforms::compress`] repeats. An edited fragment gives another text, and is executed as edited, until the
 /// formula here follows it and this digest is recorded anew.
 const FOLLOWED_SHA256: &str = "3cf1b819969d7233be52d29fda518ad308370bcafd5a2addd400f945105e0983";
 
@@ -25,7 +25,7 @@ pub(super) struct ToneMapFields {
 }
 
 impl ToneMapFields {
-    /// `None` if the module is not the tone map, or its text is not the one that [`ToneMap::compress`] follows.
+    /// `None` if the module is not the tone map, or its text is not the one that [`ToneMapUniforms::compress`] follows.
     pub(super) fn of(module: &ShaderModule) -> Option<Self> {
         if module.id != ModuleId::Simple(MODULE) || sha256(&module.wgsl) != FOLLOWED_SHA256 {
             return None;
@@ -34,9 +34,9 @@ impl ToneMapFields {
         Some(Self { exposure: offset("exposure")?, true_to: offset("true_to")? })
     }
 
-    pub(super) fn bind(self, uniform_bytes: &[u8]) -> Option<ToneMap> {
+    pub(super) fn bind(self, uniform_bytes: &[u8]) -> Option<ToneMapUniforms> {
         let read = |offset: usize| uniform_bytes.get(offset..)?.first_chunk().map(|bytes| f32::from_le_bytes(*bytes));
-        Some(ToneMap { exposure: read(self.exposure)?, true_to: read(self.true_to)? })
+        Some(ToneMapUniforms { exposure: read(self.exposure)?, true_to: read(self.true_to)? })
     }
 }
 
@@ -46,7 +46,7 @@ fn sha256(text: &str) -> String {
 
 /// The tone map with its uniforms.
 #[derive(Clone, Copy, Debug)]
-pub struct ToneMap {
+pub struct ToneMapUniforms {
     exposure: f32,
     true_to: f32,
 }
@@ -150,7 +150,7 @@ mod avx2 {
     }
 }
 
-impl ToneMap {
+impl ToneMapUniforms {
     /// Display bytes of a block's pixels, as little-endian words.
     #[inline(always)]
     pub(super) fn map_generic(&self, light: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
@@ -159,7 +159,7 @@ impl ToneMap {
         encode_generic(exposed.each_ref(), out);
     }
 
-    /// [`ToneMap::map_generic`] with AVX2: the same bytes.
+    /// [`ToneMapUniforms::map_generic`] with AVX2: the same bytes.
     #[cfg(target_arch = "x86_64")]
     #[inline]
     #[target_feature(enable = "avx2")]
@@ -202,7 +202,7 @@ impl ToneMap {
         }
     }
 
-    /// As [`ToneMap::map_generic`], by the best instructions of this machine.
+    /// As [`ToneMapUniforms::map_generic`], by the best instructions of this machine.
     pub(super) fn bytes(&self, light: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
@@ -262,7 +262,7 @@ mod tests {
         let mut odd = light();
         (odd[0][3], odd[1][4], odd[2][5]) = (f32::NAN, f32::INFINITY, -1.0);
         for true_to in [0.8, f32::MAX] {
-            let tone_map = ToneMap { exposure: 0.75, true_to };
+            let tone_map = ToneMapUniforms { exposure: 0.75, true_to };
             for light in [light(), odd] {
                 let (mut best, mut generic) = ([0; LANES], [1; LANES]);
                 tone_map.bytes(light.each_ref(), &mut best);

@@ -1,17 +1,17 @@
 //! The shipped tone map as a fragment stage: for a pass that is not fused with the one before, and for tiles that have draws over the picture.
 //!
 //! In: the tone map with its uniforms, the inputs and outputs of its program, the picture. Out: a [`LaneRun`]. Always: the colours are the bytes of
-//! [`ToneMap::bytes`]. Not here: the mapping itself (`tone_map`).
+//! [`ToneMapUniforms::bytes`]. Not here: the mapping itself (`tone_map`).
 
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
 use super::stage::{LANES, LaneRun};
-use super::tone_map::ToneMap;
+use super::tone_map::ToneMapUniforms;
 
 /// The working state of one thread.
 pub(super) struct ToneMapRun<'a, R> {
-    tone_map: ToneMap,
+    tone_map: ToneMapUniforms,
     textures: &'a (dyn TextureUnit<R> + Sync),
     inputs: Vec<[R; LANES]>,
     /// The inputs for the pixel's x and y.
@@ -24,7 +24,7 @@ pub(super) struct ToneMapRun<'a, R> {
 impl<'a, R: Real> ToneMapRun<'a, R> {
     /// `None` if the lanes are not f32, or the program has other inputs and outputs.
     pub(super) fn new(
-        tone_map: ToneMap,
+        tone_map: ToneMapUniforms,
         inputs: &[LaneInput],
         outputs: &[LaneOutput],
         textures: &'a (dyn TextureUnit<R> + Sync),
