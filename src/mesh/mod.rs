@@ -1,6 +1,6 @@
 //! Shape models: from the text of a file to vertex data, and self-shadowing.
 //!
-//! In: an OBJ file's text ([`obj`]) and the body's ellipsoid. Out: a [`Model`], ready to be drawn: f32 attributes in the frame where the body's ellipsoid
+//! In: an OBJ file's text ([`obj`]) and the body's ellipsoid. Out: a [`Mesh`], ready to be drawn: f32 attributes in the frame where the body's ellipsoid
 //! is the unit sphere, and the same positions in f64 for [`self_shadow`], which computes the height of the Sun over the mesh's own horizon at each vertex.
 //! Always: every index is in range, every normal has length 1, every number is finite. Not here: cameras, files, and other properties of bodies.
 
@@ -8,4 +8,4 @@ mod model;
 pub mod obj;
 pub mod self_shadow;
 
-pub use model::{Model, ShapeError, ShapeFrame};
+pub use model::{Mesh, ShapeError, ShapeFrame};

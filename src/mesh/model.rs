@@ -1,6 +1,6 @@
 //! Turns a file's faces into vertices: one for each combination of position, normal and texture coordinate.
 //!
-//! In: an [`Obj`] and the body's [`ShapeFrame`]. Out: a [`Model`]. Missing data are computed: a normal as the mean of the faces around its position,
+//! In: an [`Obj`] and the body's [`ShapeFrame`]. Out: a [`Mesh`]. Missing data are computed: a normal as the mean of the faces around its position,
 //! weighted by their areas; a texture coordinate from longitude and latitude as in the body's map. A triangle across the map's seam continues beyond its
 //! edge (the sampler repeats); a corner at a pole takes the mean longitude of the other two; a triangle that contains a pole is split into three there.
 //! Triangles without an area are dropped.
@@ -53,7 +53,7 @@ pub(crate) const REACH: std::ops::RangeInclusive<f64> = 0.2..=4.0;
 const ON_AXIS: f64 = 1e-7;
 
 /// A shape ready to be drawn. Attribute arrays are flat, one vertex after the other.
-pub struct Model {
+pub struct Mesh {
     /// Positions in the unit-sphere frame, 3 numbers per vertex.
     pub positions: Arc<Vec<f32>>,
     /// Normals: unit vectors in body axes, 3 numbers per vertex.
@@ -69,14 +69,14 @@ pub struct Model {
     pub(super) solid: Solid,
 }
 
-impl std::fmt::Debug for Model {
+impl std::fmt::Debug for Mesh {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Model of {} vertices, {} triangles", self.vertices(), self.triangles())
+        write!(f, "Mesh of {} vertices, {} triangles", self.vertices(), self.triangles())
     }
 }
 
 /// Models are compared by identity, because they are large and loaded once.
-impl PartialEq for Model {
+impl PartialEq for Mesh {
     fn eq(&self, other: &Self) -> bool {
         std::ptr::eq(self, other)
     }
@@ -176,7 +176,7 @@ impl MeshBuilder {
     }
 }
 
-impl Model {
+impl Mesh {
     pub(crate) fn vertices(&self) -> usize {
         self.positions.len() / 3
     }
@@ -292,7 +292,7 @@ mod tests {
     fn an_octahedron_shares_its_vertices_except_at_the_seam_and_the_poles() {
         let text = "v 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n\
                     f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 2 1 6\nf 3 2 6\nf 4 3 6\nf 1 4 6\n";
-        let model = Model::of(&parse(text).expect("reads"), &ROUND).expect("a model");
+        let model = Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a model");
         assert_eq!((model.triangles(), model.max_radius), (8, 1.0));
         // Four on the equator, the one at 180 degrees twice, and each pole once for each of its four faces.
         assert_eq!(model.vertices(), 4 + 1 + 8);
@@ -313,12 +313,12 @@ mod tests {
     #[test]
     fn a_face_over_a_pole_is_cut_there() {
         let text = "v 0.6 0 0.8\nv -0.3 0.5 0.8\nv -0.3 -0.5 0.8\nf 1 2 3\n";
-        let model = Model::of(&parse(text).expect("reads"), &ROUND).expect("a model");
+        let model = Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a model");
         assert_eq!((model.triangles(), model.vertices()), (3, 3 + 1 + 3), "the corner at 180 degrees lies on no seam");
         let poles = (0..model.vertices() as u32).filter(|k| vertex(&model.positions, 3, *k)[..2] == [0.0, 0.0]);
         assert!(poles.clone().count() == 3 && poles.into_iter().all(|k| vertex(&model.map_coordinates, 2, k)[1] == 0.0));
         let beside = text.replace("v -0.3", "v 0.3");
-        assert_eq!(Model::of(&parse(&beside).expect("reads"), &ROUND).expect("a model").triangles(), 1);
+        assert_eq!(Mesh::of(&parse(&beside).expect("reads"), &ROUND).expect("a model").triangles(), 1);
     }
 
     #[test]
@@ -326,7 +326,7 @@ mod tests {
         // Two faces on one edge: one twice as large as the other, a right angle between them.
         let text = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\n";
         let first = |text: &str| {
-            let model = Model::of(&parse(text).expect("reads"), &ROUND).expect("a model");
+            let model = Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a model");
             vertex(&model.normals, 3, model.indices[0]).to_vec()
         };
         let (n, length) = (first(text), 5.0_f32.sqrt());
@@ -340,7 +340,7 @@ mod tests {
     #[test]
     fn a_size_in_another_unit_is_refused() {
         let obj = parse("v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n").expect("reads");
-        let of = |scale_km: f64| Model::of(&obj, &ShapeFrame { scale_km, ..ROUND });
+        let of = |scale_km: f64| Mesh::of(&obj, &ShapeFrame { scale_km, ..ROUND });
         assert!(of(1.0).is_ok() && of(3.9).is_ok());
         for scale_km in [1e-3, 1e3] {
             assert!(of(scale_km).expect_err("another unit").to_string().contains("is scale_km right?"));

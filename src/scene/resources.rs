@@ -5,7 +5,7 @@
 
 use crate::catalog::NaifId;
 use crate::ephemeris::Ephemeris;
-use crate::mesh::Model;
+use crate::mesh::Mesh;
 use crate::scene::draw::MapFiles;
 use crate::scene::draw::features::Shape;
 use crate::scene::eclipse::shadow_path::ShadowPaths;
@@ -45,7 +45,7 @@ pub struct Requirements {
 pub struct Resources {
     /// Map and mesh files that could not be read; bodies are drawn without them.
     pub unreadable: BTreeSet<String>,
-    pub meshes: BTreeMap<NaifId, Arc<Model>>,
+    pub meshes: BTreeMap<NaifId, Arc<Mesh>>,
     /// Height of the Sun over the mesh's own horizon at each vertex, in solar radii; the scene computes it if it is missing here.
     pub sun_heights: BTreeMap<NaifId, Arc<Vec<f32>>>,
     /// City lights for the light meter.

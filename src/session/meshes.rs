@@ -7,7 +7,7 @@
 use crate::catalog::{Body, NaifId};
 use crate::files::{check_inside, read_text};
 use crate::memo::Memo;
-use crate::mesh::{Model, ShapeFrame, obj};
+use crate::mesh::{Mesh, ShapeFrame, obj};
 use glam::DVec3;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -23,7 +23,7 @@ const MAX_BYTES: u64 = 1 << 30;
 
 /// The inputs from which the Sun's heights at a model's vertices are computed.
 struct SunHeightInputs {
-    model: Arc<Model>,
+    model: Arc<Mesh>,
     towards_sun: DVec3,
     radius_rad: f64,
 }
@@ -39,7 +39,7 @@ impl SunHeightInputs {
 pub struct Meshes {
     folders: Vec<PathBuf>,
     /// Models by body; an error states why a model cannot be drawn.
-    models: Memo<NaifId, Result<Arc<Model>, String>>,
+    models: Memo<NaifId, Result<Arc<Mesh>, String>>,
     heights: Memo<SunHeightInputs, Arc<Vec<f32>>>,
 }
 
@@ -57,11 +57,11 @@ impl Meshes {
     ///
     /// # Errors
     /// The file, and why the model cannot be drawn.
-    pub fn model(&self, body: &Body) -> Result<Arc<Model>, String> {
+    pub fn model(&self, body: &Body) -> Result<Arc<Mesh>, String> {
         self.models.get(body.id, || self.read(body))
     }
 
-    fn read(&self, body: &Body) -> Result<Arc<Model>, String> {
+    fn read(&self, body: &Body) -> Result<Arc<Mesh>, String> {
         let mesh = body.mesh.as_ref().ok_or_else(|| format!("the catalog names no mesh of {}", body.name))?;
         let Some((folder, path)) = self.folders.iter().map(|f| (f, f.join(&mesh.file))).find(|(_, path)| path.is_file()) else {
             let searched: Vec<_> = self.folders.iter().map(|f| f.display().to_string()).collect();
@@ -80,12 +80,12 @@ impl Meshes {
             latitude_stretch: body.map_latitude_stretch(),
             two_sided: mesh.two_sided,
         };
-        Ok(Arc::new(Model::of(&obj, &frame).map_err(|e| format!("{name}: {e}"))?))
+        Ok(Arc::new(Mesh::of(&obj, &frame).map_err(|e| format!("{name}: {e}"))?))
     }
 
     /// Height of the Sun over the model's own horizon at each vertex, in solar radii. `towards_sun`: unit vector in body axes.
     /// `radius_rad`: the Sun's angular radius.
-    pub fn sun_heights(&self, model: &Arc<Model>, towards_sun: DVec3, radius_rad: f64) -> Arc<Vec<f32>> {
+    pub fn sun_heights(&self, model: &Arc<Mesh>, towards_sun: DVec3, radius_rad: f64) -> Arc<Vec<f32>> {
         let inputs = SunHeightInputs { model: Arc::clone(model), towards_sun, radius_rad };
         self.heights.get_compatible(SunHeightInputs::is_usable_for, inputs, || Arc::new(model.sun_heights(towards_sun, radius_rad)))
     }
@@ -95,17 +95,17 @@ impl Meshes {
 mod tests {
     use super::*;
 
-    fn model() -> Arc<Model> {
+    fn model() -> Arc<Mesh> {
         let text = "v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n";
         let frame = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, latitude_stretch: 1.0, two_sided: false };
-        Arc::new(Model::of(&obj::parse(text).expect("reads"), &frame).expect("a model"))
+        Arc::new(Mesh::of(&obj::parse(text).expect("reads"), &frame).expect("a model"))
     }
 
     #[test]
     fn heights_are_reused_until_the_sun_has_moved() {
         let (meshes, model) = (Meshes::new([]), model());
         let heights_for_angle =
-            |model: &Arc<Model>, turned_rad: f64| meshes.sun_heights(model, DVec3::new(turned_rad.cos(), turned_rad.sin(), 0.0), 0.005);
+            |model: &Arc<Mesh>, turned_rad: f64| meshes.sun_heights(model, DVec3::new(turned_rad.cos(), turned_rad.sin(), 0.0), 0.005);
         let first = heights_for_angle(&model, 0.0);
         assert!(Arc::ptr_eq(&first, &heights_for_angle(&model, 0.8 * TOLERANCE_RAD)));
         assert!(!Arc::ptr_eq(&first, &heights_for_angle(&model, 1.2 * TOLERANCE_RAD)));

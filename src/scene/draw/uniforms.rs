@@ -3,7 +3,7 @@
 //! Plain values: `features` and the modules of each effect fill them, `render::plan` writes them by name. A field followed by a quoted name fills the uniform
 //! of that name in shaders/lib/draw.wesl. To add a uniform, add one line in that file and one here.
 
-use crate::mesh::Model;
+use crate::mesh::Mesh;
 use crate::scene::camera::{self, ViewRays};
 use crate::scene::constants::DETAIL_ROWS;
 use crate::scene::draw::tables::{LimbTable, RingShine, RingTable};
@@ -156,7 +156,7 @@ uniforms! {
 /// The triangles of a draw whose shape is a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshInstance {
-    pub model: Arc<Model>,
+    pub model: Arc<Mesh>,
     /// Height of the Sun's centre over the shape's own horizon at each vertex, in radii of the Sun's disc.
     pub sun_heights: Arc<Vec<f32>>,
 }

@@ -4,7 +4,7 @@
 //! the next.
 
 use crate::catalog::{Body, NaifId, Overlay, Photometry};
-use crate::mesh::Model;
+use crate::mesh::Mesh;
 use crate::scene::atmosphere::air::SurroundingAir;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{Camera, ClipRect};
@@ -45,7 +45,7 @@ pub(crate) struct DecisionInputs<'c, 'a> {
     /// The rectangle that the globe or mesh may touch; `None` if it is outside the picture.
     pub rect: Option<ClipRect>,
     /// The body's shape model, if it is drawn as triangles.
-    pub model: Option<&'c Arc<Model>>,
+    pub model: Option<&'c Arc<Mesh>>,
     /// The geometry of the body's rings, if they may be in the picture.
     pub ring_view: Option<RingView<'c>>,
     /// Fraction of the body's light that is drawn as a disc; the point has the rest.

@@ -1,7 +1,7 @@
 //! Decides whether a body is drawn as a mesh, and whether the mesh casts shadows on itself.
 
 use crate::catalog::NaifId;
-use crate::mesh::Model;
+use crate::mesh::Mesh;
 use crate::message::reason;
 use crate::scene::decision::with_invented;
 use crate::scene::draw::uniforms::{DrawUniforms, MeshInstance};
@@ -52,7 +52,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 }
 
 /// Sets the vertex transformation, and the height of the Sun at each vertex: above the mesh's own horizon if it casts shadows on itself.
-pub(crate) fn set(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_, '_>, model: &Arc<Model>, self_shadow: Option<(DVec3, f64)>) {
+pub(crate) fn set(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_, '_>, model: &Arc<Mesh>, self_shadow: Option<(DVec3, f64)>) {
     let (centre, matrix) = meshes::clip_from_unit_sphere(inputs.frame.camera, &inputs.placed.placement);
     uniforms.mesh_anchor = centre;
     uniforms.clip_from_unit_sphere = matrix;

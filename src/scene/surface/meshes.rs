@@ -5,7 +5,7 @@
 //! and the test whether the camera is inside. Vertices are in the unit-sphere frame of the ellipsoid.
 
 use crate::catalog::Body;
-use crate::mesh::Model;
+use crate::mesh::Mesh;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, Camera, ClipRect, NEAR_DEPTH_KM, Placement};
 use crate::scene::draw::features::Flags;
@@ -24,7 +24,7 @@ const NEAR_RADII: f64 = 8.0;
 const MIN_DEPTH: f64 = 1e-5;
 
 /// The model with which a body is drawn; `None` if the catalog has none, if it is unreadable or not loaded yet, or if the user switched it off.
-pub(crate) fn model<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Model>> {
+pub(crate) fn model<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Mesh>> {
     body.mesh
         .as_ref()
         .filter(|m| !context.resources.is_unreadable(&m.file) && context.request.effects.override_of(Effect::Mesh) != Some(false))?;
@@ -39,13 +39,13 @@ pub(crate) fn is_required(context: Context<'_>, camera: &Camera, p: &PlacedBody<
 }
 
 /// The rectangle of the picture that the model may touch; `None` if it is outside.
-pub(crate) fn rect(camera: &Camera, placement: &Placement, model: &Model) -> Option<ClipRect> {
+pub(crate) fn rect(camera: &Camera, placement: &Placement, model: &Mesh) -> Option<ClipRect> {
     let bounds = Placement { radii_km: placement.radii_km * model.max_radius.max(1e-9), ..*placement };
     if bounds.camera_is_inside() { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &bounds).rect(camera) }
 }
 
 /// The flags of a draw of the model.
-pub(crate) fn flags(body: &Body, model: &Model) -> Flags {
+pub(crate) fn flags(body: &Body, model: &Mesh) -> Flags {
     body.mesh.as_ref().map_or_else(Flags::default, |m| Flags {
         two_sided: m.two_sided,
         alpha_texture: m.alpha,
