@@ -101,7 +101,7 @@ impl Constellations {
                 let star = &stars.stars()[index];
                 (star.direction + star.motion_per_year * years).normalize().distance(direction)
             };
-            let near = |cell: &&super::stars::Cell| cell.axis.dot(direction) > (cell.radius_rad + 2.0 * SAME_STAR_RAD).cos();
+            let near = |cell: &&super::stars::SkyCell| cell.axis.dot(direction) > (cell.radius_rad + 2.0 * SAME_STAR_RAD).cos();
             let indices = stars.cells().iter().filter(near).flat_map(|cell| cell.stars.clone());
             // If the vertex is a double star, its brighter component.
             let same = indices.filter(|index| distance(*index) < SAME_STAR_RAD);

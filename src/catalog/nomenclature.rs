@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 
 /// A named place.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Feature {
+pub struct SurfaceFeature {
     /// The name in the table.
     pub name: &'static str,
     /// Unit vector from the body's centre, in body-fixed axes.
@@ -29,7 +29,7 @@ const ELONGATED_TYPES: [&str; 11] = ["CA", "CM", "DO", "FO", "LI", "FM", "RI", "
 /// Assumed ratio of width to length of these types.
 const ELONGATED_WIDTH_TO_LENGTH: f64 = 0.25;
 
-impl Feature {
+impl SurfaceFeature {
     /// `diameter_km`: empty for a feature without a diameter, `None` for a landing site.
     fn at(name: &'static str, kind: &str, latitude: &str, longitude: &str, diameter_km: Option<&str>) -> Option<Self> {
         let (lat, lon): (f64, f64) = (latitude.parse().ok()?, longitude.parse().ok()?);
@@ -61,12 +61,12 @@ fn lines() -> impl Iterator<Item = &'static str> {
     of(orrery_catalogs::LANDING_SITES).chain(of(orrery_catalogs::NOMENCLATURE))
 }
 
-static BY_BODY: LazyLock<BTreeMap<String, Vec<Feature>>> = LazyLock::new(|| {
-    let mut all: BTreeMap<String, Vec<Feature>> = BTreeMap::new();
-    for (body, feature) in lines().filter_map(Feature::of_line) {
+static BY_BODY: LazyLock<BTreeMap<String, Vec<SurfaceFeature>>> = LazyLock::new(|| {
+    let mut all: BTreeMap<String, Vec<SurfaceFeature>> = BTreeMap::new();
+    for (body, feature) in lines().filter_map(SurfaceFeature::of_line) {
         all.entry(body.to_lowercase()).or_default().push(feature);
     }
-    let order = |a: &Feature, b: &Feature| {
+    let order = |a: &SurfaceFeature, b: &SurfaceFeature| {
         b.is_landing_site.cmp(&a.is_landing_site).then(b.prominence_km.total_cmp(&a.prominence_km)).then(a.name.cmp(b.name))
     };
     all.values_mut().for_each(|features| features.sort_by(order));
@@ -74,7 +74,7 @@ static BY_BODY: LazyLock<BTreeMap<String, Vec<Feature>>> = LazyLock::new(|| {
 });
 
 /// The features of a body by its name, the most important first.
-pub fn features(body: &str) -> &'static [Feature] {
+pub fn features(body: &str) -> &'static [SurfaceFeature] {
     BY_BODY.get(&body.to_lowercase()).map_or(&[], Vec::as_slice)
 }
 
@@ -95,7 +95,7 @@ mod tests {
     /// Each line is read, and well-known features have the coordinates of the gazetteer's own pages (planetarynames.wr.usgs.gov).
     #[test]
     fn the_tables_are_read_and_coordinates_agree_with_the_gazetteer() {
-        let wrong: Vec<_> = lines().filter(|l| Feature::of_line(l).is_none()).collect();
+        let wrong: Vec<_> = lines().filter(|l| SurfaceFeature::of_line(l).is_none()).collect();
         assert!(wrong.is_empty(), "{wrong:?}");
         assert_eq!(lines().count(), 6320 + 6);
         for (body, name, lat, lon, diameter) in [

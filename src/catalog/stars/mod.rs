@@ -35,7 +35,7 @@ pub struct Star {
 
 /// Stars of one patch of the sky.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cell {
+pub struct SkyCell {
     /// Range of indices of the catalogue's stars, the brightest first.
     pub stars: Range<usize>,
     /// Unit vector to the middle of the stars; at the epoch every star lies within `radius_rad` of it.
@@ -52,7 +52,7 @@ pub struct StarCatalog {
     /// Julian date (TT) of the directions.
     epoch_jd: f64,
     stars: Vec<Star>,
-    cells: Vec<Cell>,
+    cells: Vec<SkyCell>,
 }
 
 /// An error in a star catalogue, in one line: file, line, field, what to do.
@@ -87,13 +87,13 @@ fn cell_of(direction: DVec3) -> usize {
 }
 
 /// The bounds of the stars of a cell.
-fn bounds(stars: &[Star], range: Range<usize>) -> Cell {
+fn bounds(stars: &[Star], range: Range<usize>) -> SkyCell {
     let cell_stars = &stars[range.clone()];
     let axis = cell_stars.iter().map(|s| s.direction).sum::<DVec3>().normalize();
     let max = |value: fn(&Star) -> f64| cell_stars.iter().map(value).fold(0.0, f64::max);
     // A chord c spans the angle 2 asin(c / 2).
     let chord = cell_stars.iter().map(|s| s.direction.distance(axis)).fold(0.0, f64::max);
-    Cell {
+    SkyCell {
         stars: range,
         axis,
         radius_rad: 2.0 * (chord / 2.0).min(1.0).asin(),
@@ -138,7 +138,7 @@ impl StarCatalog {
         &self.stars
     }
 
-    pub fn cells(&self) -> &[Cell] {
+    pub fn cells(&self) -> &[SkyCell] {
         &self.cells
     }
 

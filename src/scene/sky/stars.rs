@@ -7,7 +7,7 @@
 
 use super::star_colour::star_colour;
 use crate::catalog::Catalog;
-use crate::catalog::stars::{Cell, Star, StarCatalog};
+use crate::catalog::stars::{SkyCell, Star, StarCatalog};
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::star_place::star_from_viewer;
 use crate::message::{Reason, reason};
@@ -69,7 +69,7 @@ impl StarPlacer {
     }
 
     /// Upper limit of the displacement of a cell's stars by motion since the epoch and by parallax, relative to their distance.
-    fn shift(&self, cell: &Cell) -> f64 {
+    fn shift(&self, cell: &SkyCell) -> f64 {
         cell.motion_per_year * self.years.abs() + cell.parallax_rad * self.viewer_au.length()
     }
 }
@@ -186,7 +186,7 @@ impl InView<'_> {
     }
 
     /// Whether any star of the cell may be in the frame and bright enough.
-    fn may_show_star_of(&self, cell: &Cell, shift: f64) -> bool {
+    fn may_show_star_of(&self, cell: &SkyCell, shift: f64) -> bool {
         // A displacement by a fraction of the distance changes the direction by at most the arc sine of the fraction.
         let shift_rad = if shift < 1.0 { shift.asin() } else { PI };
         let max_off_axis_rad = self.max_off_axis_rad + cell.radius_rad + shift_rad + self.sprite_rad();
