@@ -9,7 +9,7 @@ use orrery::catalog::stars::STAR_NAMES;
 use orrery::scene::request::{Axes, Look};
 use orrery::time::Instant;
 use orrery::view::app::places::SessionPositions;
-use orrery::view::app::search::{Answer, star_view, suggestions};
+use orrery::view::app::search::{SearchTarget, star_view, suggestions};
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::panels::Tab;
 
@@ -106,14 +106,14 @@ fn a_star_is_in_the_middle_of_its_picture() {
 #[test]
 fn the_likeliest_meaning_is_suggested_first() {
     let window = without_pictures(MARS);
-    let first = |text: &str| suggestions(text, &window.state().viewer, session().catalog(), 8).into_iter().next().map(|s| s.answer);
-    assert_eq!(first("mars"), Some(Answer::Body(MARS)));
-    assert_eq!(first("moon"), Some(Answer::Body(NaifId::MOON)));
-    assert_eq!(first("sirius"), Some(Answer::Star(32_349)));
-    assert_eq!(first("HIP 32349"), Some(Answer::Star(32_349)));
-    assert!(matches!(first("lunar eclipse"), Some(Answer::Events { from: None, kinds }) if kinds.len() == 1));
-    assert!(matches!(first("next solar eclipse"), Some(Answer::Events { .. })));
-    assert!(matches!(first("2024-04-08T18:17:16Z"), Some(Answer::Time(_))));
+    let first = |text: &str| suggestions(text, &window.state().viewer, session().catalog(), 8).into_iter().next().map(|s| s.target);
+    assert_eq!(first("mars"), Some(SearchTarget::Body(MARS)));
+    assert_eq!(first("moon"), Some(SearchTarget::Body(NaifId::MOON)));
+    assert_eq!(first("sirius"), Some(SearchTarget::Star(32_349)));
+    assert_eq!(first("HIP 32349"), Some(SearchTarget::Star(32_349)));
+    assert!(matches!(first("lunar eclipse"), Some(SearchTarget::Events { from: None, kinds }) if kinds.len() == 1));
+    assert!(matches!(first("next solar eclipse"), Some(SearchTarget::Events { .. })));
+    assert!(matches!(first("2024-04-08T18:17:16Z"), Some(SearchTarget::Time(_))));
     for nothing in ["", "  ", "nowhere", "zz 9", "91, 0", "hip 999999", "."] {
         assert_eq!(first(nothing), None, "{nothing}");
     }

@@ -318,10 +318,10 @@ impl SkyEvent {
     }
 
     /// Playback from shortly before the first contact to shortly after the last contact, at a rate that takes half a minute.
-    pub(crate) fn playback(&self) -> Playback {
+    pub(crate) fn playback(&self) -> EventPlayback {
         let (first, last) = self.local_span();
         let length_s = (seconds(last) - seconds(first)).max(1.0);
-        Playback {
+        EventPlayback {
             from_tdb_s: seconds(first) - LEAD_FRACTION * length_s,
             to_tdb_s: seconds(last) + LEAD_FRACTION * length_s,
             rate: ((1.0 + 2.0 * LEAD_FRACTION) * length_s / PLAYBACK_S).max(1.0),
@@ -376,7 +376,7 @@ const HORIZON_REFRACTION_DEG: f64 = 34.0 / 60.0;
 
 /// Span and rate of time for playing an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Playback {
+pub(crate) struct EventPlayback {
     pub from_tdb_s: f64,
     pub to_tdb_s: f64,
     /// Scene seconds per real second.

@@ -16,7 +16,7 @@ use std::mem::{Discriminant, discriminant};
 pub(crate) const TIME_CONSTANT_S: f64 = 0.4;
 
 /// The properties that two views must share for the exposure to adapt smoothly.
-type Standpoint = (NaifId, NaifId, Discriminant<CameraPose>);
+type ViewIdentity = (NaifId, NaifId, Discriminant<CameraPose>);
 
 /// The exposure of the last picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +29,7 @@ struct Adapted {
 
 #[derive(Default)]
 pub(crate) struct ExposureAdaptation {
-    standpoint: Option<Standpoint>,
+    identity: Option<ViewIdentity>,
     /// `None` before the first picture.
     adapted: Option<Adapted>,
     /// Real time of the last request.
@@ -41,8 +41,8 @@ pub(crate) struct ExposureAdaptation {
 impl ExposureAdaptation {
     /// Resets the adaptation after a cut to another view.
     fn reset_on_cut(&mut self, view: &ViewState) {
-        let standpoint = (view.target, view.eye.body(), discriminant(&view.eye));
-        let is_flight = |s: &Standpoint| {
+        let identity = (view.target, view.eye.body(), discriminant(&view.eye));
+        let is_flight = |s: &ViewIdentity| {
             s.2 == discriminant(&CameraPose::Free {
                 body: s.1,
                 offset_km: Default::default(),
@@ -50,8 +50,7 @@ impl ExposureAdaptation {
                 up: Default::default(),
             })
         };
-        let cut =
-            self.standpoint.replace(standpoint).is_some_and(|last| last != standpoint && !is_flight(&last) && !is_flight(&standpoint));
+        let cut = self.identity.replace(identity).is_some_and(|last| last != identity && !is_flight(&last) && !is_flight(&identity));
         if cut || view.exposure_stops.is_some() {
             self.adapted = None;
         }

@@ -4,7 +4,7 @@
 
 use crate::catalog::Catalog;
 use crate::catalog::moments::{Moment, Vantage};
-use crate::view::app::orbit::Orbit;
+use crate::view::app::orbit::OrbitCamera;
 use crate::view::app::places::BodyPositions;
 use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
 
@@ -17,7 +17,7 @@ pub(crate) fn view_of_moment(moment: &Moment, catalog: &Catalog, places: &dyn Bo
             let side = places.between_km(target.id, faced_body, moment.time)?.try_normalize()? * if away { -1.0 } else { 1.0 };
             let pole = places.body_from_icrf(target.id, moment.time)?.row(2);
             let radius_km = target.radii_km.x;
-            (orbit_pose(target.id, false, Orbit::from_offset(side * radii * radius_km, radius_km, pole)), FOV_DEG)
+            (orbit_pose(target.id, false, OrbitCamera::from_offset(side * radii * radius_km, radius_km, pole)), FOV_DEG)
         }
         Vantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg } => {
             let (azimuth_deg, altitude_deg) = if body == target.id { (0.0, -90.0) } else { (0.0, 0.0) };

@@ -5,7 +5,7 @@
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use super::moment_view::view_of_moment;
-use super::orbit::Orbit;
+use super::orbit::OrbitCamera;
 use super::places::{BodyPositions, SessionPositions};
 
 use super::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
@@ -95,7 +95,7 @@ impl NowItem {
             Self::Saturn => {
                 let sunward = places.between_km(SATURN, NaifId::SUN, now)?.try_normalize()?;
                 let pole = places.body_from_icrf(SATURN, now)?.row(2);
-                let mut orbit = Orbit::from_offset(sunward * SATURN_DISTANCE_RADII, 1.0, pole);
+                let mut orbit = OrbitCamera::from_offset(sunward * SATURN_DISTANCE_RADII, 1.0, pole);
                 orbit.azimuth_rad += SATURN_SUN_ANGLE_DEG.to_radians();
                 // The camera is on the lit side of the rings.
                 orbit.elevation_rad += SATURN_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);

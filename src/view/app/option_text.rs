@@ -14,7 +14,7 @@ use serde::{Deserialize, Deserializer, Serializer};
 const MAX_ECHO_CHARS: usize = 60;
 
 /// A type with a name for each of its values.
-pub(crate) trait Named: Copy + 'static {
+pub(crate) trait NamedOption: Copy + 'static {
     fn names() -> Vec<&'static str>;
     fn name(self) -> &'static str;
     fn by_name(name: &str) -> Option<Self>;
@@ -22,7 +22,7 @@ pub(crate) trait Named: Copy + 'static {
 
 macro_rules! named {
     ($($choice:ty),*) => {$(
-        impl Named for $choice {
+        impl NamedOption for $choice {
             fn names() -> Vec<&'static str> {
                 Self::ALL.into_iter().map(Self::name).collect()
             }
@@ -40,13 +40,13 @@ named!(PixelView, Projection, Quality, StereoLayout, ToneMap);
 
 /// Stores a value as its name, for `#[serde(with)]`.
 pub mod by_name {
-    use super::{Deserialize, Deserializer, Error, MAX_ECHO_CHARS, Named, Serializer, echo_within, suggestion_or_list};
+    use super::{Deserialize, Deserializer, Error, MAX_ECHO_CHARS, NamedOption, Serializer, echo_within, suggestion_or_list};
 
-    pub(crate) fn serialize<T: Named, S: Serializer>(choice: &T, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<T: NamedOption, S: Serializer>(choice: &T, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(choice.name())
     }
 
-    pub(crate) fn deserialize<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
+    pub(crate) fn deserialize<'de, T: NamedOption, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
         let name = String::deserialize(deserializer)?;
         let unknown = || {
             D::Error::custom(format!("`{}` is not known; {}", echo_within(&name, MAX_ECHO_CHARS), suggestion_or_list(&name, &T::names())))
@@ -57,18 +57,18 @@ pub mod by_name {
 
 /// Stores an optional value as its name, for `#[serde(with)]`.
 pub mod by_optional_name {
-    use super::{Deserializer, Named, Serializer, by_name};
+    use super::{Deserializer, NamedOption, Serializer, by_name};
     use serde::{Deserialize, Serialize};
 
     #[derive(Serialize, Deserialize)]
-    #[serde(bound = "T: Named")]
-    struct Name<T: Named>(#[serde(with = "by_name")] T);
+    #[serde(bound = "T: NamedOption")]
+    struct Name<T: NamedOption>(#[serde(with = "by_name")] T);
 
-    pub(crate) fn serialize<T: Named, S: Serializer>(choice: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<T: NamedOption, S: Serializer>(choice: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
         choice.map(Name).serialize(serializer)
     }
 
-    pub(crate) fn deserialize<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+    pub(crate) fn deserialize<'de, T: NamedOption, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
         Ok(Option::<Name<T>>::deserialize(deserializer)?.map(|Name(choice)| choice))
     }
 }
@@ -103,7 +103,7 @@ pub mod layers {
 mod tests {
     use super::*;
 
-    fn round_trip<T: Named + PartialEq + std::fmt::Debug>() {
+    fn round_trip<T: NamedOption + PartialEq + std::fmt::Debug>() {
         for name in T::names() {
             let value = T::by_name(name).expect(name);
             assert_eq!((value.name(), T::by_name(&name.to_uppercase())), (name, Some(value)));

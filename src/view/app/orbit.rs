@@ -15,7 +15,7 @@ const MAX_ELEVATION_RAD: f64 = 89.9 * std::f64::consts::PI / 180.0;
 
 /// Position of the camera around its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Orbit {
+pub(crate) struct OrbitCamera {
     /// Angle about the pole from the node of the target's equator on the ICRF equator, radians.
     pub azimuth_rad: f64,
     /// Angle above the target's equator, radians, within ±89.9 degrees.
@@ -32,7 +32,7 @@ pub(crate) fn icrf_from_equator(pole: DVec3) -> DMat3 {
     DMat3::from_cols(x, z.cross(x), z)
 }
 
-impl Orbit {
+impl OrbitCamera {
     /// The orbit of a camera at `offset_km` from the centre of a body of `radius_km`.
     pub(crate) fn from_offset(offset_km: DVec3, radius_km: f64, pole: DVec3) -> Self {
         let v = icrf_from_equator(pole).transpose() * offset_km;
@@ -80,15 +80,15 @@ mod tests {
 
     #[test]
     fn offset_and_orbit_round_trip() {
-        let orbit = Orbit { azimuth_rad: 1.2, elevation_rad: -0.4, distance_radii: 3.5 };
-        let back = Orbit::from_offset(orbit.offset_km(6378.0, POLE), 6378.0, POLE);
+        let orbit = OrbitCamera { azimuth_rad: 1.2, elevation_rad: -0.4, distance_radii: 3.5 };
+        let back = OrbitCamera::from_offset(orbit.offset_km(6378.0, POLE), 6378.0, POLE);
         assert!((back.azimuth_rad - 1.2).abs() < 1e-12 && (back.elevation_rad + 0.4).abs() < 1e-12);
         assert!((back.distance_radii - 3.5).abs() < 1e-12);
     }
 
     #[test]
     fn elevation_is_latitude_about_the_pole() {
-        let orbit = Orbit { azimuth_rad: 0.3, elevation_rad: 0.5, distance_radii: 2.0 };
+        let orbit = OrbitCamera { azimuth_rad: 0.3, elevation_rad: 0.5, distance_radii: 2.0 };
         let up = orbit.offset_km(1.0, POLE).normalize_or_zero().dot(POLE.normalize_or_zero());
         assert!((up - 0.5_f64.sin()).abs() < 1e-12, "{up}");
     }
@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn no_zoom_reaches_the_ground_or_infinity() {
-        let mut orbit = Orbit { azimuth_rad: 0.0, elevation_rad: 0.0, distance_radii: 3.0 };
+        let mut orbit = OrbitCamera { azimuth_rad: 0.0, elevation_rad: 0.0, distance_radii: 3.0 };
         for _ in 0..2000 {
             orbit.zoom(1.0);
         }
@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn a_drag_over_the_pole_stops_below_it() {
-        let mut orbit = Orbit { azimuth_rad: 0.0, elevation_rad: 0.0, distance_radii: 3.0 };
+        let mut orbit = OrbitCamera { azimuth_rad: 0.0, elevation_rad: 0.0, distance_radii: 3.0 };
         orbit.drag(0.0, 1e6, 800.0, 0.8);
         assert_eq!(orbit.elevation_rad, MAX_ELEVATION_RAD);
         orbit.drag(10.0, 0.0, 800.0, 0.8);

@@ -6,7 +6,7 @@
 
 use crate::catalog::cities::{self, City};
 use crate::catalog::moments::Moment;
-use crate::catalog::nomenclature::{self, Feature};
+use crate::catalog::nomenclature::{self, SurfaceFeature};
 use crate::catalog::stars::{STAR_NAMES, Star};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::star_place::star_from_viewer;
@@ -15,7 +15,7 @@ use crate::shader::key::ShaderKey;
 use crate::time::Instant;
 use crate::view::app::date_text::parse_date;
 use crate::view::app::event_search::EventKind;
-use crate::view::app::orbit::Orbit;
+use crate::view::app::orbit::OrbitCamera;
 use crate::view::app::places::BodyPositions;
 use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
 use crate::view::app::viewer::{Subject, Viewer};
@@ -27,7 +27,7 @@ use glam::DVec3;
 
 /// The object or action that a suggestion selects.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Answer {
+pub enum SearchTarget {
     Body(NaifId),
     /// Name in the catalog.
     Moment(String),
@@ -48,7 +48,7 @@ pub enum Answer {
     /// A surface feature of a body.
     Feature {
         body: NaifId,
-        feature: &'static Feature,
+        feature: &'static SurfaceFeature,
     },
     Effect(Effect),
     Key(Box<ShaderKey>),
@@ -60,11 +60,11 @@ pub struct Suggestion {
     pub name: String,
     /// A short description of the object.
     pub about: String,
-    pub answer: Answer,
+    pub target: SearchTarget,
 }
 
-fn suggestion(name: impl Into<String>, about: impl Into<String>, answer: Answer) -> Suggestion {
-    Suggestion { name: name.into(), about: about.into(), answer }
+fn suggestion(name: impl Into<String>, about: impl Into<String>, target: SearchTarget) -> Suggestion {
+    Suggestion { name: name.into(), about: about.into(), target }
 }
 
 /// At most `most` suggestions for a text, the likeliest first.
@@ -75,34 +75,32 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, most: usize) 
     }
     let mut found = Vec::new();
     if let Some(time) = parse_date(text, viewer.now()) {
-        found.push(suggestion(minute_text(time), text!("search-date"), Answer::Time(time)));
+        found.push(suggestion(minute_text(time), text!("search-date"), SearchTarget::Time(time)));
     }
     found.extend(parse_place(text).map(|(latitude_deg, longitude_deg)| {
         let about = text!("search-place", body = viewer.name(viewer.selected));
-        suggestion(text, about, Answer::Place { latitude_deg, longitude_deg })
+        suggestion(text, about, SearchTarget::Place { latitude_deg, longitude_deg })
     }));
     found.extend(
-        parse_event_search(text).map(|(name, kinds, from)| suggestion(name, text!("search-events"), Answer::Events { kinds, from })),
+        parse_event_search(text).map(|(name, kinds, from)| suggestion(name, text!("search-events"), SearchTarget::Events { kinds, from })),
     );
     found.extend(
         viewer
             .completions(text, most)
             .into_iter()
-            .map(|body| suggestion(body_name(&body.name), about_body(body, viewer), Answer::Body(body.id))),
+            .map(|body| suggestion(body_name(&body.name), about_body(body, viewer), SearchTarget::Body(body.id))),
     );
     found.extend(stars(text, catalog));
     found.extend(moments(text, catalog.moments()));
-    found.extend(
-        cities::named(text, most)
-            .into_iter()
-            .map(|city| suggestion(city.name, text!("search-city", country = catalog_text("country", city.country)), Answer::City(city))),
-    );
+    found.extend(cities::named(text, most).into_iter().map(|city| {
+        suggestion(city.name, text!("search-city", country = catalog_text("country", city.country)), SearchTarget::City(city))
+    }));
     found.extend(features(text, viewer).take(most));
     found.extend(effects(text));
     if text.contains('.')
         && let Ok(key) = text.parse::<ShaderKey>()
     {
-        found.push(suggestion(text, text!("search-key"), Answer::Key(Box::new(key))));
+        found.push(suggestion(text, text!("search-key"), SearchTarget::Key(Box::new(key))));
     }
     found.truncate(most);
     found
@@ -139,9 +137,10 @@ fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
     let stars = catalog.stars();
     let known = |hip: u32| stars.hip(hip).map(|star| text!("search-star", magnitude = decimal(star.v_magnitude, 1)));
     let by_name = STAR_NAMES.iter().filter(|(name, _)| name.to_lowercase().starts_with(&lower));
-    let mut found: Vec<Suggestion> = by_name.filter_map(|(name, hip)| Some(suggestion(*name, known(*hip)?, Answer::Star(*hip)))).collect();
+    let mut found: Vec<Suggestion> =
+        by_name.filter_map(|(name, hip)| Some(suggestion(*name, known(*hip)?, SearchTarget::Star(*hip)))).collect();
     let number = lower.strip_prefix("hip").and_then(|rest| rest.trim().parse().ok());
-    found.extend(number.and_then(|hip| Some(suggestion(format!("HIP {hip}"), known(hip)?, Answer::Star(hip)))));
+    found.extend(number.and_then(|hip| Some(suggestion(format!("HIP {hip}"), known(hip)?, SearchTarget::Star(hip)))));
     found
 }
 
@@ -151,7 +150,7 @@ fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Sug
     let matches = move |name: &str| lower.chars().count() >= 3 && name.to_lowercase().contains(&lower);
     let named = moments.iter().filter(move |m| matches(&m.name) || matches(&catalog_text("moment", &m.name)));
     named.map(|m| {
-        suggestion(catalog_text("moment", &m.name), text!("search-moment", day = day_text(m.time)), Answer::Moment(m.name.clone()))
+        suggestion(catalog_text("moment", &m.name), text!("search-moment", day = day_text(m.time)), SearchTarget::Moment(m.name.clone()))
     })
 }
 
@@ -160,20 +159,20 @@ fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggesti
     let lower = text.to_lowercase();
     let of_body = move |body: &'a Subject| {
         let lower = lower.clone();
-        let is_match = move |f: &&'static Feature| lower.chars().count() >= 3 && f.name.to_lowercase().starts_with(&lower);
+        let is_match = move |f: &&'static SurfaceFeature| lower.chars().count() >= 3 && f.name.to_lowercase().starts_with(&lower);
         let features = nomenclature::features(&body.name).iter().filter(is_match);
         features.map(|feature| {
-            suggestion(feature.name, text!("search-on", body = body_name(&body.name)), Answer::Feature { body: body.id, feature })
+            suggestion(feature.name, text!("search-on", body = body_name(&body.name)), SearchTarget::Feature { body: body.id, feature })
         })
     };
     viewer.subjects().iter().flat_map(of_body)
 }
 
 /// The view of a feature from above, in a frame that rotates with the body. The feature fills a third of the picture's height.
-pub(crate) fn feature_view(feature: &Feature, body: &Subject, base_view: &ViewState) -> ViewState {
+pub(crate) fn feature_view(feature: &SurfaceFeature, body: &Subject, base_view: &ViewState) -> ViewState {
     let height_radii = (FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
         .clamp(FEATURE_HEIGHT_LIMITS_RADII[0], FEATURE_HEIGHT_LIMITS_RADII[1]);
-    let orbit = Orbit::from_offset(feature.direction * (1.0 + height_radii), 1.0, DVec3::Z);
+    let orbit = OrbitCamera::from_offset(feature.direction * (1.0 + height_radii), 1.0, DVec3::Z);
     ViewState {
         target: body.id,
         eye: orbit_pose(body.id, true, orbit),
@@ -188,7 +187,7 @@ pub(crate) fn feature_view(feature: &Feature, body: &Subject, base_view: &ViewSt
 fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
     let lower = text.to_lowercase().replace(' ', "-");
     let found = Effect::ALL.into_iter().filter(move |e| lower.chars().count() >= 3 && e.name().contains(&lower));
-    found.map(|e| suggestion(named("effect", e.name()), text!("search-effect"), Answer::Effect(e)))
+    found.map(|e| suggestion(named("effect", e.name()), text!("search-effect"), SearchTarget::Effect(e)))
 }
 
 /// `51.5, -0.1`: latitude and east longitude, degrees.
@@ -276,7 +275,7 @@ const STAR_CAMERA_RADII: f64 = 3.0;
 pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
     let pole = places.body_from_icrf(NaifId::EARTH, base_view.time())?.row(2);
     let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;
-    let orbit = Orbit::from_offset(direction * STAR_CAMERA_RADII, 1.0, pole);
+    let orbit = OrbitCamera::from_offset(direction * STAR_CAMERA_RADII, 1.0, pole);
     let eye = CameraPose::Orbit {
         body: NaifId::EARTH,
         fixed: false,

@@ -26,7 +26,7 @@ const MAX_RECENT: usize = 20;
 /// The unit of lengths in the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Unit {
+pub enum LengthUnit {
     #[default]
     Kilometres,
     AstronomicalUnits,
@@ -132,7 +132,7 @@ pub struct Settings {
     /// The device that presents the window if a GPU draws the picture.
     #[serde(rename = "shown_by")]
     pub display_preference: DisplayPreference,
-    pub unit: Unit,
+    pub unit: LengthUnit,
     pub home: Home,
     pub clock: Clock,
     pub hints: HintsUsed,
@@ -155,7 +155,7 @@ impl Default for Settings {
             markers: true,
             outline: true,
             display_preference: DisplayPreference::default(),
-            unit: Unit::default(),
+            unit: LengthUnit::default(),
             home: Home::default(),
             clock: Clock::default(),
             hints: HintsUsed::default(),

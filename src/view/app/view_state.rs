@@ -12,7 +12,7 @@ use crate::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Proje
 use crate::time::Instant;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::option_text;
-use crate::view::app::orbit::Orbit;
+use crate::view::app::orbit::OrbitCamera;
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -156,7 +156,7 @@ pub(crate) const MAX_FOV_DEG: f64 = 120.0;
 impl ViewState {
     /// The view of a body from `offset_km` (ICRF) relative to its centre.
     pub fn around(body: NaifId, offset_km: DVec3, radius_km: f64, pole: DVec3, time: Instant) -> Self {
-        let o = Orbit::from_offset(offset_km, radius_km, pole);
+        let o = OrbitCamera::from_offset(offset_km, radius_km, pole);
         Self {
             tdb_s: time.tdb_seconds_past_j2000(),
             target: body,
@@ -275,7 +275,8 @@ impl ViewState {
             CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
                 let axes = if fixed { Axes::BodyFixed } else { Axes::Icrf };
                 let pole = if fixed { DVec3::Z } else { body_from_icrf(body.id)?.row(2) };
-                let orbit = Orbit { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
+                let orbit =
+                    OrbitCamera { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
                 // About the body-fixed z axis the azimuth equals the longitude.
                 let offset_km = orbit.offset_km(body.radii_km.x, pole);
                 let position = Position::Offset { body: body.id, offset_km, axes };
@@ -324,7 +325,7 @@ struct RequestPose {
     up: Up,
 }
 
-pub(crate) fn orbit_pose(body: NaifId, fixed: bool, o: Orbit) -> CameraPose {
+pub(crate) fn orbit_pose(body: NaifId, fixed: bool, o: OrbitCamera) -> CameraPose {
     CameraPose::Orbit {
         body,
         fixed,
@@ -398,7 +399,7 @@ mod tests {
 
     #[test]
     fn the_azimuth_of_a_body_fixed_orbit_is_the_longitude() {
-        let orbit = Orbit { azimuth_rad: 0.7, elevation_rad: 0.0, distance_radii: 2.0 };
+        let orbit = OrbitCamera { azimuth_rad: 0.7, elevation_rad: 0.0, distance_radii: 2.0 };
         let offset = orbit.offset_km(1.0, DVec3::Z);
         assert!((offset.y.atan2(offset.x) - 0.7).abs() < 1e-12, "{offset}");
     }

@@ -9,7 +9,7 @@ use crate::scene::request::Projection;
 use crate::scene::request::composition::FISHEYE_RANGE_DEG;
 use crate::time::Instant;
 use crate::view::app::flight::{Flight, Pose};
-use crate::view::app::orbit::Orbit;
+use crate::view::app::orbit::OrbitCamera;
 use crate::view::app::places::BodyPositions;
 use crate::view::app::time_rate::TimeRate;
 use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MIN_FOV_DEG, ViewState, horizontal_view, orbit_pose, rotated_view, standing};
@@ -313,7 +313,8 @@ impl Viewer {
         let (offset_km, forward, up) = match self.view.eye {
             CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up),
             CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
-                let orbit = Orbit { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
+                let orbit =
+                    OrbitCamera { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
                 let (turn, pole) = if fixed { (icrf_from_body, DVec3::Z) } else { (DMat3::IDENTITY, icrf_from_body.z_axis) };
                 let offset = orbit.offset_km(self.radius_km(camera_body), pole);
                 let (forward, up) = rotated_view(-offset.normalize(), pole, yaw_deg, pitch_deg);
@@ -349,7 +350,7 @@ impl Viewer {
         // The camera arrives on the lit side; at the Sun, on the side where it is now.
         let side = sunward.or(from.and_then(|p| p.offset_km.try_normalize())).unwrap_or(DVec3::X);
         let radii = if id == NaifId::SUN { ARRIVAL_RADII_SUN } else { ARRIVAL_RADII };
-        let mut orbit = Orbit::from_offset(side * radii * radius_km, radius_km, pole);
+        let mut orbit = OrbitCamera::from_offset(side * radii * radius_km, radius_km, pole);
         if id != NaifId::SUN {
             orbit.azimuth_rad += ARRIVAL_SUN_ANGLE_DEG.to_radians();
             let above = orbit.elevation_rad + ARRIVAL_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
@@ -392,7 +393,7 @@ impl Viewer {
         let fov_rad = self.view.fov_deg.to_radians();
         match &mut self.view.eye {
             CameraPose::Orbit { azimuth_deg, elevation_deg, distance_radii, .. } => {
-                let mut orbit = Orbit {
+                let mut orbit = OrbitCamera {
                     azimuth_rad: azimuth_deg.to_radians(),
                     elevation_rad: elevation_deg.to_radians(),
                     distance_radii: *distance_radii,
@@ -427,7 +428,7 @@ impl Viewer {
         self.end_flight();
         match &mut self.view.eye {
             CameraPose::Orbit { distance_radii, azimuth_deg, elevation_deg, .. } => {
-                let mut orbit = Orbit {
+                let mut orbit = OrbitCamera {
                     azimuth_rad: azimuth_deg.to_radians(),
                     elevation_rad: elevation_deg.to_radians(),
                     distance_radii: *distance_radii,
@@ -476,9 +477,9 @@ impl Viewer {
         let Some(body_from_icrf) = places.body_from_icrf(body, self.view.time()) else { return };
         let radius_km = self.radius_km(body);
         let orbit = if make_fixed {
-            Orbit::from_offset(body_from_icrf * pose.offset_km, radius_km, DVec3::Z)
+            OrbitCamera::from_offset(body_from_icrf * pose.offset_km, radius_km, DVec3::Z)
         } else {
-            Orbit::from_offset(pose.offset_km, radius_km, body_from_icrf.row(2))
+            OrbitCamera::from_offset(pose.offset_km, radius_km, body_from_icrf.row(2))
         };
         self.view.eye = orbit_pose(body, make_fixed, orbit);
     }

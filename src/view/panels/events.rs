@@ -8,7 +8,7 @@ use super::{Interface, accessible, information};
 use crate::catalog::Catalog;
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
-use crate::view::app::event_search::{ContactLine, EventKind, EventSearch, Playback, SkyEvent};
+use crate::view::app::event_search::{ContactLine, EventKind, EventPlayback, EventSearch, SkyEvent};
 use crate::view::app::places::SessionPositions;
 use crate::view::app::settings::Home;
 use crate::view::app::view_state::ViewState;
@@ -65,12 +65,12 @@ pub(crate) struct EventsPanel {
     failure: Option<String>,
     chosen: Option<Arc<SkyEvent>>,
     local: Option<LocalView>,
-    playback: Option<Playback>,
+    playback: Option<EventPlayback>,
 }
 
 impl EventsPanel {
     /// The span and rate at which the chosen event is played.
-    pub(crate) fn playback_of_chosen(&self) -> Option<Playback> {
+    pub(crate) fn playback_of_chosen(&self) -> Option<EventPlayback> {
         self.chosen.as_ref().map(|event| event.playback())
     }
 

@@ -14,14 +14,14 @@ use crate::session::Session;
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use crate::view::app::place_text::place_degrees;
-use crate::view::app::settings::{Home, Settings, Unit};
+use crate::view::app::settings::{Home, LengthUnit, Settings};
 use crate::view::language::dates::instant_text;
 use crate::view::language::numbers::localised;
 use crate::view::language::{body_name, catalog_text, decimal, message_text, reason_text, signed, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Grid, ScrollArea};
 
-impl Unit {
+impl LengthUnit {
     const ALL: [Self; 4] = [Self::Kilometres, Self::AstronomicalUnits, Self::Miles, Self::BodyRadii];
 
     fn name(self) -> &'static str {
@@ -72,7 +72,7 @@ struct ReportInputs {
 
 #[derive(Default)]
 pub(crate) struct InformationPanel {
-    pub unit: Unit,
+    pub unit: LengthUnit,
     pub home: Home,
     pub comparison: Comparison,
     /// Text in the city field.
@@ -91,7 +91,7 @@ impl InformationPanel {
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     ui.horizontal(|ui| {
         ui.label(text!("units"));
-        for unit in Unit::ALL {
+        for unit in LengthUnit::ALL {
             ui.selectable_value(&mut interface.information.unit, unit, unit.name()).on_hover_text(text!("units-hint"));
         }
     });
@@ -125,7 +125,7 @@ pub(super) fn degrees(value: f64) -> String {
 }
 
 /// Shows facts about a body as seen from the camera, and its constant properties.
-fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog: &Catalog) {
+fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: LengthUnit, catalog: &Catalog) {
     let radius_km = body.placement.radii_km.x;
     Grid::new("from here").num_columns(2).striped(true).show(ui, |ui| {
         line(ui, text!("fact-distance"), unit.format_length(body.distance_km, radius_km));
@@ -326,8 +326,8 @@ mod tests {
     fn numbers_are_formatted_readably() {
         assert_eq!(grouped(-1_234_567.8, 1), "-1 234 567.8");
         assert_eq!(grouped(12.0, 0), "12");
-        assert_eq!(Unit::AstronomicalUnits.format_length(KM_PER_AU, 1.0), "1.000000 au");
-        assert_eq!(Unit::BodyRadii.format_length(12.0, 4.0), "3.000 radii");
+        assert_eq!(LengthUnit::AstronomicalUnits.format_length(KM_PER_AU, 1.0), "1.000000 au");
+        assert_eq!(LengthUnit::BodyRadii.format_length(12.0, 4.0), "3.000 radii");
         assert_eq!(latitude_longitude(-33.3, 0.1), "33.30° S, 0.10° E");
         assert_eq!(source_text(Source::Kernel, 0.0172), "kernel (±0.017″)");
         assert_eq!(seconds(90.0 * 60.0), "90.0 min");

@@ -8,7 +8,7 @@ use crate::catalog::{Catalog, NaifId};
 use crate::scene::effects::EffectOverrides;
 use crate::view::app::moment_view::view_of_moment;
 use crate::view::app::places::SessionPositions;
-use crate::view::app::search::{Answer, Suggestion, feature_view, names, similar_names, star_view, suggestions};
+use crate::view::app::search::{SearchTarget, Suggestion, feature_view, names, similar_names, star_view, suggestions};
 use crate::view::app::settings::Home;
 use crate::view::app::viewer::Action;
 use crate::view::language::{catalog_text, text};
@@ -79,7 +79,7 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     }
     if entered && !interface.search.typed.trim().is_empty() {
         match (found.get(interface.search.highlighted), set_effects(interface)) {
-            (Some(suggestion), _) => chosen = Some(suggestion.answer.clone()),
+            (Some(suggestion), _) => chosen = Some(suggestion.target.clone()),
             (None, Some(Ok(()))) => {
                 interface.search.close();
             }
@@ -93,9 +93,9 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         }
     }
     suggestion_list(interface, ui, catalog, response.rect, &found, &mut chosen);
-    if let Some(answer) = chosen {
+    if let Some(target) = chosen {
         interface.search.close();
-        apply_answer(interface, ui.ctx(), worker, answer, actions);
+        open_target(interface, ui.ctx(), worker, target, actions);
     }
 }
 
@@ -113,7 +113,7 @@ fn suggestion_list(
     catalog: &Catalog,
     field: egui::Rect,
     found: &[Suggestion],
-    chosen: &mut Option<Answer>,
+    chosen: &mut Option<SearchTarget>,
 ) {
     let failure = interface.search.failure.as_ref();
     let similar = if found.is_empty() { similar_names(&interface.search.typed, &interface.viewer) } else { Vec::new() };
@@ -132,7 +132,7 @@ fn suggestion_list(
             for (i, suggestion) in found.iter().enumerate() {
                 if ui.selectable_label(i == interface.search.highlighted, format!("{} · {}", suggestion.name, suggestion.about)).clicked()
                 {
-                    *chosen = Some(suggestion.answer.clone());
+                    *chosen = Some(suggestion.target.clone());
                 }
             }
             for name in similar {
@@ -140,7 +140,7 @@ fn suggestion_list(
                 if let Some(meant) = meant
                     && ui.selectable_label(false, text!("search-did-you-mean", name = name)).clicked()
                 {
-                    *chosen = Some(meant.answer);
+                    *chosen = Some(meant.target);
                 }
             }
         });
@@ -159,43 +159,43 @@ fn set_effects(interface: &mut Interface) -> Option<Result<(), String>> {
 }
 
 /// Applies the chosen suggestion.
-fn apply_answer(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker, answer: Answer, actions: &mut Vec<Action>) {
+fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker, target: SearchTarget, actions: &mut Vec<Action>) {
     interface.settings.hints.search = true;
     let session = worker.session();
     let catalog = session.catalog();
     let places = SessionPositions(session);
-    match answer {
-        Answer::Body(id) => actions.push(Action::FlyTo(id)),
-        Answer::Time(time) => actions.push(Action::SetTime(time)),
-        Answer::Place { latitude_deg, longitude_deg } => actions.push(Action::StandOn(latitude_deg, longitude_deg)),
-        Answer::City(city) => {
+    match target {
+        SearchTarget::Body(id) => actions.push(Action::FlyTo(id)),
+        SearchTarget::Time(time) => actions.push(Action::SetTime(time)),
+        SearchTarget::Place { latitude_deg, longitude_deg } => actions.push(Action::StandOn(latitude_deg, longitude_deg)),
+        SearchTarget::City(city) => {
             // The place also applies to events and to the times of rise and set.
             interface.information.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
             actions.extend([Action::Select(NaifId::EARTH), Action::StandOn(city.latitude_deg, city.longitude_deg)]);
             interface.message = text!("search-city-chosen", city = city.name, country = catalog_text("country", city.country));
         }
-        Answer::Feature { body, feature } => {
+        SearchTarget::Feature { body, feature } => {
             if let Some(subject) = interface.viewer.subject(body) {
                 actions.push(Action::Show(Box::new(feature_view(feature, subject, &interface.viewer.view))));
             }
         }
-        Answer::Effect(_) => interface.open(ctx, Tab::Effects),
-        Answer::Key(key) => {
+        SearchTarget::Effect(_) => interface.open(ctx, Tab::Effects),
+        SearchTarget::Key(key) => {
             interface.open(ctx, Tab::Shader);
             interface.shader.show_key(&key);
         }
-        Answer::Events { kinds, from } => {
+        SearchTarget::Events { kinds, from } => {
             interface.open(ctx, Tab::Events);
             events::search_for(interface, worker, &kinds, from);
         }
-        Answer::Moment(name) => {
+        SearchTarget::Moment(name) => {
             let moment = catalog.moments().iter().find(|m| m.name == name);
             match moment.and_then(|m| view_of_moment(m, catalog, &places, &interface.viewer.view)) {
                 Some(view) => actions.push(Action::Show(Box::new(view))),
                 None => interface.message = text!("outside-ephemeris", name = name),
             }
         }
-        Answer::Star(hip) => {
+        SearchTarget::Star(hip) => {
             let (stars, view) = (catalog.stars(), &interface.viewer.view);
             let years = stars.years_since_epoch(view.time().jd_tt());
             match stars.hip(hip).and_then(|star| star_view(star, years, &places, view)) {

@@ -21,12 +21,12 @@ use std::time::Duration;
 /// Contains the tour being played, if any.
 #[derive(Default)]
 pub(crate) struct TourPlayer {
-    playing: Option<Playback>,
+    playing: Option<TourPlayback>,
     /// The file name in the field of *Open tour*.
     pub file: String,
 }
 
-struct Playback {
+struct TourPlayback {
     tour: Arc<Tour>,
     passed_s: f64,
     is_paused: bool,
@@ -65,7 +65,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, text: &str, ac
     match Tour::parse(text, session, interface.viewer.now()) {
         Ok(tour) => {
             actions.push(Action::Show(Box::new(with_user_settings(tour.at(0.0).view, &interface.viewer.view, true))));
-            interface.tour.playing = Some(Playback { tour: Arc::new(tour), passed_s: 0.0, is_paused: false });
+            interface.tour.playing = Some(TourPlayback { tour: Arc::new(tour), passed_s: 0.0, is_paused: false });
         }
         Err(e) => interface.message = e.to_string(),
     }

@@ -16,7 +16,7 @@ const BAND_ROWS: usize = 64;
 /// Subpixel steps per pixel of vertex positions.
 const STEPS: f32 = 256.0;
 
-pub(crate) struct Texture {
+pub(crate) struct PainterTexture {
     width: usize,
     height: usize,
     texels: Vec<Color32>,
@@ -29,7 +29,7 @@ pub(crate) struct Texture {
 /// The interface's textures.
 #[derive(Default)]
 pub struct Painter {
-    textures: HashMap<TextureId, Texture>,
+    textures: HashMap<TextureId, PainterTexture>,
 }
 
 /// The target: `width * height` pixels.
@@ -76,11 +76,11 @@ impl Painter {
         }
         let smooth = delta.options.magnification == TextureFilter::Linear;
         let repeats = delta.options.wrap_mode != TextureWrapMode::ClampToEdge;
-        let texture = Texture { width, height, texels: image.pixels.clone(), smooth, repeats, shared: OnceLock::new() };
+        let texture = PainterTexture { width, height, texels: image.pixels.clone(), smooth, repeats, shared: OnceLock::new() };
         self.textures.insert(id, texture);
     }
 
-    pub(crate) fn texture(&self, id: TextureId) -> Option<&Texture> {
+    pub(crate) fn texture(&self, id: TextureId) -> Option<&PainterTexture> {
         self.textures.get(&id)
     }
 
@@ -94,7 +94,7 @@ impl Painter {
         if width == 0 || height == 0 {
             return;
         }
-        let meshes: Vec<(PixelBounds, &Mesh, &Texture)> = primitives
+        let meshes: Vec<(PixelBounds, &Mesh, &PainterTexture)> = primitives
             .iter()
             .filter_map(|p| match &p.primitive {
                 Primitive::Mesh(m) => {
@@ -128,7 +128,7 @@ struct Band<'a> {
 }
 
 impl Band<'_> {
-    fn mesh(&mut self, bounds: PixelBounds, mesh: &Mesh, texture: &Texture, scale: f32) {
+    fn mesh(&mut self, bounds: PixelBounds, mesh: &Mesh, texture: &PainterTexture, scale: f32) {
         let corner = |i: u32| mesh.vertices.get(i as usize).map(|v| Vertex { pos: (v.pos.to_vec2() * scale).to_pos2(), ..*v });
         let mut triangles = mesh.indices.chunks_exact(3).peekable();
         while let Some(first) = triangles.next() {
@@ -152,7 +152,7 @@ impl Band<'_> {
     }
 
     /// Paints a rectangle of a single vertex colour with an axis-aligned texture.
-    fn rectangle(&mut self, bounds: PixelBounds, min: Vertex, max: Vertex, texture: &Texture) {
+    fn rectangle(&mut self, bounds: PixelBounds, min: Vertex, max: Vertex, texture: &PainterTexture) {
         let first_centre = |v: f32, least: usize| (((v * STEPS).round() / STEPS - 0.5).ceil().max(0.0) as usize).max(least);
         let (left, top) = (first_centre(min.pos.x, bounds.left), first_centre(min.pos.y, bounds.top));
         let (right, bottom) = (first_centre(max.pos.x, 0).min(bounds.right), first_centre(max.pos.y, 0).min(bounds.bottom));
@@ -191,7 +191,7 @@ impl Band<'_> {
         (self.columns, self.mixed) = (columns, mixed);
     }
 
-    fn triangle(&mut self, bounds: PixelBounds, [a, mut b, mut c]: [Vertex; 3], texture: &Texture) {
+    fn triangle(&mut self, bounds: PixelBounds, [a, mut b, mut c]: [Vertex; 3], texture: &PainterTexture) {
         let fixed = |v: &Vertex| [(v.pos.x * STEPS).round() as i64, (v.pos.y * STEPS).round() as i64];
         let (pa, mut pb, mut pc) = (fixed(&a), fixed(&b), fixed(&c));
         let mut area = cross(pa, pb, pc);
@@ -353,7 +353,7 @@ impl Tap {
     }
 }
 
-impl Texture {
+impl PainterTexture {
     /// The texels for a GPU renderer; every call returns the same allocation until the texels change.
     pub(crate) fn shared(&self) -> SharedTexture {
         let make = || {

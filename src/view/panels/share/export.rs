@@ -21,7 +21,7 @@ use std::sync::Arc;
 
 /// Size and content of a written picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Format {
+pub(crate) struct PictureFormat {
     pub size: [u32; 2],
     /// Draw the names of bodies.
     pub names: bool,
@@ -53,7 +53,7 @@ struct AnimationInProgress {
     name: String,
 }
 
-enum Output {
+enum ExportOutput {
     /// One file per frame.
     Files(NumberedName),
     /// One file for all frames; `None` while a frame is being added.
@@ -66,8 +66,8 @@ type FrameResult = Result<(Option<PathBuf>, Option<Box<AnimationInProgress>>), S
 /// A running export.
 pub(crate) struct Export {
     frames: Arc<FrameViews>,
-    output: Output,
-    format: Format,
+    output: ExportOutput,
+    format: PictureFormat,
     done: u32,
     count: u32,
     began_s: f64,
@@ -79,16 +79,16 @@ impl Export {
     ///
     /// # Errors
     /// If the name has no valid place for the frame number; the message explains how to write one.
-    pub(crate) fn of_files(frames: FrameViews, name: &str, count: u32, format: Format) -> Result<Self, String> {
+    pub(crate) fn of_files(frames: FrameViews, name: &str, count: u32, format: PictureFormat) -> Result<Self, String> {
         let files = NumberedName::of_sequence(name, count).map_err(|e| e.to_string())?;
-        Ok(Self::of(frames, Output::Files(files), count, format))
+        Ok(Self::of(frames, ExportOutput::Files(files), count, format))
     }
 
     /// Exports frames as one animation at `rate` frames per second.
     ///
     /// # Errors
     /// If the extension is not that of an animation format, or the format does not support the size or the rate.
-    pub(crate) fn of_animation(frames: FrameViews, name: &str, count: u32, rate: u32, format: Format) -> Result<Self, String> {
+    pub(crate) fn of_animation(frames: FrameViews, name: &str, count: u32, rate: u32, format: PictureFormat) -> Result<Self, String> {
         let form = animation_format(Path::new(name)).ok_or_else(|| text!("export-ending", name = name))?;
         let [width, height] = format.size;
         if f64::from(width) * f64::from(height) * f64::from(count) > MAX_PIXELS {
@@ -97,10 +97,10 @@ impl Export {
         let bytes = SharedBytes::default();
         let writer = AnimationWriter::new(bytes.clone(), form, (width, height), count, rate).map_err(|e| e.to_string())?;
         let animation = AnimationInProgress { writer, bytes, name: name.to_owned() };
-        Ok(Self::of(frames, Output::Animation(Some(Box::new(animation))), count, format))
+        Ok(Self::of(frames, ExportOutput::Animation(Some(Box::new(animation))), count, format))
     }
 
-    fn of(frames: FrameViews, output: Output, count: u32, format: Format) -> Self {
+    fn of(frames: FrameViews, output: ExportOutput, count: u32, format: PictureFormat) -> Self {
         Self { frames: Arc::new(frames), output, format, done: 0, count, began_s: f64::NAN, frame: Pending::default() }
     }
 
@@ -133,14 +133,14 @@ impl Export {
         };
         self.done += 1;
         let is_over = self.done >= self.count;
-        if let Output::Animation(place) = &mut self.output {
+        if let ExportOutput::Animation(place) = &mut self.output {
             *place = animation;
         }
         if !is_over {
             self.next(worker);
         }
         let message = match (&self.output, path) {
-            (Output::Files(_), Some(path)) => text!("export-saved-frame", done = self.done, count = self.count, saved = saved(&path)),
+            (ExportOutput::Files(_), Some(path)) => text!("export-saved-frame", done = self.done, count = self.count, saved = saved(&path)),
             (_, Some(path)) => saved(&path),
             (_, None) => text!("export-recording", done = self.done, count = self.count),
         };
@@ -152,11 +152,11 @@ impl Export {
         let (frames, number, format) = (Arc::clone(&self.frames), self.done, self.format);
         let is_last = number + 1 == self.count;
         self.frame = match &mut self.output {
-            Output::Files(files) => {
+            ExportOutput::Files(files) => {
                 let file = files.path(number);
                 ask(worker, move |session| Ok((Some(save(session, &frames.view(number), format, std::iter::once(file))?), None)))
             }
-            Output::Animation(animation) => {
+            ExportOutput::Animation(animation) => {
                 let Some(animation) = animation.take() else { return };
                 ask(worker, move |session| add_frame(session, animation, &frames.view(number), format, is_last))
             }
@@ -175,7 +175,13 @@ fn remaining_text(seconds: f64) -> String {
 }
 
 /// Adds a frame to an animation, and writes the file after the last frame.
-fn add_frame(session: &Session, mut animation: Box<AnimationInProgress>, view: &ViewState, format: Format, is_last: bool) -> FrameResult {
+fn add_frame(
+    session: &Session,
+    mut animation: Box<AnimationInProgress>,
+    view: &ViewState,
+    format: PictureFormat,
+    is_last: bool,
+) -> FrameResult {
     let (_, drawn) = draw(session, view, format, false)?;
     animation.writer.add(&drawn.frame.display).map_err(|e| e.to_string())?;
     if !is_last {
@@ -190,7 +196,7 @@ fn add_frame(session: &Session, mut animation: Box<AnimationInProgress>, view: &
 }
 
 /// Draws one picture with the renderer for background work.
-fn draw(session: &Session, view: &ViewState, format: Format, is_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
+fn draw(session: &Session, view: &ViewState, format: PictureFormat, is_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
     let [width, height] = format.size;
     let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| e.to_string())?;
     request.layers.labels = format.names;
@@ -200,7 +206,12 @@ fn draw(session: &Session, view: &ViewState, format: Format, is_exr: bool) -> Re
 }
 
 /// Draws a view and writes it under the first free name of `files`; returns that name.
-pub(crate) fn save(session: &Session, view: &ViewState, format: Format, files: impl Iterator<Item = PathBuf>) -> Result<PathBuf, String> {
+pub(crate) fn save(
+    session: &Session,
+    view: &ViewState,
+    format: PictureFormat,
+    files: impl Iterator<Item = PathBuf>,
+) -> Result<PathBuf, String> {
     let mut files = files.peekable();
     let path = files.peek().cloned().unwrap_or_default();
     let is_supported = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_exr(&path);

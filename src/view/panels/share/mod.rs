@@ -8,7 +8,7 @@ mod export;
 mod pictures;
 
 use self::dialog::FileField;
-use self::export::{Export, Format, FrameViews};
+use self::export::{Export, FrameViews, PictureFormat};
 use super::Interface;
 use super::icons::{self, Icon};
 use crate::files::{FileAccess, read_text, write_new};
@@ -31,7 +31,7 @@ pub(crate) struct SharePanel {
     file: String,
     bookmark: String,
     picture: String,
-    picture_format: Format,
+    picture_format: PictureFormat,
     frames: u32,
     step_s: f64,
     animation: Animation,
@@ -47,7 +47,7 @@ pub(crate) struct SharePanel {
 /// Settings of an animation.
 struct Animation {
     file: String,
-    format: Format,
+    format: PictureFormat,
     /// Frames per second.
     rate: u32,
     /// The displayed time is in the middle of the animation, not at its start.
@@ -69,12 +69,12 @@ impl Default for SharePanel {
             file: "view.json".into(),
             bookmark: String::new(),
             picture: "orrery.png".into(),
-            picture_format: Format { size: [1920, 1080], names: false },
+            picture_format: PictureFormat { size: [1920, 1080], names: false },
             frames: 60,
             step_s: 60.0,
             animation: Animation {
                 file: "orrery.gif".into(),
-                format: Format { size: [640, 360], names: false },
+                format: PictureFormat { size: [640, 360], names: false },
                 rate: 25,
                 is_centred: true,
             },

@@ -1,7 +1,7 @@
 //! The controls of the Share panel for images, sequences and animations.
 
 use super::dialog::{self, FileField};
-use super::export::Format;
+use super::export::PictureFormat;
 use super::{ExportKind, Interface};
 use crate::view::app::file_names::absolute_path;
 use crate::view::language::text;
@@ -16,7 +16,7 @@ fn side_field(value: &mut u32) -> DragValue<'_> {
 }
 
 /// Fields for width, height and labels, and their accessible names.
-fn format_fields(ui: &mut Ui, format: &mut Format, [width, height, labels]: [&str; 3]) {
+fn format_fields(ui: &mut Ui, format: &mut PictureFormat, [width, height, labels]: [&str; 3]) {
     accessible::number(ui, side_field(&mut format.size[0]), width);
     ui.label("x");
     accessible::number(ui, side_field(&mut format.size[1]), height);
