@@ -7,7 +7,7 @@
 use crate::message::{Reason, reason};
 use crate::scene::annotation::grids::{Cap, GridLineKind, angle_text, grid_lines};
 use crate::scene::annotation::line_texts::SkyText;
-use crate::scene::annotation::sky_lines::SkyLines;
+use crate::scene::annotation::sky_lines::AnnotationLines;
 use crate::scene::annotation::strokes::{Curve, segments};
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM};
 use crate::scene::decision::Decision;
@@ -64,7 +64,7 @@ impl Circle {
 pub(super) struct GroundLineBuilder<'a, 'b> {
     pub(super) camera: &'a Camera,
     pub(super) p: &'a PlacedBody<'b>,
-    pub(super) all: SkyLines,
+    pub(super) all: AnnotationLines,
 }
 
 /// Curve parameter between two adjacent points of a [`GroundLine`]: small enough that [`Curve`] does not halve it.

@@ -6,7 +6,7 @@
 use crate::catalog::DataLayer;
 use crate::message::reason;
 use crate::scene::annotation::body_lines::GroundLineBuilder;
-use crate::scene::annotation::sky_lines::SkyLines;
+use crate::scene::annotation::sky_lines::AnnotationLines;
 use crate::scene::annotation::{data_lines, eclipse_lines};
 use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
@@ -18,7 +18,12 @@ use std::sync::Arc;
 const MIN_DIAMETER_PX: f64 = 16.0;
 
 /// The lines on the ground of a body. If `body` is `None`, the decisions report that the camera looks at nothing.
-pub(crate) fn ground_lines(context: Context<'_>, camera: &Camera, body: Option<&PlacedBody<'_>>, data: &[Arc<DataLayer>]) -> SkyLines {
+pub(crate) fn ground_lines(
+    context: Context<'_>,
+    camera: &Camera,
+    body: Option<&PlacedBody<'_>>,
+    data: &[Arc<DataLayer>],
+) -> AnnotationLines {
     let layers = context.request.layers;
     let has_lines = layers.data && body.is_some_and(|p| data.iter().any(|l| l.body == Some(p.body.id) && !l.lines.is_empty()));
     let requested =
@@ -31,9 +36,9 @@ pub(crate) fn ground_lines(context: Context<'_>, camera: &Camera, body: Option<&
         };
         let left_out = |(_, feature): (bool, &'static str)| Decision { feature, on: false, reason: reason(), tier: None };
         let decisions = requested.into_iter().filter(|(on, _)| *on).map(left_out).collect();
-        return SkyLines { decisions, ..SkyLines::default() };
+        return AnnotationLines { decisions, ..AnnotationLines::default() };
     };
-    let mut builder = GroundLineBuilder { camera, p, all: SkyLines::default() };
+    let mut builder = GroundLineBuilder { camera, p, all: AnnotationLines::default() };
     if layers.grid_body {
         builder.grid();
     }

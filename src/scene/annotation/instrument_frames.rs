@@ -7,7 +7,7 @@
 use crate::catalog::{FieldOfView, Instrument};
 use crate::message::reason;
 use crate::scene::annotation::line_texts::SkyText;
-use crate::scene::annotation::sky_lines::SkyLines;
+use crate::scene::annotation::sky_lines::AnnotationLines;
 use crate::scene::annotation::strokes::{Curve, segments};
 use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
@@ -48,7 +48,7 @@ impl FrameAxes {
 }
 
 /// Draws a curve on the unit sphere with first and second derivatives of at most `derivative_bound`.
-fn draw_arc(camera: &Camera, all: &mut SkyLines, point: &dyn Fn(f64) -> DVec3, [from, to]: [f64; 2], derivative_bound: f64) {
+fn draw_arc(camera: &Camera, all: &mut AnnotationLines, point: &dyn Fn(f64) -> DVec3, [from, to]: [f64; 2], derivative_bound: f64) {
     let tolerance_factor = 1.0 / (1.0 + camera.tan_half_fov.length_squared());
     let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
     let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
@@ -58,7 +58,7 @@ fn draw_arc(camera: &Camera, all: &mut SkyLines, point: &dyn Fn(f64) -> DVec3, [
     }
 }
 
-fn draw_great_circle(camera: &Camera, all: &mut SkyLines, a: DVec3, b: DVec3) {
+fn draw_great_circle(camera: &Camera, all: &mut AnnotationLines, a: DVec3, b: DVec3) {
     let angle = a.cross(b).length().atan2(a.dot(b));
     if angle > 0.0 {
         let point = |t: f64| (a * (angle - t).sin() + b * t.sin()) / angle.sin();
@@ -67,8 +67,8 @@ fn draw_great_circle(camera: &Camera, all: &mut SkyLines, a: DVec3, b: DVec3) {
 }
 
 /// The frames of all instruments. `size_px`: height of letters.
-pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option<DVec3>, size_px: f64) -> SkyLines {
-    let mut all = SkyLines::default();
+pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option<DVec3>, size_px: f64) -> AnnotationLines {
+    let mut all = AnnotationLines::default();
     let in_picture = |v: &DVec3| camera.clip(*v).is_some_and(|clip| clip.abs().max_element() < 1.0);
     let target = target.and_then(DVec3::try_normalize);
     // A face of a composed picture has no fallback, because its middle is not the middle of the picture.

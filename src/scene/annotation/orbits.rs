@@ -155,7 +155,7 @@ pub(crate) fn half_length_px(camera: &Camera, conic: &Conic, body_from_camera_km
     size_km / (body_from_camera_km + middle).length().max(size_km) / camera.pixel_tangent()
 }
 
-struct Subdivision<'a> {
+struct ArcSubdivision<'a> {
     camera: &'a Camera,
     conic: &'a Conic,
     body_km: DVec3,
@@ -165,7 +165,7 @@ struct Subdivision<'a> {
     arcs: Vec<OrbitArc>,
 }
 
-impl Subdivision<'_> {
+impl ArcSubdivision<'_> {
     /// Opacity at s. The part `ahead` of the body continues the fading of the part behind it, so that the opacity jumps from highest to lowest at the body.
     fn opacity_at(&self, s: f64, ahead: bool) -> f32 {
         let [back, ahead_end] = self.drawn_range;
@@ -240,7 +240,7 @@ pub(crate) fn arcs(camera: &Camera, conic: &Conic, body_km: DVec3, opacity: f64,
         return Vec::new();
     }
     let drawn_range = conic.drawn_range();
-    let mut subdivision = Subdivision { camera, conic, body_km, colour, opacity, drawn_range, arcs: Vec::new() };
+    let mut subdivision = ArcSubdivision { camera, conic, body_km, colour, opacity, drawn_range, arcs: Vec::new() };
     // Split at the body, so that the line is exact there.
     for [from, to] in [
         [drawn_range[0], 0.5 * drawn_range[0]],

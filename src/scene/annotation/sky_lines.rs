@@ -1,6 +1,6 @@
 //! Lines on the sky, infinitely far away: grids, and the figures and borders of constellations, with their labels.
 //!
-//! In: the requested layers, the viewer, and the local horizon if the viewer stands on a body. Out: `SkyLines`: line segments in drawing order, behind
+//! In: the requested layers, the viewer, and the local horizon if the viewer stands on a body. Out: `AnnotationLines`: line segments in drawing order, behind
 //! all bodies, their labels, and a decision about each layer. Always: a vertex of a figure is at the drawn position of its star, and a grid line is where
 //! the probe query `project` puts its coordinates, both with the viewer's aberration; the horizontal grid belongs to the ground and has no aberration.
 
@@ -22,7 +22,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Lines with their labels and decisions.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct SkyLines {
+pub(crate) struct AnnotationLines {
     pub segments: Vec<LineSegment>,
     pub texts: Vec<SkyText>,
     pub decisions: Vec<Decision>,
@@ -58,7 +58,7 @@ struct SkyLineBuilder<'a> {
     velocity_km_s: DVec3,
     /// See [`Curve::tolerance_factor`]: wide views magnify errors at the picture's corners.
     tolerance_factor: f64,
-    all: SkyLines,
+    all: AnnotationLines,
 }
 
 impl SkyLineBuilder<'_> {
@@ -168,11 +168,12 @@ impl SkyLineBuilder<'_> {
 }
 
 /// The lines of the sky that a request selects.
-pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<DMat3>) -> SkyLines {
+pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<DMat3>) -> AnnotationLines {
     let layers = request.layers;
     let camera = &viewer.camera;
     let tolerance_factor = 1.0 / (1.0 + camera.tan_half_fov.length_squared());
-    let mut builder = SkyLineBuilder { camera, velocity_km_s: viewer.body_velocity_km_s, tolerance_factor, all: SkyLines::default() };
+    let mut builder =
+        SkyLineBuilder { camera, velocity_km_s: viewer.body_velocity_km_s, tolerance_factor, all: AnnotationLines::default() };
     let degrees: fn(f64) -> String = |longitude| angle_text(longitude, false);
     let hours: fn(f64) -> String = hours_text;
     for (wanted, feature, frame, style, text) in [

@@ -43,7 +43,7 @@ pub(crate) struct Curve<'a> {
 /// A polyline inside the frame: points in camera axes (right, up, forward) with their parameters.
 pub(crate) type Run = Vec<(DVec3, f64)>;
 
-struct Subdivision<'a> {
+struct StrokeSubdivision<'a> {
     curve: &'a Curve<'a>,
     runs: Vec<Run>,
 }
@@ -55,7 +55,7 @@ impl Curve<'_> {
 
     /// The parts of the curve inside the frame. Each span between consecutive parameters is subdivided separately. Parameter 0 always starts a new run.
     pub(crate) fn runs(&self, parameters: &[f64], halvings: u32) -> Vec<Run> {
-        let mut subdivision = Subdivision { curve: self, runs: Vec::new() };
+        let mut subdivision = StrokeSubdivision { curve: self, runs: Vec::new() };
         for span in parameters.windows(2) {
             let [from, to] = [span[0], span[1]].map(|at| (self.in_camera(at), at));
             subdivision.arc(from, to, halvings);
@@ -64,7 +64,7 @@ impl Curve<'_> {
     }
 }
 
-impl Subdivision<'_> {
+impl StrokeSubdivision<'_> {
     fn arc(&mut self, from: (DVec3, f64), to: (DVec3, f64), halvings: u32) {
         let middle_at = 0.5 * (from.1 + to.1);
         let middle = self.curve.in_camera(middle_at);

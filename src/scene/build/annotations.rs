@@ -7,7 +7,7 @@ use super::SceneBuilder;
 use crate::catalog::NaifId;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::annotation::line_texts::{self, SkyText, TextLayer};
-use crate::scene::annotation::sky_lines::{self, SkyLines, horizon_axes};
+use crate::scene::annotation::sky_lines::{self, AnnotationLines, horizon_axes};
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::{eclipse_lines, ground_lines, instrument_frames, labels, star_names};
 use crate::scene::decision::Decision;
@@ -45,7 +45,7 @@ impl Annotations {
         let data = builder.catalog.data_layers();
         let ground = ground_lines::ground_lines(frame.context, camera, body, &data);
         let others = builder.placed.iter().filter(|p| body.is_none_or(|b| b.body.id != p.body.id) && !builder.is_inside(p.body));
-        let others: Vec<(&PlacedBody<'_>, SkyLines)> =
+        let others: Vec<(&PlacedBody<'_>, AnnotationLines)> =
             others.map(|p| (p, ground_lines::ground_lines(frame.context, camera, Some(p), &data))).collect();
         let instruments = builder.instrument_frames(size_px);
         let names = request.layers.star_names.then(|| star_names::star_names(camera, stars, builder.catalog.stars().stars(), size_px));
@@ -98,9 +98,9 @@ impl<'a> SceneBuilder<'a> {
     }
 
     /// Outlines of instruments' fields of view, centred on the target.
-    fn instrument_frames(&self, size_px: f64) -> SkyLines {
+    fn instrument_frames(&self, size_px: f64) -> AnnotationLines {
         if !self.request.layers.instruments {
-            return SkyLines::default();
+            return AnnotationLines::default();
         }
         let target = self.placed.iter().find(|p| Some(p.body.id) == self.request.target && !self.is_inside(p.body));
         instrument_frames::frames(self.catalog.instruments(), &self.viewer.camera, target.map(|p| p.placement.centre_km), size_px)
