@@ -4,7 +4,7 @@
 //! quality uses is read from the scene that the program builds at that quality.
 
 use super::pictures::{DualRenderer, LinearPicture, PlannedView, levels_apart, p999};
-use super::rule::Unit;
+use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::catalog::NaifId;
 use crate::render::plan::{self, SamplingQuality};
@@ -115,7 +115,7 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
     measure_choice(
         "eclipse",
         "sunlight on the Moon, 2022-11-08T09:45, half of it in the umbra",
-        Unit::PercentOfLight,
+        ErrorUnit::PercentOfLight,
         effort.rounds(),
         candidates,
     )
@@ -149,7 +149,7 @@ pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     measure_choice(
         "ring-shadow",
         "Saturn from 2 radii, 2017-05-17, the Sun 26 degrees above the rings",
-        Unit::Levels,
+        ErrorUnit::Levels,
         effort.rounds(),
         candidates,
     )
@@ -173,7 +173,7 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
         let default_of = qualities(&dual, &request, |d| d.features.body_shadow == model)?;
         candidates.push(candidate(&dual, name, plan_of(model)?, Precision::F32, default_of, |p| p999(levels_apart(p, &reference)))?);
     }
-    measure_choice("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from aside", Unit::Levels, effort.rounds(), candidates)
+    measure_choice("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from aside", ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
 /// The Earth by day and night from 3 radii, its limb from 400 km with the Sun low, and the sky from the ground.
@@ -219,7 +219,7 @@ pub(super) fn air_tier(session: &Session, effort: Effort) -> Result<ChoiceMeasur
         candidates.push(Candidate { name: tier.name().to_owned(), error: worst, default_of, workload });
     }
     let about = "the Earth from 3 radii, its limb from 400 km, its sky, the worst of them; against the table: the others leave out light scattered twice";
-    measure_choice("air", about, Unit::PercentOfLight, effort.rounds(), candidates)
+    measure_choice("air", about, ErrorUnit::PercentOfLight, effort.rounds(), candidates)
 }
 
 /// Normals of a sphere or of the ellipsoid; the outline is the ellipsoid's in both.
@@ -237,7 +237,13 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
         let view = plan_of(shape == Shape::Ellipsoid)?;
         candidates.push(candidate(&dual, name, view, Precision::F32, default_of, |p| p999(levels_apart(p, &reference)))?);
     }
-    measure_choice("shape", "shading of Saturn's globe; the outline is the ellipsoid's in both", Unit::Levels, effort.rounds(), candidates)
+    measure_choice(
+        "shape",
+        "shading of Saturn's globe; the outline is the ellipsoid's in both",
+        ErrorUnit::Levels,
+        effort.rounds(),
+        candidates,
+    )
 }
 
 /// Options that differ in sampling: timed in f32, their errors computed in f64 to exclude rounding.
@@ -271,7 +277,7 @@ pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasur
         (anisotropy.to_string(), sampling, qualities_sampling(|s| s.anisotropy == anisotropy))
     });
     let candidates = sampling_candidates(&dual, &request, options.into_iter(), SamplingQuality::of(Quality::Reference))?;
-    measure_choice("map-taps", "the Moon's ground and horizon from 400 km; against 16 taps", Unit::Levels, effort.rounds(), candidates)
+    measure_choice("map-taps", "the Moon's ground and horizon from 400 km; against 16 taps", ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
 /// Samples per pixel.
@@ -282,7 +288,7 @@ pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure
         .map(|samples| (samples.to_string(), SamplingQuality { samples, ..SINGLE_SAMPLE }, qualities_sampling(|s| s.samples == samples)));
     let candidates = sampling_candidates(&dual, &request, options.into_iter(), SamplingQuality { samples: 4, ..SINGLE_SAMPLE })?;
     let about = "Saturn with its rings; against 4 samples: limbs and rings have soft edges of their own";
-    measure_choice("samples", about, Unit::Levels, effort.rounds(), candidates)
+    measure_choice("samples", about, ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
 /// Full resolution, or lower resolutions that are scaled to the window while the view moves.
@@ -306,7 +312,7 @@ pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeas
     }
     let about =
         "Saturn in motion, drawn with fewer pixels on each side and stretched; the window takes the finest that keeps 30 frames a second";
-    measure_choice("resolution", about, Unit::Levels, effort.rounds(), candidates)
+    measure_choice("resolution", about, ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
 /// Precision: f32 or f64.
@@ -321,5 +327,5 @@ pub(super) fn precision(session: &Session, effort: Effort) -> Result<ChoiceMeasu
     {
         candidates.push(candidate(&dual, name, view()?, precision, default_of, |p| p999(levels_apart(p, &reference)))?);
     }
-    measure_choice("precision", "the Earth from 3 radii in an eclipse", Unit::Levels, effort.rounds(), candidates)
+    measure_choice("precision", "the Earth from 3 radii in an eclipse", ErrorUnit::Levels, effort.rounds(), candidates)
 }

@@ -24,7 +24,7 @@ pub(crate) use whole::renderer;
 
 use crate::scene::request::Quality;
 use crate::session::{Session, SessionError};
-use rule::{Measurement, Unit};
+use rule::{ErrorUnit, Measurement};
 use timing::{Quartiles, interleaved, seconds_of};
 
 /// How long a measurement may take.
@@ -77,7 +77,7 @@ pub(crate) struct ChoiceMeasure {
     /// The quantity whose error is measured, and the view.
     pub about: &'static str,
     /// Unit of the errors.
-    pub unit: Unit,
+    pub unit: ErrorUnit,
     /// True if the scene decides from the view, in the same way at every quality, so that the rule does not apply.
     pub is_chosen_per_view: bool,
     /// Measurements of the options.
@@ -105,7 +105,7 @@ pub(crate) struct Candidate<'a> {
 pub(crate) fn measure_choice(
     name: &'static str,
     about: &'static str,
-    unit: Unit,
+    unit: ErrorUnit,
     rounds: usize,
     candidates: Vec<Candidate<'_>>,
 ) -> Result<ChoiceMeasure, SessionError> {

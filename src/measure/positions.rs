@@ -3,7 +3,7 @@
 //! In: the session's ephemeris. Out: errors in arcseconds as seen from the Earth, the greatest of Sun, Moon and planets over two centuries
 //! of dates.
 
-use super::rule::Unit;
+use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::catalog::NaifId;
 use crate::ephemeris::apparent::aberrated;
@@ -76,7 +76,7 @@ pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<Choi
     ];
     let about =
         "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the kernel (itself within 0.02 arcsec of DE440)";
-    measure_choice("ephemeris", about, Unit::Arcseconds, effort.rounds(), candidates(methods, &from(Source::Kernel))?)
+    measure_choice("ephemeris", about, ErrorUnit::Arcseconds, effort.rounds(), candidates(methods, &from(Source::Kernel))?)
 }
 
 /// Geometric position, position with light time, and apparent position with aberration: the results of `ephemeris` and `ephemeris --apparent`.
@@ -101,5 +101,5 @@ pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeas
     let reference: Direction<'_> = Box::new(apparent);
     let about =
         "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the apparent direction (light time and aberration)";
-    measure_choice("light-time", about, Unit::Arcseconds, effort.rounds(), candidates(methods, &reference)?)
+    measure_choice("light-time", about, ErrorUnit::Arcseconds, effort.rounds(), candidates(methods, &reference)?)
 }

@@ -11,7 +11,7 @@ use crate::scene::request::Quality;
 
 /// The unit of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Unit {
+pub(crate) enum ErrorUnit {
     /// Angle on the sky.
     Arcseconds,
     /// Percent of a pixel's radiance, or of the picture's summed light; the choice states which.
@@ -20,7 +20,7 @@ pub(crate) enum Unit {
     Levels,
 }
 
-impl Unit {
+impl ErrorUnit {
     /// The name in tables and plots.
     pub(crate) fn name(self) -> &'static str {
         match self {
@@ -84,7 +84,7 @@ pub(crate) fn dominated(options: &[Measurement]) -> Vec<bool> {
 
 /// For each option, whether a quality may use it: the option meets the bound, and no other option that meets the bound is clearly faster.
 /// For `reference`, or if no option meets the bound, the most accurate options take the place of those that meet it.
-pub(crate) fn admissible(quality: Quality, unit: Unit, options: &[Measurement]) -> Vec<bool> {
+pub(crate) fn admissible(quality: Quality, unit: ErrorUnit, options: &[Measurement]) -> Vec<bool> {
     let bound = unit.bound(quality).filter(|bound| options.iter().any(|o| o.error <= *bound));
     let meets_bound_or_is_most_accurate = |o: &Measurement| match bound {
         Some(bound) => o.error <= bound,
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn a_quality_takes_the_cheapest_option_within_its_bound() {
-        let unit = Unit::Levels;
+        let unit = ErrorUnit::Levels;
         let [draft, standard] = [Quality::Draft, Quality::Standard].map(|q| unit.bound(q).expect("a bound"));
         let options = [option(2.0 * draft, 0.1), option(0.9 * draft, 0.2), option(0.9 * standard, 0.5), option(0.5, 1.0)];
         let allowed = |options: &[Measurement]| {

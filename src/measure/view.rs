@@ -3,7 +3,7 @@
 //! In: a view. Out: [`ViewMeasure`]: error and time of each quality relative to the reference quality's picture at the same exposure, and the cheapest sufficient one.
 
 use super::pictures::{DualRenderer, levels_apart, p999};
-use super::rule::Unit;
+use super::rule::ErrorUnit;
 use super::whole::precision_of;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::render::plan::SamplingQuality;
@@ -43,6 +43,6 @@ pub(crate) fn measure_view(session: &Session, request: &ViewRequest, effort: Eff
         let workload = Box::new(move || dual.draw(&view, precision_of(quality)));
         candidates.push(Candidate { name: quality.name().to_owned(), error, default_of: vec![quality], workload });
     }
-    let qualities = measure_choice("quality", "this view, against the reference quality", Unit::Levels, effort.rounds(), candidates)?;
+    let qualities = measure_choice("quality", "this view, against the reference quality", ErrorUnit::Levels, effort.rounds(), candidates)?;
     Ok(ViewMeasure { qualities, sufficient: sufficient.unwrap_or(Quality::Reference) })
 }

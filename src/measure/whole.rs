@@ -2,7 +2,7 @@
 
 use super::drawings::standard_request;
 use super::pictures::{DualRenderer, LinearPicture, levels_apart, p999};
-use super::rule::Unit;
+use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::render::plan::SamplingQuality;
 use crate::render::software::Precision;
@@ -41,7 +41,7 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
         candidates.push(Candidate { name: quality.name().to_owned(), error: worst, default_of: vec![quality], workload });
     }
     let about = "the Earth in an eclipse, Saturn, the Moon's limb, the worst of them; against the reference quality";
-    measure_choice("quality", about, Unit::Levels, effort.rounds(), candidates)
+    measure_choice("quality", about, ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
 /// `--layers -stars`, and star catalogues of different size.
@@ -49,7 +49,7 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let dual = DualRenderer::new(session)?;
     let side = effort.side_px();
     let sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
-    let Some(sky) = sky else { return measure_choice("stars", "no night sky", Unit::PercentOfLight, 1, Vec::new()) };
+    let Some(sky) = sky else { return measure_choice("stars", "no night sky", ErrorUnit::PercentOfLight, 1, Vec::new()) };
     let request = dual.with_metered_exposure(sky)?;
     let sampling = SamplingQuality::of(Quality::Standard);
     let view = |stars: bool| dual.plan_view(&ViewRequest { layers: Layers { stars, ..Layers::default() }, ..request.clone() }, sampling);
@@ -67,7 +67,7 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
             workload: Box::new(move || dual.draw(&planned_view, Precision::F32)),
         });
     }
-    measure_choice("stars", "light of the night sky around Orion, 45 degrees", Unit::PercentOfLight, effort.rounds(), candidates)
+    measure_choice("stars", "light of the night sky around Orion, 45 degrees", ErrorUnit::PercentOfLight, effort.rounds(), candidates)
 }
 
 /// The software renderer against a GPU, if the session's preference finds one; `None` elsewhere. CPU time is counted, which for a
@@ -105,5 +105,5 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
             workload: Box::new(|| dual.draw(&view, Precision::F32)),
         },
     ];
-    measure_choice("renderer", "Saturn with its rings; against f64", Unit::Levels, effort.rounds(), candidates).map(Some)
+    measure_choice("renderer", "Saturn with its rings; against f64", ErrorUnit::Levels, effort.rounds(), candidates).map(Some)
 }
