@@ -35,7 +35,7 @@ pub enum DeviceState {
     Software,
 }
 
-enum State {
+enum DeviceLifecycle {
     /// No attempt was made yet to open a device.
     Unopened,
     /// A thread opens the device, or compiles what a plan needs.
@@ -47,7 +47,7 @@ enum State {
 
 pub struct Gpu {
     preference: Mutex<RendererPreference>,
-    state: Mutex<State>,
+    state: Mutex<DeviceLifecycle>,
     /// Incremented when modules change, so that compiled pipelines are outdated.
     epoch: AtomicU64,
     /// A preparing thread's result was taken over, and no picture of the window was drawn since.
@@ -66,18 +66,18 @@ impl ModuleProvider for ModuleSet {
 }
 
 /// The state after a device could not be opened and the user does not require one. Reports the fallback to software in one line.
-fn fall_back(e: &GpuError, notify: &Notify) -> State {
+fn fall_back(e: &GpuError, notify: &Notify) -> DeviceLifecycle {
     match e {
         GpuError::SoftwareDriver(_) => notify(&format!("{e}: drawing in software; --renderer gpu forces it")),
         e => notify(&format!("{e}: drawing in software")),
     }
-    State::Closed
+    DeviceLifecycle::Closed
 }
 
 impl Drop for Gpu {
     /// Waits until no driver is loading or compiling, because at process exit a driver frees memory that such a thread uses.
     fn drop(&mut self) {
-        if let State::Preparing(preparing) = std::mem::replace(&mut *self.state.lock(), State::Closed) {
+        if let DeviceLifecycle::Preparing(preparing) = std::mem::replace(&mut *self.state.lock(), DeviceLifecycle::Closed) {
             let _ = preparing.thread.join();
         }
     }
@@ -85,7 +85,7 @@ impl Drop for Gpu {
 
 impl Gpu {
     pub fn new(preference: RendererPreference) -> Self {
-        let state = if preference == RendererPreference::Software { State::Closed } else { State::Unopened };
+        let state = if preference == RendererPreference::Software { DeviceLifecycle::Closed } else { DeviceLifecycle::Unopened };
         Self {
             preference: Mutex::new(preference),
             state: Mutex::new(state),
@@ -107,8 +107,8 @@ impl Gpu {
         }
         self.last_error.lock().take();
         let mut state = self.state.lock();
-        if !matches!(*state, State::Preparing(_)) {
-            *state = if preference == RendererPreference::Software { State::Closed } else { State::Unopened };
+        if !matches!(*state, DeviceLifecycle::Preparing(_)) {
+            *state = if preference == RendererPreference::Software { DeviceLifecycle::Closed } else { DeviceLifecycle::Unopened };
         }
     }
 
@@ -116,17 +116,17 @@ impl Gpu {
         let Some(state) = self.state.try_lock() else { return Readiness::Settled };
         match &*state {
             _ if self.preference() == RendererPreference::Software => Readiness::Settled,
-            State::Preparing(preparing) if preparing.thread.is_finished() => Readiness::JustReady,
-            State::Preparing(_) => Readiness::Preparing,
-            State::Open(_) if self.just_ready.load(Ordering::SeqCst) => Readiness::JustReady,
-            State::Unopened | State::Open(_) | State::Closed => Readiness::Settled,
+            DeviceLifecycle::Preparing(preparing) if preparing.thread.is_finished() => Readiness::JustReady,
+            DeviceLifecycle::Preparing(_) => Readiness::Preparing,
+            DeviceLifecycle::Open(_) if self.just_ready.load(Ordering::SeqCst) => Readiness::JustReady,
+            DeviceLifecycle::Unopened | DeviceLifecycle::Open(_) | DeviceLifecycle::Closed => Readiness::Settled,
         }
     }
 
     pub fn forget_modules(&self) {
         self.epoch.fetch_add(1, Ordering::SeqCst);
         let open = match &*self.state.lock() {
-            State::Open(renderer) => Some(Arc::clone(renderer)),
+            DeviceLifecycle::Open(renderer) => Some(Arc::clone(renderer)),
             _ => None,
         };
         if let Some(renderer) = open {
@@ -142,15 +142,15 @@ impl Gpu {
         let Some(mut state) = self.state.try_lock() else { return DeviceState::Unchanged };
         self.take_over_finished(&mut state, notify);
         match &*state {
-            State::Open(renderer) => DeviceState::Open(Arc::clone(renderer)),
-            State::Unopened | State::Preparing(_) => DeviceState::Unchanged,
-            State::Closed => DeviceState::Software,
+            DeviceLifecycle::Open(renderer) => DeviceState::Open(Arc::clone(renderer)),
+            DeviceLifecycle::Unopened | DeviceLifecycle::Preparing(_) => DeviceState::Unchanged,
+            DeviceLifecycle::Closed => DeviceState::Software,
         }
     }
 
     /// Starts a preparing thread.
-    fn prepare(&self, work: impl FnOnce() -> Result<Arc<GpuRenderer>, GpuError> + Send + 'static) -> State {
-        State::Preparing(Preparing {
+    fn prepare(&self, work: impl FnOnce() -> Result<Arc<GpuRenderer>, GpuError> + Send + 'static) -> DeviceLifecycle {
+        DeviceLifecycle::Preparing(Preparing {
             thread: std::thread::spawn(work),
             epoch: self.epoch.load(Ordering::SeqCst),
             preference: self.preference(),
@@ -158,21 +158,21 @@ impl Gpu {
     }
 
     /// Waits for a preparing thread. Drops its pipelines if modules changed meanwhile, and its device if the preference changed.
-    fn wait_prepared(&self, preparing: Preparing) -> Result<State, GpuError> {
+    fn wait_prepared(&self, preparing: Preparing) -> Result<DeviceLifecycle, GpuError> {
         let renderer = preparing.thread.join().unwrap_or_else(|_| Err(GpuError::NoAdapter("a driver broke off".into())))?;
         if preparing.preference != self.preference() {
-            return Ok(State::Unopened);
+            return Ok(DeviceLifecycle::Unopened);
         }
         if preparing.epoch != self.epoch.load(Ordering::SeqCst) {
             renderer.forget_modules();
         }
-        Ok(State::Open(renderer))
+        Ok(DeviceLifecycle::Open(renderer))
     }
 
     /// Takes over the result of a preparing thread that has finished.
-    fn take_over_finished(&self, state: &mut State, notify: &Notify) {
-        *state = match std::mem::replace(state, State::Unopened) {
-            State::Preparing(preparing) if preparing.thread.is_finished() => {
+    fn take_over_finished(&self, state: &mut DeviceLifecycle, notify: &Notify) {
+        *state = match std::mem::replace(state, DeviceLifecycle::Unopened) {
+            DeviceLifecycle::Preparing(preparing) if preparing.thread.is_finished() => {
                 self.just_ready.store(true, Ordering::SeqCst);
                 self.wait_prepared(preparing).unwrap_or_else(|e| fall_back(&e, notify))
             }
@@ -183,14 +183,14 @@ impl Gpu {
     /// Starts to open the device on a thread, in parallel with the other work before the first frame.
     pub fn begin(&self) {
         let mut state = self.state.lock();
-        if matches!(*state, State::Unopened) {
+        if matches!(*state, DeviceLifecycle::Unopened) {
             let software = self.preference() == RendererPreference::Gpu;
             *state = self.prepare(move || GpuRenderer::open(software).map(Arc::new));
         }
     }
 
     pub fn destroy(&self) {
-        if let State::Open(renderer) = &*self.state.lock() {
+        if let DeviceLifecycle::Open(renderer) = &*self.state.lock() {
             renderer.destroy();
         }
     }
@@ -198,12 +198,13 @@ impl Gpu {
     /// The open device; opens it if necessary, and waits for it. `None`: the software renderer must draw.
     fn open_or_wait(&self, notify: &Notify) -> Result<Option<Arc<GpuRenderer>>, RendererError> {
         let mut state = self.state.lock();
-        let mut next_state = Ok(std::mem::replace(&mut *state, State::Unopened));
-        if let Ok(State::Preparing(preparing)) = next_state {
+        let mut next_state = Ok(std::mem::replace(&mut *state, DeviceLifecycle::Unopened));
+        if let Ok(DeviceLifecycle::Preparing(preparing)) = next_state {
             next_state = self.wait_prepared(preparing);
         }
-        if let Ok(State::Unopened) = next_state {
-            next_state = GpuRenderer::open(self.preference() == RendererPreference::Gpu).map(|renderer| State::Open(Arc::new(renderer)));
+        if let Ok(DeviceLifecycle::Unopened) = next_state {
+            next_state =
+                GpuRenderer::open(self.preference() == RendererPreference::Gpu).map(|renderer| DeviceLifecycle::Open(Arc::new(renderer)));
         }
         *state = match next_state {
             Ok(next_state) => next_state,
@@ -212,7 +213,7 @@ impl Gpu {
             }
             Err(e) => fall_back(&e, notify),
         };
-        Ok(if let State::Open(renderer) = &*state { Some(Arc::clone(renderer)) } else { None })
+        Ok(if let DeviceLifecycle::Open(renderer) = &*state { Some(Arc::clone(renderer)) } else { None })
     }
 
     /// Draws a plan, and waits for the device if necessary. `None`: the software renderer must draw.
@@ -262,8 +263,8 @@ impl Gpu {
                 }
                 if e.is_final() {
                     let mut state = self.state.lock();
-                    if matches!(&*state, State::Open(open) if Arc::ptr_eq(open, renderer)) {
-                        *state = State::Closed;
+                    if matches!(&*state, DeviceLifecycle::Open(open) if Arc::ptr_eq(open, renderer)) {
+                        *state = DeviceLifecycle::Closed;
                     }
                 }
                 None
@@ -289,9 +290,9 @@ impl Gpu {
         self.take_over_finished(&mut state, &**notify);
         self.just_ready.store(false, Ordering::SeqCst);
         let renderer = match &*state {
-            State::Open(renderer) => Some(Arc::clone(renderer)),
-            State::Unopened => None,
-            State::Preparing(_) | State::Closed => return None,
+            DeviceLifecycle::Open(renderer) => Some(Arc::clone(renderer)),
+            DeviceLifecycle::Unopened => None,
+            DeviceLifecycle::Preparing(_) | DeviceLifecycle::Closed => return None,
         };
         let window = window();
         if let Some(renderer) = &renderer {

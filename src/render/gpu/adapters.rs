@@ -54,14 +54,14 @@ impl AdapterFacts {
 }
 
 /// An adapter that may be opened, with the instance that creates its surfaces.
-struct Candidate {
+struct AdapterCandidate {
     facts: AdapterFacts,
     adapter: Adapter,
     instance: Instance,
 }
 
 /// The adapters of some backends, best first.
-fn candidates(backends: Backends) -> Vec<Candidate> {
+fn candidates(backends: Backends) -> Vec<AdapterCandidate> {
     let mut descriptor = InstanceDescriptor::new_without_display_handle_from_env();
     descriptor.backends &= backends;
     // This renderer makes no indirect draws, and their validation would compile one more pipeline at each start.
@@ -69,7 +69,7 @@ fn candidates(backends: Backends) -> Vec<Candidate> {
     let instance = Instance::new(descriptor);
     let mut all = pollster::block_on(instance.enumerate_adapters(backends));
     all.sort_by_key(rank);
-    all.into_iter().map(|adapter| Candidate { facts: AdapterFacts::of(&adapter), adapter, instance: instance.clone() }).collect()
+    all.into_iter().map(|adapter| AdapterCandidate { facts: AdapterFacts::of(&adapter), adapter, instance: instance.clone() }).collect()
 }
 
 /// Sort key of an adapter: smaller is better.
@@ -91,7 +91,7 @@ fn gl_may_find_hardware() -> bool {
 }
 
 /// The adapters to try in order, best first.
-fn adapters_to_try() -> Vec<Candidate> {
+fn adapters_to_try() -> Vec<AdapterCandidate> {
     let mut all = candidates(Backends::all() - Backends::GL);
     let has_hardware = all.iter().any(|c| c.facts.kind == AdapterKind::Hardware);
     if all.is_empty() || (!has_hardware && gl_may_find_hardware()) {
@@ -128,7 +128,7 @@ pub(super) fn open_gl() -> Result<OpenedDevice, GpuError> {
     open_first(candidates(Backends::GL), true)
 }
 
-fn open_first(candidates: Vec<Candidate>, accept_software: bool) -> Result<OpenedDevice, GpuError> {
+fn open_first(candidates: Vec<AdapterCandidate>, accept_software: bool) -> Result<OpenedDevice, GpuError> {
     let Some(best) = candidates.first().map(|c| &c.facts) else {
         return Err(GpuError::NoAdapter("no Vulkan, Metal, DX12 or GL driver answered".into()));
     };
@@ -145,7 +145,7 @@ fn open_first(candidates: Vec<Candidate>, accept_software: bool) -> Result<Opene
     Err(first_failure.unwrap_or_else(|| GpuError::NoAdapter("none is left".into())))
 }
 
-fn open_device(Candidate { facts, adapter, instance }: Candidate) -> Result<OpenedDevice, GpuError> {
+fn open_device(AdapterCandidate { facts, adapter, instance }: AdapterCandidate) -> Result<OpenedDevice, GpuError> {
     let unusable = |why: String| GpuError::Adapter { adapter: facts.to_string(), why };
     let required_flags = TextureFormatFeatureFlags::MULTISAMPLE_X4 | TextureFormatFeatureFlags::MULTISAMPLE_RESOLVE;
     let half_float_flags = adapter.get_texture_format_features(TextureFormat::Rgba16Float).flags;

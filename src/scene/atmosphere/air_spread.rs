@@ -192,14 +192,14 @@ impl Sources {
     }
 }
 
-struct Air<'a> {
+struct AirAndGround<'a> {
     radius_km: f64,
     air: &'a Atmosphere,
     /// Albedo of the ground, linear RGB.
     ground: DVec3,
 }
 
-impl Air<'_> {
+impl AirAndGround<'_> {
     fn height_km(&self, row: usize) -> f64 {
         self.air.top_km * (row as f64 / (crate::scene::atmosphere::air_table::HEIGHTS - 1) as f64).powi(2)
     }
@@ -277,7 +277,7 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
     for index in 0..eclipse.occluder_positions.len().min(usize::from(MAX_OCCLUDERS)) {
         let shadow = body.atmosphere.as_ref().and_then(|air| Some((air, Shadow::of(body, eclipse, index)?)));
         let Some((air, shadow)) = shadow else { continue };
-        let air = Air { radius_km: body.radii_km.x, air, ground: DVec3::from_array(body.target_mean_colour()) };
+        let air = AirAndGround { radius_km: body.radii_km.x, air, ground: DVec3::from_array(body.target_mean_colour()) };
         for (to, root) in all[index * NODES..].iter_mut().zip(roots(&air, &shadow)) {
             *to = camera::narrow(root).extend(0.0);
         }
@@ -287,7 +287,7 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
     all
 }
 
-fn roots(air: &Air<'_>, shadow: &Shadow) -> Vec<DVec3> {
+fn roots(air: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
     let root = |v: DVec3| map_channels(v, |x| x.clamp(0.0, 1.0).sqrt());
     let heights: Vec<(Sources, Sources)> = (0..HEIGHTS).map(|row| air.sources(row, shadow.sun_cosine)).collect();
     let mut rows = Vec::new();
@@ -316,7 +316,7 @@ fn roots(air: &Air<'_>, shadow: &Shadow) -> Vec<DVec3> {
 }
 
 /// Fraction of the entire sky's irradiance of level ground that remains.
-fn ground_row(air: &Air<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[DVec3]) -> Vec<DVec3> {
+fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[DVec3]) -> Vec<DVec3> {
     // Source radiance at a height per unit of scattering: sunlight scattered once, and all further orders.
     let multiple_scattering: Vec<DVec3> = heights
         .iter()

@@ -14,10 +14,10 @@ use serde::Deserialize;
 #[derive(Clone, Debug)]
 struct Object<T>(T);
 
-impl<'de, T: Deserialize<'de> + Named> Deserialize<'de> for Object<T> {
+impl<'de, T: Deserialize<'de> + NamedObject> Deserialize<'de> for Object<T> {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct OfMap<T>(std::marker::PhantomData<T>);
-        impl<'de, T: Deserialize<'de> + Named> serde::de::Visitor<'de> for OfMap<T> {
+        impl<'de, T: Deserialize<'de> + NamedObject> serde::de::Visitor<'de> for OfMap<T> {
             type Value = Object<T>;
             fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.write_str(T::NAME)
@@ -31,16 +31,16 @@ impl<'de, T: Deserialize<'de> + Named> Deserialize<'de> for Object<T> {
 }
 
 /// The description of an object of the camera file in error messages.
-trait Named {
+trait NamedObject {
     const NAME: &'static str;
 }
-impl Named for CameraFile {
+impl NamedObject for CameraFile {
     const NAME: &'static str = "an object {\"position\": {…}, \"look\": {…}, …}";
 }
-impl Named for PositionFile {
+impl NamedObject for PositionFile {
     const NAME: &'static str = "an object {\"body\": …, \"radii\": [x, y, z]}";
 }
-impl Named for LookFile {
+impl NamedObject for LookFile {
     const NAME: &'static str = "an object {\"at\": …} or {\"direction\": [x, y, z]}";
 }
 
