@@ -11,7 +11,7 @@ use crate::time::Instant;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::initial_view::initial_view;
 use crate::view::app::places::SessionPositions;
-use crate::view::app::view_state::{CameraPose, ViewState, ViewStateError, standing};
+use crate::view::app::view_state::{CameraPose, ViewState, ViewStateError, pose_on_ground};
 use crate::wording::did_you_mean;
 use glam::DVec3;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
@@ -62,9 +62,9 @@ pub(crate) fn is_link(text: &str) -> bool {
 
 /// The part of a link after `?`. Accepts the link as written, and as some systems normalise it (`Orrery://view/?…`).
 fn query_of(link: &str) -> Option<&str> {
-    let (place, query) = link.trim().split_once('?').unwrap_or((link.trim(), ""));
-    let place = place.trim_end_matches('/');
-    SCHEME.trim_end_matches('?').eq_ignore_ascii_case(place).then_some(query)
+    let (prefix, query) = link.trim().split_once('?').unwrap_or((link.trim(), ""));
+    let prefix = prefix.trim_end_matches('/');
+    SCHEME.trim_end_matches('?').eq_ignore_ascii_case(prefix).then_some(query)
 }
 
 /// The view that a link or a file's text describes. `now`: the time of a view without one.
@@ -147,7 +147,7 @@ impl PartialView {
         let text = unescaped(text).ok_or_else(|| format!("`{}`: invalid %-escape", shortened(pair)))?;
         // A value that is not valid JSON is a string.
         let value = serde_json::from_str(&text).unwrap_or(Value::String(text));
-        let Some((above, name)) = path.split_once('.') else {
+        let Some((parent, name)) = path.split_once('.') else {
             if self.fields.get(path).is_some_and(Value::is_object) {
                 return Err(format!("`{}` is both a value and a group of fields", shortened(path)));
             }
@@ -157,8 +157,8 @@ impl PartialView {
         if name.contains('.') {
             return Err(format!("`{}`: fields are nested one level deep", shortened(path)));
         }
-        let below = self.fields.entry(above).or_insert_with(|| Value::Object(Map::new()));
-        let map = below.as_object_mut().ok_or_else(|| format!("`{}`: the field above it is a value, not a group", shortened(path)))?;
+        let child = self.fields.entry(parent).or_insert_with(|| Value::Object(Map::new()));
+        let map = child.as_object_mut().ok_or_else(|| format!("`{}`: the field above it is a value, not a group", shortened(path)))?;
         map.insert(name.to_owned(), value);
         Ok(())
     }
@@ -255,7 +255,7 @@ impl PartialView {
     }
 
     /// Sets a field of a serialised `T`, unless the result could no longer be read; in that case it records an error.
-    fn set_field<T: DeserializeOwned>(&mut self, above: &str, merged: &mut Map<String, Value>, name: &str, value: Value) {
+    fn set_field<T: DeserializeOwned>(&mut self, parent: &str, merged: &mut Map<String, Value>, name: &str, value: Value) {
         let before = merged.insert(name.to_owned(), value);
         if let Err(e) = serde_json::from_value::<T>(Value::Object(merged.clone())) {
             match before {
@@ -263,11 +263,11 @@ impl PartialView {
                 None => merged.remove(name),
             };
             let why = Some(e.to_string()).filter(|why| !why.starts_with("unknown field")).unwrap_or_else(|| {
-                let known = merged.keys().map(String::as_str).chain(UNWRITTEN_FIELDS.into_iter().filter(|_| above.is_empty()));
+                let known = merged.keys().map(String::as_str).chain(UNWRITTEN_FIELDS.into_iter().filter(|_| parent.is_empty()));
                 let hint = did_you_mean(name, known).map_or(String::new(), |hint| format!("; {hint}"));
                 format!("no such field{hint}")
             });
-            self.fault(format!("{above}{name}: {why}"));
+            self.fault(format!("{parent}{name}: {why}"));
         }
     }
 
@@ -277,7 +277,7 @@ impl PartialView {
         let kind = given.remove("kind").unwrap_or_else(|| "orbit".into());
         let mut merged = match kind.as_str() {
             Some("orbit") => object_of(&defaults.eye),
-            Some("ground") => object_of(&standing(body, 0.0, 0.0)),
+            Some("ground") => object_of(&pose_on_ground(body, 0.0, 0.0)),
             Some("centre") => object_of(&CameraPose::Centre { body }),
             Some("free") => {
                 for name in ["offset_km", "forward", "up"].into_iter().filter(|name| !given.contains_key(*name)) {
@@ -320,8 +320,8 @@ fn object_of(value: &impl Serialize) -> Map<String, Value> {
 fn flatten(path: &str, value: &Value, out: &mut Vec<(String, String)>) {
     match value {
         Value::Object(map) => map.iter().for_each(|(k, v)| {
-            let below = if path.is_empty() { k.clone() } else { format!("{path}.{k}") };
-            flatten(&below, v, out);
+            let child = if path.is_empty() { k.clone() } else { format!("{path}.{k}") };
+            flatten(&child, v, out);
         }),
         Value::Null => {}
         // A string that would be read as another JSON value keeps its quotes.

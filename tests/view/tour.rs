@@ -43,7 +43,12 @@ fn shipped_tours_are_smooth_from_end_to_end() {
             let scene = session().scene(&request);
             assert!(scene.is_ok(), "{name}, {} s: {}", f64::from(k) / 25.0, scene.err().map_or(String::new(), |e| e.to_string()));
             let body = now.view.eye.body();
-            if now.moves && previous.moves && now.stop == previous.stop && now.view.tracks == previous.view.tracks && !now.view.tracks {
+            if now.is_changing
+                && previous.is_changing
+                && now.stop == previous.stop
+                && now.view.tracks == previous.view.tracks
+                && !now.view.tracks
+            {
                 let ((a, forward_a), (b, forward_b)) = (camera(&previous.view, body), camera(&now.view, body));
                 frames += 1;
                 let log_ratio = (b.length() / a.length()).ln().abs();

@@ -23,7 +23,7 @@ pub(crate) struct Pose {
 pub(crate) struct Flight {
     pub from: Pose,
     pub to: Pose,
-    pub passed_s: f64,
+    pub elapsed_s: f64,
 }
 
 /// Eases a fraction in and out, so that a motion starts and ends at rest.
@@ -39,17 +39,17 @@ fn slerp(from: DVec3, to: DVec3, part: f64) -> DVec3 {
 
 impl Flight {
     pub(crate) fn new(from: Pose, to: Pose) -> Self {
-        Self { from, to, passed_s: 0.0 }
+        Self { from, to, elapsed_s: 0.0 }
     }
 
     /// Advances time; true while the flight lasts.
     pub(crate) fn advance(&mut self, seconds: f64) -> bool {
-        self.passed_s += seconds.max(0.0);
-        self.passed_s < FLIGHT_S
+        self.elapsed_s += seconds.max(0.0);
+        self.elapsed_s < FLIGHT_S
     }
 
     pub(crate) fn pose(&self) -> Pose {
-        let part = (self.passed_s / FLIGHT_S).clamp(0.0, 1.0);
+        let part = (self.elapsed_s / FLIGHT_S).clamp(0.0, 1.0);
         if part >= 1.0 {
             return self.to;
         }
@@ -99,7 +99,7 @@ mod tests {
         let mut last = f.pose();
         let steps = 400;
         for i in 1..steps {
-            f.passed_s = FLIGHT_S * f64::from(i) / f64::from(steps);
+            f.elapsed_s = FLIGHT_S * f64::from(i) / f64::from(steps);
             let now = f.pose();
             assert!(now.offset_km.length() < last.offset_km.length(), "step {i}");
             let ratio = last.offset_km.length() / now.offset_km.length();
@@ -116,7 +116,7 @@ mod tests {
     fn the_target_is_in_view_from_halfway() {
         let mut f = flight();
         for part in [0.5, 0.7, 0.9] {
-            f.passed_s = part * FLIGHT_S;
+            f.elapsed_s = part * FLIGHT_S;
             let pose = f.pose();
             assert!(angle_rad(pose.forward, -pose.offset_km) < 0.02, "{part}");
         }
@@ -127,7 +127,7 @@ mod tests {
         let pose = flight().to;
         for to in [pose, Pose { offset_km: -pose.offset_km, forward: -pose.forward, up: pose.up }] {
             let mut f = Flight::new(pose, to);
-            f.passed_s = 0.31;
+            f.elapsed_s = 0.31;
             let now = f.pose();
             assert!(now.offset_km.is_finite() && now.forward.is_finite() && now.up.is_finite());
         }

@@ -100,7 +100,7 @@ pub struct TourMoment {
     /// Number of the stop, from 0; on a camera path, the stop at its end.
     pub stop: usize,
     /// The view is changing: the camera moves between stops, or scene time runs.
-    pub moves: bool,
+    pub is_changing: bool,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -179,22 +179,22 @@ impl Tour {
     }
 
     /// The state at a time, clamped to the tour.
-    pub fn at(&self, passed_s: f64) -> TourMoment {
-        let mut rest_s = passed_s.max(0.0);
+    pub fn at(&self, elapsed_s: f64) -> TourMoment {
+        let mut rest_s = elapsed_s.max(0.0);
         let last = self.stops.len() - 1;
         for (k, stop) in self.stops.iter().enumerate() {
             if let Some(camera_path) = stop.camera_path.as_ref().filter(|_| rest_s < stop.travel_s) {
-                return TourMoment { view: camera_path.at(rest_s / stop.travel_s, &stop.view), stop: k, moves: true };
+                return TourMoment { view: camera_path.at(rest_s / stop.travel_s, &stop.view), stop: k, is_changing: true };
             }
             rest_s -= stop.travel_s;
             if rest_s < stop.hold_s || k == last {
                 let held_s = rest_s.clamp(0.0, stop.hold_s);
-                return TourMoment { view: stop.view_after(held_s), stop: k, moves: stop.time_rate != 0.0 && rest_s < stop.hold_s };
+                return TourMoment { view: stop.view_after(held_s), stop: k, is_changing: stop.time_rate != 0.0 && rest_s < stop.hold_s };
             }
             rest_s -= stop.hold_s;
         }
         // A tour has at least one stop, so the index is valid.
-        TourMoment { view: self.stops[last].final_view(), stop: last, moves: false }
+        TourMoment { view: self.stops[last].final_view(), stop: last, is_changing: false }
     }
 }
 
@@ -239,7 +239,7 @@ impl CameraPath {
 
     /// The view at a fraction of the path that leads to `to`.
     fn at(&self, part: f64, to: &ViewState) -> ViewState {
-        let Pose { offset_km, forward, up } = Flight { passed_s: part * FLIGHT_S, ..self.flight }.pose();
+        let Pose { offset_km, forward, up } = Flight { elapsed_s: part * FLIGHT_S, ..self.flight }.pose();
         let s = ease_in_out(part);
         let offset_km = offset_km * (1.0 + self.lift * 4.0 * s * (1.0 - s));
         ViewState {

@@ -341,7 +341,7 @@ pub(crate) fn orbit_pose(body: NaifId, fixed: bool, o: OrbitCamera) -> CameraPos
 const GROUND_CAMERA_HEIGHT_KM: f64 = 0.01;
 
 /// A camera on the ground that faces south, above the horizon.
-pub(crate) fn standing(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> CameraPose {
+pub(crate) fn pose_on_ground(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> CameraPose {
     CameraPose::Ground {
         body,
         latitude_deg: latitude_deg.clamp(-90.0, 90.0),

@@ -12,7 +12,9 @@ use crate::view::app::flight::{Flight, Pose};
 use crate::view::app::orbit::OrbitCamera;
 use crate::view::app::places::BodyPositions;
 use crate::view::app::time_rate::TimeRate;
-use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MIN_FOV_DEG, ViewState, horizontal_view, orbit_pose, rotated_view, standing};
+use crate::view::app::view_state::{
+    CameraPose, MAX_FOV_DEG, MIN_FOV_DEG, ViewState, horizontal_view, orbit_pose, pose_on_ground, rotated_view,
+};
 use crate::view::language::body_name;
 use glam::{DMat3, DVec3};
 
@@ -453,7 +455,7 @@ impl Viewer {
     fn stand_on(&mut self, latitude_deg: f64, longitude_deg: f64) {
         let body = self.selected;
         self.change(|s| {
-            s.eye = standing(body, latitude_deg, longitude_deg);
+            s.eye = pose_on_ground(body, latitude_deg, longitude_deg);
             (s.target, s.roll_deg, s.fov_deg) = (body, 0.0, 60.0);
         });
     }

@@ -75,7 +75,7 @@ fn omitted_fields_have_the_defaults_of_a_new_window() {
     };
     assert!(matches!(defaults().eye, CameraPose::Orbit { azimuth_deg: defaults, .. } if defaults == azimuth_deg));
     let ground = of_link("orrery://view?eye.kind=ground&eye.latitude_deg=51.5").map(|s| s.eye);
-    assert_eq!(ground, Ok(standing(NaifId::MOON, 51.5, 0.0)));
+    assert_eq!(ground, Ok(pose_on_ground(NaifId::MOON, 51.5, 0.0)));
     let centre = of_link("orrery://view?eye.kind=centre&eye.body=399").map(|s| s.eye);
     assert_eq!(centre, Ok(CameraPose::Centre { body: NaifId::EARTH }));
 }

@@ -229,10 +229,10 @@ impl Interface {
     pub fn ui(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         self.apply_language(worker);
         let now_s = ui.input(|i| i.time);
-        let passed_s = if self.viewport.last_s.is_nan() { 0.0 } else { now_s - self.viewport.last_s };
+        let elapsed_s = if self.viewport.last_s.is_nan() { 0.0 } else { now_s - self.viewport.last_s };
         self.viewport.last_s = now_s;
-        self.viewer.advance(passed_s);
-        tour::advance(self, ui.ctx(), passed_s);
+        self.viewer.advance(elapsed_s);
+        tour::advance(self, ui.ctx(), elapsed_s);
         // Messages about drivers appear in the Performance panel, not over the picture.
         let (about_drivers, others): (Vec<_>, Vec<_>) =
             self.session_messages.lock().drain(..).partition(|line| performance::is_about_drivers(line));

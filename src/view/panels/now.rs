@@ -1,7 +1,7 @@
-//! *What to see now*: a row of small pictures over the sky's lower edge and in the Moments panel.
+//! *What to see now*: a row of small pictures over the viewport's lower edge and in the Moments panel.
 //!
 //! In: clicks. Out: views, a selected event, an opened panel. Always: the pictures are drawn in the background, one after the other, after the
-//! first image of the sky. A view that does not exist now has no picture. The row over the sky disappears for good when the user clicks a
+//! first image of the viewport. A view that does not exist now has no picture. The row over the viewport disappears for good when the user clicks a
 //! picture or the close button or does anything else; the Moments panel always shows the pictures.
 
 use super::icons::{self, Icon};
@@ -22,8 +22,8 @@ use egui::{Align2, Color32, Rect, RichText, Sense, Stroke, TextStyle, TextureHan
 const SIZE: [f32; 2] = [136.0, 84.0];
 /// Pixels per point of a picture, above 1 for screens with a high pixel density.
 const DENSITY: f32 = 1.5;
-/// Smallest width and height of the sky at which the row is shown, points.
-const MIN_SKY: [f32; 2] = [760.0, 300.0];
+/// Smallest width and height of the viewport at which the row is shown, points.
+const MIN_VIEWPORT: [f32; 2] = [760.0, 300.0];
 
 /// A view and its picture, rows top first.
 struct DrawnTile {
@@ -114,15 +114,15 @@ pub(crate) fn hide_after_input(interface: &mut Interface, panels_before: OpenPan
     }
 }
 
-/// Shows the row over the sky, until the user has done something else.
-pub(crate) fn over_sky(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWorker, sky: Rect, actions: &mut Vec<Action>) {
+/// Shows the row over the viewport, until the user has done something else.
+pub(crate) fn over_viewport(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWorker, viewport: Rect, actions: &mut Vec<Action>) {
     let is_wanted = interface.settings.panels.now_shown && interface.tab.is_none() && !interface.tour.is_open();
-    if !is_wanted || sky.width() < MIN_SKY[0] || sky.height() < MIN_SKY[1] {
+    if !is_wanted || viewport.width() < MIN_VIEWPORT[0] || viewport.height() < MIN_VIEWPORT[1] {
         return;
     }
     let area = egui::Area::new(ui.scope_id().with("what to see now")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
     let mut closes = false;
-    area.fixed_pos(sky.center_bottom() - vec2(0.0, 10.0)).show(ui.ctx(), |ui| {
+    area.fixed_pos(viewport.center_bottom() - vec2(0.0, 10.0)).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.horizontal(|ui| {
                 ui.strong(text!("now"));

@@ -28,7 +28,7 @@ pub(crate) struct TourPlayer {
 
 struct TourPlayback {
     tour: Arc<Tour>,
-    passed_s: f64,
+    elapsed_s: f64,
     is_paused: bool,
 }
 
@@ -65,7 +65,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, text: &str, ac
     match Tour::parse(text, session, interface.viewer.now()) {
         Ok(tour) => {
             actions.push(Action::Show(Box::new(with_user_settings(tour.at(0.0).view, &interface.viewer.view, true))));
-            interface.tour.playing = Some(TourPlayback { tour: Arc::new(tour), passed_s: 0.0, is_paused: false });
+            interface.tour.playing = Some(TourPlayback { tour: Arc::new(tour), elapsed_s: 0.0, is_paused: false });
         }
         Err(e) => interface.message = e.to_string(),
     }
@@ -88,25 +88,25 @@ fn with_user_settings(view: ViewState, shown: &ViewState, paused: bool) -> ViewS
 pub(crate) fn advance(interface: &mut Interface, ctx: &egui::Context, seconds: f64) {
     interface.viewer.is_in_tour = false;
     let Some(playing) = interface.tour.playing.as_mut().filter(|p| !p.is_paused) else { return };
-    playing.passed_s += seconds.max(0.0);
-    let moment = playing.tour.at(playing.passed_s);
-    playing.is_paused = playing.passed_s >= playing.tour.length_s();
+    playing.elapsed_s += seconds.max(0.0);
+    let moment = playing.tour.at(playing.elapsed_s);
+    playing.is_paused = playing.elapsed_s >= playing.tour.length_s();
     interface.viewer.view = with_user_settings(moment.view, &interface.viewer.view, false);
-    interface.viewer.is_in_tour = moment.moves && !playing.is_paused;
-    ctx.request_repaint_after(if moment.moves { Duration::ZERO } else { IDLE_INTERVAL });
+    interface.viewer.is_in_tour = moment.is_changing && !playing.is_paused;
+    ctx.request_repaint_after(if moment.is_changing { Duration::ZERO } else { IDLE_INTERVAL });
 }
 
 /// Draws the text and the controls over the sky.
-pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
+pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
     let Some(playing) = &mut interface.tour.playing else { return };
-    let stop = playing.tour.at(playing.passed_s).stop;
+    let stop = playing.tour.at(playing.elapsed_s).stop;
     let mut go_to = None;
     let (mut ended, mut records) = (false, false);
     let is_busy = interface.share.is_busy();
     let place = egui::Area::new(ui.scope_id().with("tour")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
-    place.fixed_pos(sky.center_bottom() - Vec2::new(0.0, 16.0)).show(ui.ctx(), |ui| {
+    place.fixed_pos(viewport.center_bottom() - Vec2::new(0.0, 16.0)).show(ui.ctx(), |ui| {
         Frame::popup(ui.style()).show(ui, |ui| {
-            ui.set_max_width(TEXT_WIDTH.min(sky.width() - 40.0).max(120.0));
+            ui.set_max_width(TEXT_WIDTH.min(viewport.width() - 40.0).max(120.0));
             ui.add(Label::new(
                 RichText::new(text!(
                     "tour-stop",
@@ -120,7 +120,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
             let text = ui.label(told);
             // Announced by screen readers without focus.
             ui.ctx().accesskit_node_builder(text.id, |node| node.set_live(egui::accesskit::Live::Polite));
-            let part = playing.passed_s / playing.tour.length_s().max(1e-9);
+            let part = playing.elapsed_s / playing.tour.length_s().max(1e-9);
             ui.horizontal(|ui| {
                 let button =
                     |ui: &mut egui::Ui, on: bool, name: &str, tip: &str| ui.add_enabled(on, Button::new(name)).on_hover_text(tip).clicked();
@@ -134,8 +134,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
                 };
                 if button(ui, true, name, tip) {
                     playing.is_paused = !playing.is_paused;
-                    if playing.passed_s >= playing.tour.length_s() {
-                        playing.passed_s = 0.0;
+                    if playing.elapsed_s >= playing.tour.length_s() {
+                        playing.elapsed_s = 0.0;
                     }
                 }
                 if button(ui, stop + 1 < playing.tour.stops(), text!("tour-next"), text!("tour-next-hint")) {
@@ -151,7 +151,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
         });
     });
     if let Some(stop) = go_to {
-        playing.passed_s = playing.tour.arrival_s(stop);
+        playing.elapsed_s = playing.tour.arrival_s(stop);
         playing.is_paused = false;
     }
     if records {

@@ -18,7 +18,7 @@ use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Ve
 use glam::DVec2;
 
 const NAME_POINTS: f32 = BODY;
-/// Minimum width of the sky at which hints are shown, points.
+/// Minimum width of the viewport at which hints are shown, points.
 const HINTS_WIDTH: f32 = 440.0;
 const NAME_COLOUR: Color32 = opaque(marks::NAME_COLOUR);
 const SELECTED_COLOUR: Color32 = opaque(marks::SELECTED_COLOUR);
@@ -65,7 +65,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     }
     menu(interface, &response, &placement, actions);
     show_message(interface, ui, rect);
-    now::over_sky(interface, ui, worker, rect, actions);
+    now::over_viewport(interface, ui, worker, rect, actions);
     if !interface.tour.is_open() {
         hints(interface, ui, rect);
     }
@@ -75,7 +75,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
 }
 
 /// Position of the picture in the window. The field of view spans the picture's height. Therefore a picture with another aspect ratio than the
-/// sky is scaled to the sky's height, which puts its bodies where the next picture will show them. Such a picture is cropped at its sides or
+/// viewport is scaled to the viewport's height, which puts its bodies where the next picture will show them. Such a picture is cropped at its sides or
 /// leaves black margins; it is never stretched.
 struct ImagePlacement {
     picture: Rect,
@@ -84,15 +84,16 @@ struct ImagePlacement {
 }
 
 impl ImagePlacement {
-    /// `sky_px`: size of the sky. The picture's size may be the sky's size divided by an integer and rounded up.
-    fn of([width, height]: [u32; 2], sky: Rect, sky_px: [u32; 2]) -> Self {
-        let [sky_width, sky_height] = sky_px.map(u64::from);
-        let has_aspect_of_sky = (u64::from(width) * sky_height).abs_diff(u64::from(height) * sky_width) <= sky_width.max(sky_height);
-        if has_aspect_of_sky {
-            return Self { picture: sky, points_per_px: f64::from(sky.width()) / f64::from(width) };
+    /// `viewport_px`: size of the viewport. The picture's size may be the viewport's size divided by an integer and rounded up.
+    fn of([width, height]: [u32; 2], viewport: Rect, viewport_px: [u32; 2]) -> Self {
+        let [viewport_width, viewport_height] = viewport_px.map(u64::from);
+        let has_viewport_aspect =
+            (u64::from(width) * viewport_height).abs_diff(u64::from(height) * viewport_width) <= viewport_width.max(viewport_height);
+        if has_viewport_aspect {
+            return Self { picture: viewport, points_per_px: f64::from(viewport.width()) / f64::from(width) };
         }
-        let points_per_px = sky.height() / height as f32;
-        let picture = Rect::from_center_size(sky.center(), Vec2::new(width as f32 * points_per_px, sky.height()));
+        let points_per_px = viewport.height() / height as f32;
+        let picture = Rect::from_center_size(viewport.center(), Vec2::new(width as f32 * points_per_px, viewport.height()));
         Self { picture, points_per_px: f64::from(points_per_px) }
     }
 
@@ -339,20 +340,20 @@ mod tests {
     use super::*;
     use egui::pos2;
 
-    /// Pictures with the sky's aspect ratio fill the sky at any coarseness; other pictures keep their aspect ratio, centred at the sky's height.
+    /// Pictures with the viewport's aspect ratio fill the viewport at any coarseness; other pictures keep their aspect ratio, centred at the viewport's height.
     #[test]
     fn a_picture_is_never_stretched() {
         let sides = [1_u32, 7, 200, 333, 640, 1279, 2560];
         for [across, down] in sides.iter().flat_map(|a| sides.map(|d| [*a, d])) {
             for scale in [1.0, 1.5, 2.0] {
-                let sky = Rect::from_min_size(pos2(190.0, 30.0), Vec2::new(across as f32, down as f32) / scale);
+                let viewport = Rect::from_min_size(pos2(190.0, 30.0), Vec2::new(across as f32, down as f32) / scale);
                 for divisor in 1..=5 {
                     let size = [across.div_ceil(divisor), down.div_ceil(divisor)];
-                    assert_eq!(ImagePlacement::of(size, sky, [across, down]).picture, sky, "{size:?} in {across}x{down}");
+                    assert_eq!(ImagePlacement::of(size, viewport, [across, down]).picture, viewport, "{size:?} in {across}x{down}");
                 }
                 for [width, height] in sides.iter().flat_map(|w| sides.map(|h| [*w, h])) {
-                    let placement = ImagePlacement::of([width, height], sky, [across, down]);
-                    if placement.picture == sky {
+                    let placement = ImagePlacement::of([width, height], viewport, [across, down]);
+                    if placement.picture == viewport {
                         // A difference of less than a pixel is rounding.
                         let [w, h, a, d] = [width, height, across, down].map(f64::from);
                         let off = (h - w * d / a).abs().min((w - h * a / d).abs());
@@ -362,9 +363,9 @@ mod tests {
                         let off = (placement.picture.width() - of_height).abs();
                         assert!(off < 1e-3 + 1e-5 * of_height, "{width}x{height} in {across}x{down}: {off} points too wide");
                     }
-                    assert!((placement.picture.height() - sky.height()).abs() < 1e-3);
-                    assert!((placement.picture.center() - sky.center()).length() < 1e-3 + 1e-6 * placement.picture.width());
-                    let part = placement.part(placement.picture.intersect(sky));
+                    assert!((placement.picture.height() - viewport.height()).abs() < 1e-3);
+                    assert!((placement.picture.center() - viewport.center()).length() < 1e-3 + 1e-6 * placement.picture.width());
+                    let part = placement.part(placement.picture.intersect(viewport));
                     assert!(part.min.x >= -1e-4 && part.max.x <= 1.0001 && part.min.y.abs() < 1e-4 && (part.max.y - 1.0).abs() < 1e-4);
                 }
             }

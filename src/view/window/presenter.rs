@@ -101,7 +101,7 @@ impl Presenter {
         }
     }
 
-    /// Presents the interface; `sky` is the rendered view if it is on the GPU. Returns false if the system accepts no frame at the moment.
+    /// Presents the interface; `scene_image` is the rendered view if it is on the GPU. Returns false if the system accepts no frame at the moment.
     ///
     /// # Errors
     /// The reason for the failure.
@@ -112,12 +112,12 @@ impl Presenter {
         [width, height]: [NonZeroU32; 2],
         pixels_per_point: f32,
         primitives: &[ClippedPrimitive],
-        sky: Option<&GpuImage>,
+        scene_image: Option<&GpuImage>,
     ) -> Result<bool, PresentError> {
         match &mut self.backend {
             Some(PresentBackend::Gpu(screen)) => {
                 let size = [width.get(), height.get()];
-                let ui_primitives = ui_primitives(painter, size, pixels_per_point, primitives, sky);
+                let ui_primitives = ui_primitives(painter, size, pixels_per_point, primitives, scene_image);
                 // On Wayland the next frame waits until this one has been presented. Announcing a frame that is then never sent would stop
                 // all later frames, so the notification is sent right before presentation.
                 let before_present = || self.window.pre_present_notify();

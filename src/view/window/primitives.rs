@@ -11,18 +11,18 @@ use egui::{ClippedPrimitive, TextureId};
 /// The texture id of an image that is on the GPU.
 pub const ON_GPU: TextureId = TextureId::User(0);
 
-/// The primitives of a window of `[width, height]` pixels. `sky`: the rendered view, if it is on the GPU.
+/// The primitives of a window of `[width, height]` pixels. `scene_image`: the rendered view, if it is on the GPU.
 pub fn ui_primitives(
     painter: &Painter,
     [width, height]: [u32; 2],
     pixels_per_point: f32,
     primitives: &[ClippedPrimitive],
-    sky: Option<&GpuImage>,
+    scene_image: Option<&GpuImage>,
 ) -> Vec<UiPrimitive> {
     let to_primitive = |p: &ClippedPrimitive| {
         let Primitive::Mesh(mesh) = &p.primitive else { return None };
-        let (texture, sampler) = match (mesh.texture_id, sky) {
-            (ON_GPU, Some(picture)) => (TextureSource::OnGpu(picture.clone()), sampler_state(true, false)),
+        let (texture, sampler) = match (mesh.texture_id, scene_image) {
+            (ON_GPU, Some(image)) => (TextureSource::OnGpu(image.clone()), sampler_state(true, false)),
             (id, _) => {
                 let texture = painter.texture(id)?;
                 (TextureSource::Persistent(texture.shared()), sampler_state(texture.smooth, texture.repeats))

@@ -120,7 +120,7 @@ impl Export {
     pub(crate) fn progress_text(&self, now_s: f64) -> String {
         let left = match (self.done, now_s - self.began_s) {
             (0, _) => String::new(),
-            (done, passed_s) => format!(", {}", remaining_text(passed_s / f64::from(done) * f64::from(self.count - done))),
+            (done, elapsed_s) => format!(", {}", remaining_text(elapsed_s / f64::from(done) * f64::from(self.count - done))),
         };
         text!("export-progress", done = self.done, count = self.count, left = left)
     }
