@@ -99,7 +99,7 @@ pub(crate) type ApparentDirection = fn(&Session, NaifId, Instant) -> Result<DVec
 
 /// Fault injection: tests use it to show that a sweep finds an error.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Faults {
+pub struct InjectedFaults {
     /// Changes each plan before it is drawn.
     pub plan: Option<fn(&mut Plan)>,
     /// Replaces the scene's directions of bodies.
@@ -115,13 +115,13 @@ pub struct SweepBench<'a> {
     seed: u64,
     /// Number of random views, if given.
     views: Option<usize>,
-    faults: Faults,
+    faults: InjectedFaults,
 }
 
 impl<'a> SweepBench<'a> {
     /// # Errors
     /// The threads of the renderers cannot be started.
-    pub fn new(session: &'a Session, effort: Effort, seed: u64, faults: Faults) -> Result<Self, SessionError> {
+    pub fn new(session: &'a Session, effort: Effort, seed: u64, faults: InjectedFaults) -> Result<Self, SessionError> {
         Ok(Self { dual: DualRenderer::new(session)?, effort, seed, views: None, faults })
     }
 

@@ -7,11 +7,11 @@ use orrery::render::plan::{DepthState, Plan};
 use orrery::scene::request::Purpose;
 use orrery::session::{Session, SessionError, Sources};
 use orrery::shader::fragments::Fragments;
-use orrery::stability::{Faults, SWEEPS, SweepBench, SweepReport, run};
+use orrery::stability::{InjectedFaults, SWEEPS, SweepBench, SweepReport, run};
 use orrery::time::Instant;
 use std::collections::BTreeMap;
 
-fn swept(session: &Session, name: &str, faults: Faults) -> SweepReport {
+fn swept(session: &Session, name: &str, faults: InjectedFaults) -> SweepReport {
     let sweep = SWEEPS.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("no sweep {name}"));
     let bench = SweepBench::new(session, Effort::Short, 1, faults).expect("a bench");
     let report = run(sweep, &bench).unwrap_or_else(|e| panic!("{name}: {e}"));
@@ -41,7 +41,7 @@ fn session_with_edits(changes: &[(&str, &str, &str)]) -> Session {
 /// clamps the light in an umbra is not 0.
 #[test]
 fn shadows_are_stable_and_a_missing_clamp_in_an_umbra_is_detected() {
-    assert!(!swept(&SESSION, "shadows", Faults::default()).has_failed());
+    assert!(!swept(&SESSION, "shadows", InjectedFaults::default()).has_failed());
     let obscuration = "lib/eclipse/obscuration.wesl";
     let unclamped = session_with_edits(&[
         ("lib/eclipse/disc_overlap.wesl", "    if overhang <= 0.0 {\n        return WHOLE_SUN;\n    }\n", ""),
@@ -53,7 +53,7 @@ fn shadows_are_stable_and_a_missing_clamp_in_an_umbra_is_detected() {
             "return select(1.0 - hidden / whole, left / whole, o.left.x < o.hidden.x);",
         ),
     ]);
-    assert!(swept(&unclamped, "shadows", Faults::default()).has_failed());
+    assert!(swept(&unclamped, "shadows", InjectedFaults::default()).has_failed());
 }
 
 #[test]
@@ -66,13 +66,13 @@ fn an_angle_from_the_arc_cosine_of_a_dot_product_is_detected() {
     s.centre = normalize(s.centre + vec2f(1.0e-12)) * tan(angle) * draw.eclipse_across[0].w;
     s.semi = select(shape.zw * scale",
     )]);
-    let report = swept(&by_cosine, "shadows", Faults::default());
+    let report = swept(&by_cosine, "shadows", InjectedFaults::default());
     assert!(report.has_failed());
 }
 
 #[test]
 fn an_umbra_is_black_at_every_exposure() {
-    let report = swept(&SESSION, "umbra-exposure", Faults::default());
+    let report = swept(&SESSION, "umbra-exposure", InjectedFaults::default());
     assert!(!report.has_failed() && report.found.cases >= 30);
 }
 
@@ -81,8 +81,8 @@ fn missing_light_time_is_detected() {
     fn geometric(session: &Session, body: NaifId, time: Instant) -> Result<glam::DVec3, SessionError> {
         Ok(session.ephemeris().state(body, NaifId::EARTH, time, None)?.state.pos_km)
     }
-    assert!(!swept(&SESSION, "light-time", Faults::default()).has_failed());
-    let report = swept(&SESSION, "light-time", Faults { place: Some(geometric), ..Faults::default() });
+    assert!(!swept(&SESSION, "light-time", InjectedFaults::default()).has_failed());
+    let report = swept(&SESSION, "light-time", InjectedFaults { place: Some(geometric), ..InjectedFaults::default() });
     assert!(report.has_failed() && report.found.worst > 20.0, "aberration alone is 20 arcseconds");
 }
 
@@ -93,16 +93,16 @@ fn clouds_with_depth_conflicts_are_detected() {
             draw.depth = DepthState { test: true, write: true };
         }
     }
-    assert!(!swept(&SESSION, "depth", Faults::default()).has_failed());
-    assert!(swept(&SESSION, "depth", Faults { plan: Some(write_depth), ..Faults::default() }).has_failed());
+    assert!(!swept(&SESSION, "depth", InjectedFaults::default()).has_failed());
+    assert!(swept(&SESSION, "depth", InjectedFaults { plan: Some(write_depth), ..InjectedFaults::default() }).has_failed());
 }
 
 #[test]
 fn a_feature_that_is_chosen_too_late_is_detected() {
-    assert!(!swept(&SESSION, "needs-linear", Faults::default()).has_failed());
+    assert!(!swept(&SESSION, "needs-linear", InjectedFaults::default()).has_failed());
     // A floor of half the light instead of a thousandth.
     let coarse = Purpose::Linear { floor: 0.5 };
-    assert!(swept(&SESSION, "needs-linear", Faults { purpose: Some(coarse), ..Faults::default() }).has_failed());
+    assert!(swept(&SESSION, "needs-linear", InjectedFaults { purpose: Some(coarse), ..InjectedFaults::default() }).has_failed());
 }
 
 /// The sweeps that no test above covers: the cases of `orrery stability --short`.
@@ -112,7 +112,7 @@ fn every_other_sweep_keeps_its_bound() {
     let failed: Vec<String> = SWEEPS
         .iter()
         .filter(|s| !tested_above.contains(&s.name))
-        .map(|s| swept(&SESSION, s.name, Faults::default()))
+        .map(|s| swept(&SESSION, s.name, InjectedFaults::default()))
         .filter(SweepReport::has_failed)
         .map(|r| format!("{}: {:e} of {:e} at {}: {}", r.name, r.found.worst, r.bound, r.found.location, r.found.cause))
         .collect();
