@@ -1,10 +1,10 @@
 //! Eclipses: the occluders of the Sun, the model of their shadows, its uniforms, and refraction by an occluder's atmosphere.
 
 pub(crate) mod air;
+pub mod approximate_shadow;
 pub(crate) mod decision;
 pub mod occluders;
 pub mod refracted_limb;
-pub mod shade;
 pub(crate) mod shadow_cone;
 pub(crate) mod shadow_path;
 pub mod shadow_region;

@@ -7,8 +7,8 @@ use crate::catalog::{Body, NaifId};
 use crate::message::Reason;
 use crate::scene::atmosphere::clouds;
 use crate::scene::camera::Camera;
+use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::eclipse::occluders::{self, EclipseModelChoice, Occluder, Receiver, ReceiverExtent};
-use crate::scene::eclipse::shade::Shade;
 use crate::scene::eclipse::shadow_region::{Frustum, ReceiverShape};
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Purpose;
@@ -97,35 +97,35 @@ pub(crate) fn sun_occluders<'a>(
 
 /// Approximate fraction of sunlight that eclipses leave on the visible part of a body.
 pub(crate) fn visible_sunlight_fraction(context: Context<'_>, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
-    evaluate_shade(context, p, diameter_px, |shade, camera| shade.mean(camera)).unwrap_or(1.0)
+    evaluate_shadow(context, p, diameter_px, |shadow, camera| shadow.mean(camera)).unwrap_or(1.0)
 }
 
 /// Evaluates a function of the shadows on a body; `None` if there are none. The camera is given from the centre, body axes, equatorial radii.
-pub(crate) fn evaluate_shade<T>(
+pub(crate) fn evaluate_shadow<T>(
     context: Context<'_>,
     p: &PlacedBody<'_>,
     diameter_px: f64,
-    evaluate: impl FnOnce(&Shade<'_>, DVec3) -> T,
+    evaluate: impl FnOnce(&ApproximateShadow<'_>, DVec3) -> T,
 ) -> Option<T> {
     if context.request.effects.override_of(Effect::Eclipse) == Some(false) {
         return None;
     }
-    evaluate_shade_with_model(context, p, diameter_px, requested_model(context.request), evaluate)
+    evaluate_shadow_with_model(context, p, diameter_px, requested_model(context.request), evaluate)
 }
 
 /// Like [`visible_sunlight_fraction`], but always by the best model, so that a magnitude does not depend on the picture's quality.
 pub(crate) fn best_sunlight_fraction(context: Context<'_>, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
-    evaluate_shade_with_model(context, p, diameter_px, EclipseModelChoice::Best, |shade, camera| shade.mean(camera)).unwrap_or(1.0)
+    evaluate_shadow_with_model(context, p, diameter_px, EclipseModelChoice::Best, |shadow, camera| shadow.mean(camera)).unwrap_or(1.0)
 }
 
-fn evaluate_shade_with_model<T>(
+fn evaluate_shadow_with_model<T>(
     context: Context<'_>,
     p: &PlacedBody<'_>,
     diameter_px: f64,
     requested_model: EclipseModelChoice,
-    evaluate: impl FnOnce(&Shade<'_>, DVec3) -> T,
+    evaluate: impl FnOnce(&ApproximateShadow<'_>, DVec3) -> T,
 ) -> Option<T> {
     let mut found = sun_occluders(context, p, diameter_px, ReceivingPart::Body, None)?;
     let model = occluders::model(&mut found.occluders, requested_model).model;
-    Shade::of(&found.occluders, model, &found.receiver, found.sun).map(|shade| evaluate(&shade, found.camera))
+    ApproximateShadow::of(&found.occluders, model, &found.receiver, found.sun).map(|shadow| evaluate(&shadow, found.camera))
 }

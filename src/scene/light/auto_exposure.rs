@@ -12,7 +12,7 @@ use crate::scene::camera::Camera;
 use crate::scene::draw::PixelView;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CANDELAS_PER_RADIANCE, COST_STOPS, DARKEST_EV, Exposure, darkest_white};
 use crate::scene::light::lights::{self, Reflector};
-use crate::scene::light::meter::{Meter, Metered, Reading};
+use crate::scene::light::meter::{Meter, MeterReading, Metered};
 use crate::scene::light::night_lights;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
@@ -80,7 +80,7 @@ fn metered(
 }
 
 /// The exposure for a reading of the light meter.
-fn from_reading(reading: Reading) -> Exposure {
+fn from_reading(reading: MeterReading) -> Exposure {
     let mut metered = reading.metered;
     let power = |m: &Metered| m.weight.powi(WEIGHT_EXPONENT);
     let total_power: f64 = metered.iter().map(power).sum();

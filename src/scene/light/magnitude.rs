@@ -1,7 +1,7 @@
 //! Visual magnitude of an entire body, lit by the sunlight that eclipses leave.
 //!
 //! Always: a body entirely in an umbra without refracted light has no magnitude. In a partial eclipse the error is 0.1 magnitudes, from the linear ramp in
-//! [`crate::scene::eclipse::shade`].
+//! [`crate::scene::eclipse::approximate_shadow`].
 
 use crate::catalog::NaifId;
 use crate::scene::eclipse::sun_occluders;

@@ -139,7 +139,7 @@ struct ProjectedPoint {
 }
 
 impl CometProjection<'_> {
-    fn station(&self, heliocentric_au: DVec3) -> Option<ProjectedPoint> {
+    fn project(&self, heliocentric_au: DVec3) -> Option<ProjectedPoint> {
         let from_camera = heliocentric_au - self.camera_au;
         let distance = from_camera.length();
         let apparent = aberrated(from_camera / distance, self.velocity_km_s) * distance;
@@ -215,7 +215,7 @@ impl CometProjection<'_> {
         let beta = |line: usize| MIN_BETA * (MAX_BETA / MIN_BETA).powf(beta_fraction(line));
         let fan: Vec<Vec<DVec3>> =
             (0..SYNDYNES).map(|line| (0..STATIONS).map(|k| grain(orbit, days, age(k), beta(line))).collect()).collect();
-        let projected: Vec<Vec<Option<ProjectedPoint>>> = fan.iter().map(|line| line.iter().map(|p| self.station(*p)).collect()).collect();
+        let projected: Vec<Vec<Option<ProjectedPoint>>> = fan.iter().map(|line| line.iter().map(|p| self.project(*p)).collect()).collect();
         // Grains are produced and lit in inverse proportion to the squared distance from the Sun; the exponential thins out old grains.
         let production = |k: usize| {
             let (release_au, current_au) = (heliocentric_state(orbit, days - age(k)).position.length(), fan[0][k].length());
@@ -279,7 +279,7 @@ impl CometProjection<'_> {
     fn ions(&self, state: &ConicState, light: f64, length_au: f64, segments: &mut Vec<TailSegment>) {
         let direction = ion_direction(state);
         let along = |k: usize| length_au * (k as f64 / (STATIONS - 1) as f64).powf(1.5);
-        let stations: Vec<_> = (0..STATIONS).map(|k| self.station(state.position + direction * along(k))).collect();
+        let stations: Vec<_> = (0..STATIONS).map(|k| self.project(state.position + direction * along(k))).collect();
         let half = |k: usize| stations[k].map_or(1.0, |s: ProjectedPoint| (0.4 * COMA_AU + ION_SPREAD * along(k)) * s.px_per_au + 0.7);
         // Light that the part of the tail beyond a station has.
         let beyond = |k: usize| (-3.0 * along(k) / length_au).exp() - (-3.0_f64).exp();
@@ -325,7 +325,7 @@ pub(crate) fn comets(
         let (from_sun, distance) = (state.position.length(), state.position.distance(projection.camera_au));
         let Some(magnitude) = total_magnitude(comet.brightness, distance, from_sun) else { continue };
         let light = irradiance_of_magnitude(magnitude);
-        let head = projection.station(state.position);
+        let head = projection.project(state.position);
         let growth = smoothstep((TAILS_AU.0 - from_sun) / (TAILS_AU.0 - TAILS_AU.1));
         // Tails are visible only if the head is, because the head is brighter than any part of its tails.
         let is_visible = light * PI / camera.pixel_tangent().powi(2) * point_peak() > white * MIN_LEVEL;

@@ -1,6 +1,6 @@
 //! The light meter of automatic exposure: it computes the radiance of everything in the frame.
 //!
-//! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`Reading`]: weight and radiance of each kind of subject in the frame,
+//! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`MeterReading`]: weight and radiance of each kind of subject in the frame,
 //! and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground with its photometric model and mean albedo,
 //! including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously
 //! with position, time, field of view and phase, because every share of the frame has soft edges. Left out: maps other than city lights (a sea is as bright
@@ -16,8 +16,8 @@ use crate::scene::atmosphere::air;
 use crate::scene::camera::Camera;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::draw::tables::RingShine;
-use crate::scene::eclipse::shade::Shade;
-use crate::scene::eclipse::sun_occluders::evaluate_shade;
+use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
+use crate::scene::eclipse::sun_occluders::evaluate_shadow;
 use crate::scene::light::corona;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE};
 use crate::scene::light::glow::VeilingGlare;
@@ -77,7 +77,7 @@ pub(crate) struct Metered {
     pub weight: f64,
 }
 
-pub(crate) struct Reading {
+pub(crate) struct MeterReading {
     pub metered: Vec<Metered>,
     /// Median radiance of the Sun's glare over the frame; 0 without the Sun.
     pub glare: f64,
@@ -146,7 +146,7 @@ impl Meter<'_, '_> {
     }
 
     /// Meters everything in the frame. `night`: the radiance that a picture of the dark sky shows as white.
-    pub(crate) fn read(&self, night: f64) -> Reading {
+    pub(crate) fn read(&self, night: f64) -> MeterReading {
         let glare =
             VeilingGlare::of(self.camera, self.placed).filter(|_| self.context.request.effects.override_of(Effect::Glow) != Some(false));
         let resolved_bodies: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
@@ -190,7 +190,7 @@ impl Meter<'_, '_> {
             target_level: AUTO_EXPOSED_MEAN,
             weight: DARK_SKY_WEIGHT,
         });
-        Reading { metered, glare: frame.glare() }
+        MeterReading { metered, glare: frame.glare() }
     }
 }
 
@@ -214,13 +214,13 @@ struct Ground<'g> {
 
 impl Ground<'_> {
     /// Radiance of the ground at `point` (unit-sphere frame) in the direction of the viewer. `normal`, `viewer`: unit vectors, body axes.
-    fn radiance(&self, point: DVec3, normal: DVec3, viewer: DVec3, shade: Option<&Shade<'_>>) -> f64 {
+    fn radiance(&self, point: DVec3, normal: DVec3, viewer: DVec3, shadow: Option<&ApproximateShadow<'_>>) -> f64 {
         let body = self.body;
         let reflected = |towards: DVec3, irradiance: f64| {
             irradiance * photometry::reflectance(&body.photometry, normal.dot(towards), normal.dot(viewer).max(1e-3), towards.dot(viewer))
         };
-        let sunlight_fraction = match shade {
-            Some(shade) if normal.dot(self.sun) > 0.0 => shade.sunlight_fraction(point * body.radii_km / body.radii_km.x).max(0.0),
+        let sunlight_fraction = match shadow {
+            Some(shadow) if normal.dot(self.sun) > 0.0 => shadow.sunlight_fraction(point * body.radii_km / body.radii_km.x).max(0.0),
             _ => 1.0,
         };
         let secondary: f64 = self.secondary_lights.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
@@ -306,16 +306,10 @@ impl MeteredFrame<'_, '_> {
         }
         let secondary_lights = self.shine_on(p);
         let to_body_frame = |v: DVec3| (p.body_from_icrf * v).normalize();
+        let night_lights = self.meter.context.resources.night_lights.get(&p.body.id).filter(|_| self.meter.night_lights > 0.0);
         let ground = Ground {
             body: p.body,
-            night_lights: self
-                .meter
-                .context
-                .resources
-                .night_lights
-                .get(&p.body.id)
-                .filter(|_| self.meter.night_lights > 0.0)
-                .map(AsRef::as_ref),
+            night_lights: night_lights.map(AsRef::as_ref),
             night_light_weight: self.meter.night_lights,
             ring_shine: self.ring_shine_on(p, diameter_px),
             albedo_scale: p.radiance_scale().x * p.body.geometric_albedo * f64::from(p.body.colour.max_element()),
@@ -324,22 +318,22 @@ impl MeteredFrame<'_, '_> {
             secondary_lights: secondary_lights.iter().map(|l| (to_body_frame(l.direction), l.irradiance.max_element())).collect(),
             sky: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.sky),
         };
-        let mut sum = |shade: Option<&Shade<'_>>| {
+        let mut sum = |shadow: Option<&ApproximateShadow<'_>>| {
             let mut near_share = 0.0;
             if far_weight < 1.0 {
-                near_share = self.sum_rays(p, &ground, shade, 1.0 - far_weight, &mut tally);
+                near_share = self.sum_rays(p, &ground, shadow, 1.0 - far_weight, &mut tally);
             }
             if far_weight > 0.0 {
                 // The sprite of a small disc covers more of the frame than the disc, and is fainter by the same factor.
                 let spread = area / (area + (1.0 - disc_share(diameter_px)) / point_peak());
                 let visible_share = share * self.visible_fraction(p, None) * far_weight;
-                self.sum_disc(p, &ground, shade, diameter_px, |area_fraction, radiance| {
+                self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
                     tally.add(visible_share * area_fraction / spread, radiance * spread * transmittance, foreground_radiance)
                 });
             }
             near_share
         };
-        let found = evaluate_shade(self.meter.context, p, diameter_px, |shade, _| sum(Some(shade)));
+        let found = evaluate_shadow(self.meter.context, p, diameter_px, |shadow, _| sum(Some(shadow)));
         let near_share = found.unwrap_or_else(|| sum(None));
         (tally, share * far_weight + near_share)
     }
@@ -350,7 +344,7 @@ impl MeteredFrame<'_, '_> {
         &self,
         p: &PlacedBody<'_>,
         ground: &Ground<'_>,
-        shade: Option<&Shade<'_>>,
+        shadow: Option<&ApproximateShadow<'_>>,
         diameter_px: f64,
         mut add: impl FnMut(f64, f64),
     ) {
@@ -368,14 +362,21 @@ impl MeteredFrame<'_, '_> {
                 let n = (viewer * cos + aside * sin) * cos_lat + up * sin_lat;
                 let area = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
                 if area > 0.0 {
-                    add(area, ground.radiance(n, n, viewer, shade));
+                    add(area, ground.radiance(n, n, viewer, shadow));
                 }
             }
         }
     }
 
     /// Samples a near body with rays over its rectangle in the frame. Returns the body's share of the frame.
-    fn sum_rays(&self, p: &PlacedBody<'_>, ground: &Ground<'_>, shade: Option<&Shade<'_>>, weight: f64, tally: &mut LogMean) -> f64 {
+    fn sum_rays(
+        &self,
+        p: &PlacedBody<'_>,
+        ground: &Ground<'_>,
+        shadow: Option<&ApproximateShadow<'_>>,
+        weight: f64,
+        tally: &mut LogMean,
+    ) -> f64 {
         let camera = self.meter.camera;
         let Some(rect) = p.outline.rect(camera) else { return 0.0 };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
@@ -394,7 +395,7 @@ impl MeteredFrame<'_, '_> {
             covered_share += share * coverage;
             let normal = (hit.point / p.placement.radii_km).normalize();
             let viewer = -(p.placement.body_from_icrf * direction).normalize();
-            let radiance = ground.radiance(hit.point, normal, viewer, shade);
+            let radiance = ground.radiance(hit.point, normal, viewer, shadow);
             tally.add(
                 share * coverage * frame_position_weight(clip.abs().max_element()),
                 radiance,

@@ -10,14 +10,14 @@ use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver};
 use glam::DVec3;
 
 /// Approximate fraction of sunlight that occluders leave at points of a receiver, for discs without limb darkening.
-pub(crate) struct Shade<'a> {
+pub(crate) struct ApproximateShadow<'a> {
     occluders: &'a [Occluder<'a>],
     axis: Axis,
     /// The first occluder's air, if it refracts light.
     layers: Option<air::RefractingLayers>,
 }
 
-impl<'a> Shade<'a> {
+impl<'a> ApproximateShadow<'a> {
     /// `None` without occluders.
     pub(crate) fn of(occluders: &'a [Occluder<'a>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
         let axis = Axis::of(receiver, sun).filter(|_| !occluders.is_empty())?;
