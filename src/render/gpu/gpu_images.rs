@@ -15,7 +15,7 @@ pub(crate) struct GpuImages {
 }
 
 impl GpuImages {
-    pub(crate) fn keep(&mut self, view: TextureView, [width, height]: [u32; 2]) -> GpuImage {
+    pub(crate) fn register(&mut self, view: TextureView, [width, height]: [u32; 2]) -> GpuImage {
         self.by_id.retain(|_, (handle, _)| handle.strong_count() > 0);
         let id = Arc::new(NEXT_ID.fetch_add(1, Ordering::Relaxed));
         self.by_id.insert(*id, (Arc::downgrade(&id), view));

@@ -13,13 +13,13 @@ mod pipelines;
 mod readback;
 mod renderer;
 mod resolve;
-mod screen;
+mod surface;
 mod targets;
 mod uploads;
 
 pub use adapters::{AdapterFacts, AdapterKind, adapters};
 pub use renderer::{FrameGuard, GpuRenderer, GpuTimings};
-pub(crate) use screen::{GpuSurface, WindowHandle};
+pub(crate) use surface::{GpuSurface, WindowHandle};
 
 /// Why the GPU does not draw.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

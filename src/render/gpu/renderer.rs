@@ -253,7 +253,7 @@ impl GpuRenderer {
             // Wait until the image is drawn, so that frames do not queue up.
             self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
             let passes = state.pass_times(&self.device, &self.queue, plan)?;
-            let image = self.images.lock().keep(last.view, [last.width, last.height]);
+            let image = self.images.lock().register(last.view, [last.width, last.height]);
             Ok((image, GpuTimings { sent_bytes, passes, wall_ms: 0.0 }))
         })?;
         timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();

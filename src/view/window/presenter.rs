@@ -60,7 +60,7 @@ impl Presenter {
 
     /// Whether an image on a GPU can be presented, that is, whether it is on the GPU that presents this window.
     pub(crate) fn holds(&self, picture: &GpuImage) -> bool {
-        matches!(&self.backend, Some(PresentBackend::Gpu(screen)) if screen.holds(picture))
+        matches!(&self.backend, Some(PresentBackend::Gpu(surface)) if surface.holds(picture))
     }
 
     /// Selects the backend that matches the renderer and the user's preference: the GPU that renders should also present. Returns a message
@@ -69,11 +69,11 @@ impl Presenter {
     /// # Errors
     /// The GPU no longer renders or should no longer present, so the window must be replaced.
     pub(crate) fn update_backend(&mut self, session: &Session, preference: DisplayPreference) -> Result<Option<String>, PresentError> {
-        let screen = match &self.backend {
-            Some(PresentBackend::Gpu(screen)) => Some(&**screen),
+        let surface = match &self.backend {
+            Some(PresentBackend::Gpu(surface)) => Some(&**surface),
             _ => None,
         };
-        match session.presenter_choice(screen, preference) {
+        match session.presenter_choice(surface, preference) {
             PresenterChoice::Unchanged => return Ok(None),
             PresenterChoice::Cpu => return Err(PresentError::Gpu(None)),
             PresenterChoice::OtherGpu if self.gpu_failed => return Ok(None),
@@ -83,8 +83,8 @@ impl Presenter {
         let was_on_device = self.is_on_gpu();
         self.backend = None;
         match session.window_surface(self.window.clone()) {
-            Some(Ok(screen)) => {
-                self.backend = Some(PresentBackend::Gpu(Box::new(screen)));
+            Some(Ok(surface)) => {
+                self.backend = Some(PresentBackend::Gpu(Box::new(surface)));
                 Ok(None)
             }
             Some(Err(why)) if was_on_device => Err(PresentError::Gpu(Some(why.to_string()))),
@@ -115,13 +115,13 @@ impl Presenter {
         scene_image: Option<&GpuImage>,
     ) -> Result<bool, PresentError> {
         match &mut self.backend {
-            Some(PresentBackend::Gpu(screen)) => {
+            Some(PresentBackend::Gpu(surface)) => {
                 let size = [width.get(), height.get()];
                 let ui_primitives = ui_primitives(painter, size, pixels_per_point, primitives, scene_image);
                 // On Wayland the next frame waits until this one has been presented. Announcing a frame that is then never sent would stop
                 // all later frames, so the notification is sent right before presentation.
                 let before_present = || self.window.pre_present_notify();
-                session.show(screen, ui_primitives, size, before_present).map_err(|why| PresentError::Gpu(Some(why.to_string())))
+                session.show(surface, ui_primitives, size, before_present).map_err(|why| PresentError::Gpu(Some(why.to_string())))
             }
             Some(PresentBackend::Cpu(surface)) => {
                 let failed = |e: softbuffer::SoftBufferError| PresentError::Cpu(e.to_string());
