@@ -10,7 +10,7 @@ use crate::render::software::tape::{Instr, Op, Operand};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use smallvec::smallvec;
 
-pub(crate) struct Finished {
+pub(crate) struct FinishedTapes {
     pub draw_tape: Vec<Instr>,
     pub lane_tape: Vec<Instr>,
     pub outputs: Vec<Operand>,
@@ -172,7 +172,7 @@ impl NumberPool {
 
 /// Optimises the steps and assembles the tapes. `inputs`: lane values that occupy the slots from 0 on at the start. `outputs` must be lane values.
 /// `chains`: whether to fuse operations into chains.
-pub(crate) fn finish(mut b: SsaBuilder, inputs: &[Val], outputs: &[Val], chains: bool) -> Result<Finished, LowerError> {
+pub(crate) fn finish(mut b: SsaBuilder, inputs: &[Val], outputs: &[Val], chains: bool) -> Result<FinishedTapes, LowerError> {
     eliminate_dead_code(&mut b, outputs);
     fuse_multiply_add(&mut b, outputs);
     super::loops::merge_jumps(&mut b.code);
@@ -283,7 +283,7 @@ pub(crate) fn finish(mut b: SsaBuilder, inputs: &[Val], outputs: &[Val], chains:
             *target = target_of.get(target).copied().unwrap_or(u32::MAX);
         }
     }
-    Ok(Finished {
+    Ok(FinishedTapes {
         draw_tape,
         lane_tape,
         outputs: outputs.iter().map(|v| operand_of(&allocation, *v)).collect(),

@@ -95,7 +95,7 @@ fn lower_entry_point(
     let entry_point = &module.entry_points[index];
     let stage = stage_of(entry_point)?;
     let mut builder = SsaBuilder::new();
-    let (mut interface, arguments) = Interface::of(module, entry_point, stage, &mut builder)?;
+    let (mut interface, arguments) = EntryPointInterface::of(module, entry_point, stage, &mut builder)?;
     let active = builder.fresh_lane();
     interface.input_values.push(active);
     let mut lowerer = Lowerer::new(module, info, builder, active)?;
@@ -180,7 +180,7 @@ pub fn check_bytes(module: &naga::Module, bytes: &[u8]) -> std::result::Result<(
         |binding: u32| module.global_variables.iter().any(|(_, v)| v.binding.is_some_and(|b| b.group == 0 && b.binding == binding));
     for (program, point) in programs.iter().zip(&module.entry_points) {
         let stage = stage_of(point)?;
-        let (interface, _) = Interface::of(module, point, stage, &mut SsaBuilder::new())?;
+        let (interface, _) = EntryPointInterface::of(module, point, stage, &mut SsaBuilder::new())?;
         let textures_are_bound = program.textures.iter().all(|t| is_bound(t.texture_binding) && t.sampler_binding.is_none_or(is_bound));
         let has_same_interface = (&program.name, program.stage) == (&point.name, stage)
             && program.inputs == interface.inputs
@@ -205,7 +205,7 @@ fn stage_of(point: &naga::EntryPoint) -> Result<ShaderStage> {
     }
 }
 
-struct Interface {
+struct EntryPointInterface {
     inputs: Vec<LaneInput>,
     /// The value of each input, in order.
     input_values: Vec<Val>,
@@ -227,7 +227,7 @@ fn is_flat(interpolation: Option<Interpolation>, inner: &TypeInner) -> Result<bo
     }
 }
 
-impl Interface {
+impl EntryPointInterface {
     /// The inputs and outputs of an entry point, and the values of each argument.
     fn of(module: &naga::Module, point: &naga::EntryPoint, stage: ShaderStage, builder: &mut SsaBuilder) -> Result<(Self, Vec<Vec<Val>>)> {
         let mut interface = Self { inputs: Vec::new(), input_values: Vec::new(), outputs: Vec::new() };
