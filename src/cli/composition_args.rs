@@ -23,17 +23,17 @@ pub(crate) struct CompositionArgs {
     /// Fisheye: the zenith in the middle, the target towards the bottom (the front of a dome)
     #[arg(long)]
     pub dome_zenith: bool,
-    /// Tilt of the dome: degrees by which the picture's middle is lowered towards its bottom
+    /// Tilt of the dome: degrees by which the direction at the image's centre is lowered
     #[arg(long, value_name = "D", default_value_t = 0.0, allow_negative_numbers = true)]
     pub dome_tilt: f64,
     /// Stereo pair: anaglyph (red and cyan glasses, red on the left; Dubois' matrix), side-by-side (each eye has half the width, undistorted),
     /// or interlaced (even rows, from 0, for the left eye); zero parallax at the target's distance
     #[arg(long, value_enum, value_name = "HOW")]
     pub stereo: Option<StereoLayout>,
-    /// Distance between the eyes in km [default: 1/30 of the width that the picture shows at the target; on a surface 63 mm]
+    /// Distance between the eyes in km [default: 1/30 of the width that the image spans at the target; on a surface 63 mm]
     #[arg(long, value_name = "KM", requires = "stereo", allow_negative_numbers = true)]
     pub eye_separation_km: Option<f64>,
-    /// Draw the picture onto a warp mesh (Paul Bourke's text format: x y u v i); the picture's size is that of the screen
+    /// Warp the image onto a mesh (Paul Bourke's text format: x y u v i); the image size is that of the screen
     #[arg(long, value_name = "MESH")]
     pub warp: Option<PathBuf>,
 }

@@ -31,7 +31,7 @@ the first one that keeps 99.9 % of the pixels within 1 level of the reference.";
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = EXAMPLE, next_help_heading = "Measurement")]
 pub(crate) struct MeasureArgs {
-    /// Small pictures and few rounds: about a minute on two cores
+    /// Small images and few rounds: about a minute on two cores
     #[arg(long)]
     short: bool,
     /// Only this choice; repeat for several [default: all]
@@ -43,7 +43,7 @@ pub(crate) struct MeasureArgs {
     /// Time of that view: ISO 8601 UTC, jd_tdb:DAY or now
     #[arg(long, value_name = "TIME", requires = "body")]
     time: Option<String>,
-    /// Distance of that view in equatorial radii [default: the disc fills 3/4 of the picture]
+    /// Distance of that view in equatorial radii [default: the disc fills 3/4 of the image height]
     #[arg(long, value_name = "X", requires = "body")]
     distance_radii: Option<f64>,
     /// Size of that view in pixels

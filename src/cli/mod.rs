@@ -87,7 +87,7 @@ enum Verb {
     Compare(compare::CompareArgs),
     /// Measure speed against accuracy: time and error of each choice
     Measure(measure::MeasureArgs),
-    /// Test numerical stability on extreme views: f32 against f64, and whole pictures
+    /// Test numerical stability on extreme views: f32 against f64, and image against image
     Stability(stability::StabilityArgs),
     /// Measure frame times of the standard scenes, by stage
     Bench(bench::BenchArgs),

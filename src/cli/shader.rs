@@ -57,8 +57,10 @@ enum ShaderVerb {
     },
     /// Print the module of a key, or a simple shader by name
     Emit {
+        /// Shader key, or the name of a simple shader
         #[arg(value_parser = module_id)]
         key: ModuleId,
+        /// Language
         #[arg(long, value_enum, default_value = "wgsl")]
         lang: Language,
         /// Begin each line with the feature that needs it
@@ -70,13 +72,16 @@ enum ShaderVerb {
     },
     /// Compare two modules, by feature
     Diff {
+        /// Shader key, or the name of a simple shader
         #[arg(value_parser = module_id)]
         first: ModuleId,
+        /// The module to compare with it
         #[arg(value_parser = module_id)]
         second: ModuleId,
     },
     /// Count operations, texture reads and registers, and time the software renderer per megapixel
     Cost {
+        /// Shader key, or the name of a simple shader
         #[arg(value_parser = module_id)]
         key: ModuleId,
         /// Print one JSON value
@@ -86,7 +91,7 @@ enum ShaderVerb {
     /// Compile the modules of all reachable keys and covering sets, translate them to all languages and compare them with the recorded digests
     #[command(after_help = REPORT_HELP)]
     Verify {
-        /// Compare two revisions of the library instead: source, picture and cost, by cause. A revision is a cache folder, a folder of entries, a folder of fragments, or `built-in`
+        /// Compare two revisions of the library instead: source, image and cost, by cause. A revision is a cache folder, a folder of entries, a folder of fragments, or `built-in`
         #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["update", "record"])]
         report: Vec<PathBuf>,
         /// With --report: print one JSON value
@@ -99,7 +104,7 @@ enum ShaderVerb {
         #[arg(long, value_name = "FILE", default_value = "tests/shader_digests.txt")]
         record: PathBuf,
     },
-    /// Write a static site with a page for each module: picture, source by feature, cost, and the modules one step away
+    /// Write a static site with a page for each module: image, source by feature, cost, and the modules one step away
     Atlas {
         /// Folder for the site; new, empty, or with an atlas in it
         #[arg(short, long = "output", value_name = "DIR")]
@@ -132,7 +137,7 @@ const REPORT_HELP: &str = "Two revisions side by side:
   orrery shader verify --report built-in my-shaders
 
 For each cause (a changed fragment, the generator, the lowering) the report names the modules that it changed,
-the greatest change of their pictures of the sample body, and their cost before and after.";
+the greatest change of their images of the sample body, and their cost before and after.";
 
 fn module_id(text: &str) -> Result<ModuleId, String> {
     text.parse().map_err(|e: key::KeyTextError| e.to_string())

@@ -14,12 +14,12 @@ const EXAMPLE: &str = "Examples:
   orrery stability --sweep needs-display --views 500 --seed 7 --json
 
 Each sweep draws, probes or places bodies where arithmetic and decisions are most likely
-to break, and compares f32 with f64, pictures with pictures, or positions with another
-computation. It prints its number of cases, the largest error beside its bound, the
-case that gave it, and what deviates first there: a named value of the module, a
-decision, a pixel. The exit status is 1 if a bound is broken. --short takes fewer cases: within two
-minutes on two cores. With --renderer gpu the GPU draws the f32 pictures;
-where its arithmetic is less precise, they have bounds of their own.";
+to break, and compares f32 with f64, images with images, or positions with another
+computation. The output of a sweep: the number of cases, the largest error with its bound,
+the case with that error, and the first difference in it (a named value of the module, a
+decision or a pixel). The exit status is 1 if an error exceeds its bound. --short runs
+fewer cases, within two minutes on two cores. With --renderer gpu the GPU draws the f32
+images; sweeps for which its arithmetic is less precise have separate bounds.";
 
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = EXAMPLE, next_help_heading = "Sweeps")]

@@ -41,7 +41,7 @@ pub(crate) struct ViewArgs {
     /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
     #[arg(long, value_name = "T", default_value = "now", allow_hyphen_values = true)]
     pub time: String,
-    /// Vertical field of view in degrees [default: 20; with a distance or a place 45; from a body's centre what fits the target]
+    /// Vertical field of view in degrees [default: 20; 45 with --distance-radii or --at; with --from, whatever fits the target]
     #[arg(long, value_name = "D", allow_negative_numbers = true, help_heading = "Image")]
     pub fov: Option<f64>,
     /// Up direction: north (of the target), zenith, celestial or ecliptic [default: north; on a surface the zenith]
@@ -61,7 +61,7 @@ pub(crate) struct ViewArgs {
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub effects: Option<String>,
     /// Layers: +orbits, +traces (where bodies have been, as seen from the target), +labels (names and markers), +features (names of craters and landing
-    /// sites), +caption, +scale-bar, +compass, +outline (of the target), +bloom; +minor-planets, +comets (with marks where they are too faint to be seen);
+    /// sites), +caption, +scale-bar, +compass, +outline (of the target), +bloom; +minor-planets, +comets (with a marker on each body too faint to be seen);
     /// +star-names, +constellations, +boundaries, +grid-equatorial, +grid-ecliptic, +grid-galactic, +grid-horizon (from a surface), +grid-body and +terminator
     /// (of the target), +eclipse-path (umbra and penumbra on the target, and where the shadow goes), +eclipse-cones (the same in space); +instruments (fields of view around the target);
     /// -data (on where a catalog has a [[layer]]); -stars, -milky-way, -zodiacal-light (on where the exposure shows them)
