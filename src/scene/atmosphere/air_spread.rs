@@ -204,8 +204,8 @@ impl AirAndGround<'_> {
         self.air.top_km * (row as f64 / (crate::scene::atmosphere::air_table::HEIGHTS - 1) as f64).powi(2)
     }
 
-    fn sum(&self, height_km: f64, what: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
-        extinction::sum(self.air, height_km, what)
+    fn coefficient(&self, height_km: f64, what: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
+        extinction::coefficient(self.air, height_km, what)
     }
 
     /// Transmittance towards the Sun for a plane-parallel atmosphere.
@@ -236,9 +236,9 @@ impl AirAndGround<'_> {
             let u = (k as f64 + 0.5) / STEPS as f64;
             let (s, step) = (path_km * u * u, path_km * 2.0 * u / STEPS as f64);
             let h = ((closest_sq + (b + s).powi(2)).sqrt() - self.radius_km).max(0.0);
-            let depth = self.sum(h, extinction) * step;
+            let depth = self.coefficient(h, extinction) * step;
             let cell = map_channels(depth, |d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
-            scatters(ground_distance_km(s), h, transmittance * self.sum(h, scattering) * cell * step);
+            scatters(ground_distance_km(s), h, transmittance * self.coefficient(h, scattering) * cell * step);
             transmittance *= map_channels(depth, |d| (-d).exp());
         }
         hits.then(|| (ground_distance_km(path_km), transmittance))

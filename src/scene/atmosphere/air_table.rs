@@ -6,7 +6,7 @@
 //! sideways beyond the region in which the air is uniform.
 
 use crate::catalog::{Atmosphere, Body};
-use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, scattering, steps};
+use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, quadrature, scattering};
 use crate::scene::camera;
 use glam::{DVec3, Vec4};
 use rayon::prelude::*;
@@ -105,8 +105,8 @@ impl AirSphere<'_> {
         (p.length() - self.radius_km).max(0.0)
     }
 
-    fn sum(&self, height_km: f64, what: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
-        extinction::sum(self.air, height_km, what)
+    fn coefficient(&self, height_km: f64, what: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
+        extinction::coefficient(self.air, height_km, what)
     }
 
     /// Transmittance towards the Sun; 0 through the planet.
@@ -128,12 +128,12 @@ impl AirSphere<'_> {
             transmittance: DVec3::ONE,
             ground: hits_ground.then(|| from + along * length_km),
         };
-        for (at, part) in steps(count) {
+        for (at, part) in quadrature(count) {
             let p = from + along * (length_km * at);
             let height = self.height(p);
-            let depth = self.sum(height, extinction) * (length_km * part);
+            let depth = self.coefficient(height, extinction) * (length_km * part);
             let cell = map_channels(depth, |d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
-            let scattered = ray.transmittance * self.sum(height, scattering) * cell * (length_km * part);
+            let scattered = ray.transmittance * self.coefficient(height, scattering) * cell * (length_km * part);
             ray.light += scattered * source(p);
             ray.rescattered += scattered;
             ray.transmittance *= map_channels(depth, |d| (-d).exp());
@@ -186,7 +186,7 @@ impl AirSphere<'_> {
         };
         let source = |p: DVec3| {
             let height = self.height(p);
-            let all = self.sum(height, scattering).max(DVec3::splat(1e-30));
+            let all = self.coefficient(height, scattering).max(DVec3::splat(1e-30));
             let phase_weighted: DVec3 = self.air.species.iter().map(|s| scattering(s) * (density(s, height) * phases(s))).sum();
             self.sunlight(p, sun) * phase_weighted / all
         };

@@ -23,13 +23,13 @@ pub(crate) fn density(s: &Species, height_km: f64) -> f64 {
 }
 
 /// A coefficient summed over all species, per kilometre.
-pub(crate) fn sum(air: &Atmosphere, height_km: f64, what: fn(&Species) -> DVec3) -> DVec3 {
+pub(crate) fn coefficient(air: &Atmosphere, height_km: f64, what: fn(&Species) -> DVec3) -> DVec3 {
     air.species.iter().map(|s| what(s) * density(s, height_km)).sum()
 }
 
 /// Quadrature along a ray: fractions of its length with their weights. Midpoints of even steps in the square root of the length: steps grow away from the
 /// start, where the air is densest.
-pub(crate) fn steps(count: usize) -> impl Iterator<Item = (f64, f64)> {
+pub(crate) fn quadrature(count: usize) -> impl Iterator<Item = (f64, f64)> {
     (0..count).map(move |k| {
         let u = (k as f64 + 0.5) / count as f64;
         (u * u, 2.0 * u / count as f64)
@@ -38,7 +38,7 @@ pub(crate) fn steps(count: usize) -> impl Iterator<Item = (f64, f64)> {
 
 /// Optical depth of a straight ray that starts where its air is densest. `height_km`: height at a distance from the start.
 pub(crate) fn optical_depth(air: &Atmosphere, length_km: f64, count: usize, height_km: impl Fn(f64) -> f64) -> DVec3 {
-    steps(count).map(|(at, part)| sum(air, height_km(length_km * at), extinction) * (length_km * part)).sum()
+    quadrature(count).map(|(at, part)| coefficient(air, height_km(length_km * at), extinction) * (length_km * part)).sum()
 }
 
 #[cfg(test)]
@@ -61,6 +61,6 @@ mod tests {
         assert!(worst(1000) < 1e-5, "{}", worst(1000));
         assert!(worst(48) < 5e-3, "{}", worst(48));
         assert!(worst(4) > 5e-3, "four steps are too few");
-        assert!((steps(48).map(|(_, part)| part).sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!((quadrature(48).map(|(_, part)| part).sum::<f64>() - 1.0).abs() < 1e-12);
     }
 }
