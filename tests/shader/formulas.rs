@@ -13,7 +13,7 @@ use orrery::scene::draw::{DrawUniforms, Light, RingTable, Surface};
 use orrery::scene::photometry::{model_geometric_albedo, model_phase, reflectance};
 use orrery::scene::request::ViewRequest;
 use orrery::scene::ring_shine::{scattered, sun_halves};
-use orrery::scene::rings::{MIN_COSINE, RingConditions, forward, particle_phase};
+use orrery::scene::rings::{MIN_COSINE, RingConditions, dust_phase, particle_phase};
 use orrery::time::Instant;
 use orrery::units::linear_to_srgb;
 use std::f64::consts::PI;
@@ -65,7 +65,7 @@ fn the_phase_functions_of_rings_agree_with_the_shader() {
     let uniforms = saturns_ring();
     let inputs: Vec<EvalInput> = phases().into_iter().map(|c| eval_input([c])).collect();
     for (function, reference) in
-        [("ring_particle_phase", particle_phase as fn(f64) -> f64), ("ring_dust_phase", |c: f64| forward(c.acos()))]
+        [("ring_particle_phase", particle_phase as fn(f64) -> f64), ("ring_dust_phase", |c: f64| dust_phase(c.acos()))]
     {
         let value = format!("vec4f({function}(p.x))");
         let expected = || phases().into_iter().map(reference);

@@ -8,5 +8,5 @@ pub mod ring_table;
 mod single_scatter;
 pub(crate) mod view;
 
-pub use phase::{MIN_COSINE, forward, particle_phase};
+pub use phase::{MIN_COSINE, dust_phase, particle_phase};
 pub use ring_table::{RingConditions, slopes_of_sunlight};

@@ -33,7 +33,7 @@ fn large_particle_phase(alpha: f64) -> f64 {
 }
 
 /// Phase function of dust, with a steep forward-scattering peak.
-pub fn forward(alpha: f64) -> f64 {
+pub fn dust_phase(alpha: f64) -> f64 {
     // 1 + g² + 2 g cos(alpha), written without cancellation near forward scattering.
     let forward_angle_sq = (0.5 * alpha).cos().powi(2);
     DUST_LOBES.iter().map(|[g, share]| share * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * forward_angle_sq).powf(1.5)).sum()
@@ -52,7 +52,7 @@ mod tests {
 
     /// Phase function of a mixture of large particles and dust, without the opposition surge.
     fn phase_function(alpha: f64, dust: f64) -> f64 {
-        large_particle_phase(alpha) * (1.0 - dust) + forward(alpha) * dust
+        large_particle_phase(alpha) * (1.0 - dust) + dust_phase(alpha) * dust
     }
 
     /// The mean over all directions. Steps are even in the logarithm of the angle from the Sun's direction, so that they resolve the narrowest lobe.

@@ -14,7 +14,7 @@ use crate::scene::draw::uniforms::RingUniforms;
 use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::purpose;
 use crate::scene::resources::Caches;
-use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, forward, particle_phase, phase_factor};
+use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, dust_phase, particle_phase, phase_factor};
 use crate::scene::rings::ring_shine::{RingShineGeometry, sun_halves};
 use crate::scene::rings::ring_table::{RingConditions, slopes_of_sunlight};
 use crate::scene::tiers::{self, MAX_EDGE_ERROR_PX};
@@ -139,7 +139,7 @@ impl<'a> RingView<'a> {
         let albedo = ring.albedo.iter().copied().fold(0.0, f64::max);
         // Large particles are brightest at the smallest phase angle. The phase function of dust has one minimum, so its maximum is at an end of the range.
         let [smallest, largest] = limits.phase_angles;
-        let phase = particle_phase(smallest.cos()) * (1.0 - ring.dust) + forward(smallest).max(forward(largest)) * ring.dust;
+        let phase = particle_phase(smallest.cos()) * (1.0 - ring.dust) + dust_phase(smallest).max(dust_phase(largest)) * ring.dust;
         // Upper limit of single scattering: each photon is scattered once, and none is lost afterwards.
         RingChange {
             hidden: -(-limits.max_slant_depth).exp_m1(),

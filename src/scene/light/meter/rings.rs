@@ -93,7 +93,7 @@ impl MeteredFrame<'_, '_> {
             }
             let side = usize::from(sun.z * along.z > 0.0);
             let cos_phase = (-along.dot(sun)).clamp(-1.0, 1.0);
-            let (of_bodies, of_dust) = (phase::particle_phase(cos_phase), phase::forward(cos_phase.acos()));
+            let (of_bodies, of_dust) = (phase::particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
             let x = 1.0 / cos_emission;
             let light: f64 = intervals
                 .iter()
