@@ -208,7 +208,7 @@ fn prepare_draw<'a, R: Real>(
         assemble(draw, stages.vertex, fragment.inputs(), pass.width, pass.height)?;
     timings.vertex_ms += 1e3 * vertex_seconds;
     timings.setup_ms += 1e3 * setup_seconds;
-    timings.given += submitted;
+    timings.submitted += submitted;
     // Each triangle that is not culled has one source triangle in the geometry.
     timings.culled += submitted - geometry.source_triangles.len();
     timings.clipped += geometry.clipped;

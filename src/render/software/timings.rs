@@ -5,7 +5,8 @@
 pub struct PassTimings {
     pub name: String,
     /// Triangles that the draws submitted.
-    pub given: usize,
+    #[serde(rename = "given")]
+    pub submitted: usize,
     /// Submitted triangles that are back-facing, without area, or outside the target.
     pub culled: usize,
     /// Submitted triangles that were clipped by the near plane or the guard band, and are still visible.

@@ -133,7 +133,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             line(&text!("frames-pass", pass = named("pass", &pass)), format!("{} ms", decimal(ms, 2)));
         }
         if let Some(timings) = &drawing.by.software {
-            line(text!("perf-triangles-submitted"), timings.passes.iter().map(|p| p.given).sum::<usize>().to_string());
+            line(text!("perf-triangles-submitted"), timings.passes.iter().map(|p| p.submitted).sum::<usize>().to_string());
             line(text!("perf-triangles-culled"), timings.passes.iter().map(|p| p.culled).sum::<usize>().to_string());
             line(text!("perf-triangles-clipped"), timings.passes.iter().map(|p| p.clipped).sum::<usize>().to_string());
             line(text!("perf-triangles-shaded"), timings.passes.iter().map(|p| p.triangles).sum::<usize>().to_string());
