@@ -80,11 +80,11 @@ pub use surface::overlays;
 
 /// Names and markers of bodies, and the body or star under a click.
 #[doc(hidden)]
-pub mod marks {
+pub mod labels {
     pub use super::annotation::data::Dot;
     pub use super::annotation::labels::*;
     pub use super::annotation::margin::Margin;
-    pub use super::annotation::picking::{REACH_PX, hit, hit_star, snapped_px, star_px};
+    pub use super::annotation::picking::{CLICK_RADIUS_PX, body_at, snapped_px, star_at, star_px};
     pub use super::annotation::text::{Bar, Rect, TextMark};
 }
 

@@ -66,7 +66,7 @@ use crate::memo::Memo;
 use crate::render::frame::Frame;
 use crate::render::plan::{self, GpuImage, Plan, PlanError, ResourceProvider, SamplingQuality, SimpleDraw};
 use crate::render::software::{RenderError, SoftwareRenderer};
-use crate::scene::marks;
+use crate::scene::labels;
 use crate::scene::night_lights::NightLights;
 use crate::scene::request::ViewRequest;
 use crate::scene::rings::ring_shine::{RingShineStore, RingShines};
@@ -489,7 +489,7 @@ impl ResourceProvider for Session {
             let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars()).chain(nomenclature::letters());
             let constellations = Constellations::embedded().all.iter().flat_map(|c| c.name.chars());
             let names = names.chain(constellations).chain(' '..='~').chain(COORDINATE_LETTERS.chars());
-            Arc::new(GlyphAtlas::draw(names, size_px as f32, marks::MARKER_RADIUS as f32))
+            Arc::new(GlyphAtlas::draw(names, size_px as f32, labels::MARKER_RADIUS as f32))
         })
     }
 }

@@ -7,7 +7,7 @@ use orrery::ephemeris::apparent::aberrated;
 use orrery::ephemeris::topocentric::ground_point_km;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::Scene;
-use orrery::scene::marks::Dot;
+use orrery::scene::labels::Dot;
 use orrery::scene::request::{Axes, Layers, Look, Position, Up, ViewRequest};
 use orrery::scene::viewpoint::viewer;
 use orrery::session::Session;

@@ -4,7 +4,7 @@ use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::catalog::{NaifId, nomenclature};
 use orrery::scene::Scene;
-use orrery::scene::marks::{LabelLayer, LabelMetrics, Rect};
+use orrery::scene::labels::{LabelLayer, LabelMetrics, Rect};
 use orrery::scene::request::{Layers, Position, ViewRequest};
 use orrery::time::Instant;
 use std::collections::BTreeSet;

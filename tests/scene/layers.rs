@@ -6,7 +6,7 @@ use glam::DVec2;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::marks::{Label, LabelMetrics, LabelSide, label_rect};
+use orrery::scene::labels::{Label, LabelMetrics, LabelSide, label_rect};
 use orrery::scene::request::{ExposureRequest, Layers, Position, ToneMap, ViewRequest};
 use orrery::time::Instant;
 
@@ -98,7 +98,7 @@ fn names_appear_next_to_their_bodies_and_do_not_change_the_light() {
     assert_eq!(without_labels.frame.hdr, named.frame.hdr, "names are not light");
     let labels = named.scene.labels.as_ref().expect("labels were requested");
     let metrics = LabelMetrics::of_size(labels.size_px);
-    assert!(labels.marks.iter().filter(|m| m.name_side.is_some()).count() > 1, "{:?}", labels.marks);
+    assert!(labels.labels.iter().filter(|m| m.name_side.is_some()).count() > 1, "{:?}", labels.labels);
     let changed_places = changed_pixels(&without_labels, &named);
     // Twice the mean width of a letter is wider than any name needs.
     let wide = LabelMetrics { glyph_width_px: 2.0 * metrics.glyph_width_px, ..metrics };
@@ -108,13 +108,13 @@ fn names_appear_next_to_their_bodies_and_do_not_change_the_light() {
         let in_name = m.name_side.is_some() && at.cmpge(name.min - margin).all() && at.cmple(name.max + margin).all();
         in_name || m.centre_px.distance(at) < 8.0
     };
-    let stray: Vec<_> = changed_places.iter().filter(|at| !labels.marks.iter().any(|m| covers(m, **at))).collect();
+    let stray: Vec<_> = changed_places.iter().filter(|at| !labels.labels.iter().any(|m| covers(m, **at))).collect();
     assert!(stray.is_empty(), "changed away from every name and marker: {stray:?}");
-    for (mark, side) in labels.marks.iter().filter_map(|m| Some((m, m.name_side?))) {
-        let name = label_rect(mark.centre_px, mark.radius_px, &mark.name, &wide, side);
+    for (label, side) in labels.labels.iter().filter_map(|m| Some((m, m.name_side?))) {
+        let name = label_rect(label.centre_px, label.radius_px, &label.name, &wide, side);
         let inked = changed_places.iter().filter(|at| at.cmpge(name.min).all() && at.cmple(name.max).all()).count();
-        let glyphs = mark.name.chars().count();
-        assert!(inked > 8 * glyphs, "{}: {inked} pixels for {glyphs} letters", mark.name);
+        let glyphs = label.name.chars().count();
+        assert!(inked > 8 * glyphs, "{}: {inked} pixels for {glyphs} letters", label.name);
     }
 }
 

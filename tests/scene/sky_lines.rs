@@ -310,12 +310,12 @@ fn visible_stars_have_names() {
     for (name, hip) in [("Rigel", 24_436), ("Betelgeuse", 27_989), ("Bellatrix", 25_336)] {
         let text = texts.texts.iter().find(|t| t.text == name).unwrap_or_else(|| panic!("{name} has no label"));
         let star = SESSION.catalog().stars().index_of_hip(hip).expect("in the catalogue");
-        let at = orrery::scene::marks::star_px(&built, star).expect("drawn");
+        let at = orrery::scene::labels::star_px(&built, star).expect("drawn");
         let offset = text.left_px - at;
         assert!((0.0..2.0 * texts.size_px).contains(&offset.x) && offset.y.abs() < texts.size_px, "{name}: {offset}");
         // A click near the star selects it; a click far from it does not.
-        assert_eq!(orrery::scene::marks::hit_star(&built, at + DVec2::splat(2.0)), Some(star), "{name}");
-        assert_ne!(orrery::scene::marks::hit_star(&built, at + DVec2::splat(40.0)), Some(star), "{name}");
+        assert_eq!(orrery::scene::labels::star_at(&built, at + DVec2::splat(2.0)), Some(star), "{name}");
+        assert_ne!(orrery::scene::labels::star_at(&built, at + DVec2::splat(40.0)), Some(star), "{name}");
     }
     assert!(scene(&at_stops(0.0, named)).texts.is_none(), "no star is visible at a daylight exposure");
     assert!(scene(&at_stops(19.0, Layers { star_names: false, ..named })).texts.is_none());

@@ -32,7 +32,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
         sky.min + egui::vec2((px.x * points) as f32, (px.y * points) as f32)
     };
     let star_at = |window: &Window| {
-        let px = orrery::scene::marks::star_px(&window.state().shown().expect("a picture").scene, star).expect("Rigel is drawn");
+        let px = orrery::scene::labels::star_px(&window.state().shown().expect("a picture").scene, star).expect("Rigel is drawn");
         screen_position(window, px)
     };
     let star_pos = star_at(&window);

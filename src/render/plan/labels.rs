@@ -11,7 +11,7 @@ use super::shared::{FIRST_READ_BINDING, colour, instanced_rectangles, simple_dra
 use crate::image::{Glyph, GlyphAtlas};
 use crate::scene::Scene;
 use crate::scene::annotation::line_texts::{PlacedText, TextLayer};
-use crate::scene::marks::{
+use crate::scene::labels::{
     Bar, Dot, FILLS_PICTURE, LabelLayer, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, Rect, SELECTED_COLOUR,
     TextMark,
 };
@@ -39,26 +39,26 @@ fn glyph_quad(cell: &Glyph, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) ->
 }
 
 /// Markers and names, the least important first, each name over its own shadow.
-fn body_labels(labels: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<GlyphQuad> {
-    let metrics = LabelMetrics::of_size(labels.size_px);
-    let shadow_px = (labels.size_px / 13.0).round().max(1.0);
+fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<GlyphQuad> {
+    let metrics = LabelMetrics::of_size(layer.size_px);
+    let shadow_px = (layer.size_px / 13.0).round().max(1.0);
     let mut all = Vec::new();
-    for mark in labels.marks.iter().rev() {
-        let is_selected = mark.body == labels.selected;
+    for label in layer.labels.iter().rev() {
+        let is_selected = label.body == layer.selected;
         let text_colour = colour(if is_selected { SELECTED_COLOUR } else { NAME_COLOUR }).to_array();
-        let centre = mark.centre_px.to_array();
-        if mark.radius_px < MARKER_RADIUS * labels.size_px {
+        let centre = label.centre_px.to_array();
+        if label.radius_px < MARKER_RADIUS * layer.size_px {
             let pen = [centre[0] - 0.5, centre[1] - 0.5];
             all.push(glyph_quad(&glyphs.marker, pen, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
         }
-        let side = mark.name_side.or_else(|| is_selected.then_some(LabelSide::DEFAULT));
+        let side = label.name_side.or_else(|| is_selected.then_some(LabelSide::DEFAULT));
         if let Some(side) = side
-            && mark.radius_px < FILLS_PICTURE * f64::from(height)
+            && label.radius_px < FILLS_PICTURE * f64::from(height)
         {
-            let [x, y] = side.offset_px(metrics.gap_px(mark.radius_px)).to_array();
-            let width = glyphs.layout(&mark.name).last().map_or(0.0, |(x, cell)| f64::from(x + cell.advance));
+            let [x, y] = side.offset_px(metrics.gap_px(label.radius_px)).to_array();
+            let width = glyphs.layout(&label.name).last().map_or(0.0, |(x, cell)| f64::from(x + cell.advance));
             let left_px = [centre[0] + x - if side.left { width } else { 0.0 }, centre[1] + y];
-            all.extend(text_quads(&mark.name, left_px, text_colour, 1.0, glyphs, shadow_px));
+            all.extend(text_quads(&label.name, left_px, text_colour, 1.0, glyphs, shadow_px));
         }
     }
     all

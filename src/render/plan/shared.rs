@@ -11,7 +11,7 @@ use super::scissor::scissor;
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::camera::ViewRays;
 use crate::scene::draw::{PixelView, Point, StarSprite};
-use crate::scene::marks::SELECTED_COLOUR;
+use crate::scene::labels::SELECTED_COLOUR;
 use crate::scene::orbits;
 use crate::scene::refracted_limb::RefractedLimb;
 use crate::scene::request::ToneMap;

@@ -76,7 +76,7 @@ pub(crate) const FILLS_PICTURE: f64 = 0.45;
 pub struct LabelLayer {
     pub size_px: f64,
     pub selected: NaifId,
-    pub marks: Vec<Label>,
+    pub labels: Vec<Label>,
     /// Names of features, caption, scale bar and compass.
     pub margin: Margin,
     /// Points of data, below all names.
@@ -109,11 +109,11 @@ impl LabelLayer {
         let mut occupied: Vec<Rect> = layer.occupied(&metrics).collect();
         if layers.labels {
             let parent = |id: NaifId| catalog.body(id).and_then(|b| b.parent);
-            layer.marks = marks(picture, bodies, layer.selected, parent, &metrics);
-            for mark in &mut layer.marks {
-                let rect = |side| label_rect(mark.centre_px, mark.radius_px, &mark.name, &metrics, side);
-                mark.name_side = mark.name_side.filter(|side| !occupied.iter().any(|t| t.overlaps(&rect(*side))));
-                occupied.extend(mark.name_side.map(rect));
+            layer.labels = body_labels(picture, bodies, layer.selected, parent, &metrics);
+            for label in &mut layer.labels {
+                let rect = |side| label_rect(label.centre_px, label.radius_px, &label.name, &metrics, side);
+                label.name_side = label.name_side.filter(|side| !occupied.iter().any(|t| t.overlaps(&rect(*side))));
+                occupied.extend(label.name_side.map(rect));
             }
         }
         if layers.features {
@@ -127,7 +127,7 @@ impl LabelLayer {
     /// A layer without labels.
     pub(crate) fn empty(request: &ViewRequest) -> Self {
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
-        Self { size_px: glyph_size_px(request.height), selected, marks: Vec::new(), margin: Margin::default(), dots: Vec::new() }
+        Self { size_px: glyph_size_px(request.height), selected, labels: Vec::new(), margin: Margin::default(), dots: Vec::new() }
     }
 
     /// Adds texts, bars and rings.
@@ -152,7 +152,7 @@ pub(crate) fn glyph_size_px(height: u32) -> f64 {
 const CROWDED_PX: f64 = 7.0;
 
 /// The labels of the bodies that a camera sees, most important first.
-pub(crate) fn marks(
+pub(crate) fn body_labels(
     camera: &dyn ImageProjection,
     bodies: &[BodyInView],
     selected: NaifId,

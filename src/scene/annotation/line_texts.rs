@@ -51,7 +51,7 @@ pub(crate) fn place_texts(mut candidates: Vec<SkyText>, labels: Option<&LabelLay
     let metrics = LabelMetrics::of_size(size_px);
     let body_rects = labels.into_iter().flat_map(|layer| {
         let lettering = LabelMetrics::of_size(layer.size_px);
-        layer.marks.iter().filter_map(move |m| Some(label_rect(m.centre_px, m.radius_px, &m.name, &lettering, m.name_side?)))
+        layer.labels.iter().filter_map(move |m| Some(label_rect(m.centre_px, m.radius_px, &m.name, &lettering, m.name_side?)))
     });
     let mut occupied: Vec<Rect> = body_rects.collect();
     occupied.extend(labels.into_iter().flat_map(|layer| layer.occupied(&metrics).collect::<Vec<_>>()));

@@ -10,22 +10,23 @@ use crate::scene::finished::Scene;
 use crate::scene::in_view::{Appearance, BodyInView};
 use glam::DVec2;
 
-/// Largest distance of a click from a mark that it selects, pixels.
-pub const REACH_PX: f64 = 14.0;
+/// Largest distance of a click from the centre of the body or star that it selects, pixels.
+pub const CLICK_RADIUS_PX: f64 = 14.0;
 
 /// The star that a click at `at_px` selects: the brightest within the click radius, as an index into the star catalogue.
-pub fn hit_star(scene: &Scene, at_px: DVec2) -> Option<usize> {
+pub fn star_at(scene: &Scene, at_px: DVec2) -> Option<usize> {
     // Converts one click from the screen to the picture, instead of a million stars from the picture to the screen.
     let at_px = scene.geometry.picture_of_screen(at_px)?;
-    let near = scene.stars.iter().filter(|s| sprite_px(scene, s).distance(at_px) <= REACH_PX);
+    let near = scene.stars.iter().filter(|s| sprite_px(scene, s).distance(at_px) <= CLICK_RADIUS_PX);
     near.filter(|s| s.star.is_some()).max_by(|a, b| a.flux.y.total_cmp(&b.flux.y)).and_then(|s| s.star)
 }
 
 /// The centre of the small body or star that a click selects, else the click's own position.
-pub fn snapped_px(marks: &[Label], scene: &Scene, at_px: DVec2) -> DVec2 {
-    let small = marks.iter().filter(|m| m.radius_px < REACH_PX).map(|m| m.centre_px).filter(|px| px.distance(at_px) <= REACH_PX);
+pub fn snapped_px(labels: &[Label], scene: &Scene, at_px: DVec2) -> DVec2 {
+    let small =
+        labels.iter().filter(|m| m.radius_px < CLICK_RADIUS_PX).map(|m| m.centre_px).filter(|px| px.distance(at_px) <= CLICK_RADIUS_PX);
     let body = small.min_by(|a, b| a.distance(at_px).total_cmp(&b.distance(at_px)));
-    body.or_else(|| hit_star(scene, at_px).and_then(|star| star_px(scene, star))).unwrap_or(at_px)
+    body.or_else(|| star_at(scene, at_px).and_then(|star| star_px(scene, star))).unwrap_or(at_px)
 }
 
 /// The position of a star in the picture, if it is drawn.
@@ -39,12 +40,12 @@ fn sprite_px(scene: &Scene, sprite: &StarSprite) -> DVec2 {
 }
 
 /// The body that a click at `at_px` selects: the nearest small body within the click radius, else the foremost disc under it.
-pub fn hit(marks: &[Label], scene: &Scene, at_px: DVec2) -> Option<NaifId> {
-    let near = marks
+pub fn body_at(labels: &[Label], scene: &Scene, at_px: DVec2) -> Option<NaifId> {
+    let near = labels
         .iter()
-        .filter(|m| m.radius_px < REACH_PX)
+        .filter(|m| m.radius_px < CLICK_RADIUS_PX)
         .map(|m| (m.centre_px.distance(at_px), m.body))
-        .filter(|(d, _)| *d <= REACH_PX)
+        .filter(|(d, _)| *d <= CLICK_RADIUS_PX)
         .min_by(|a, b| a.0.total_cmp(&b.0));
     let direction = scene.geometry.direction(&scene.camera, at_px);
     let is_under = |b: &&BodyInView| b.appearance == Appearance::Disc && direction.is_some_and(|d| b.placement.surface_along(d).is_some());

@@ -6,7 +6,7 @@
 use super::Interface;
 use crate::catalog::NaifId;
 use crate::render::plan::{GpuImage, SamplingQuality};
-use crate::scene::marks::{Label, LabelMetrics, marks};
+use crate::scene::labels::{Label, LabelMetrics, body_labels};
 use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
 use crate::session::{Readiness, RendererPreference};
 use crate::view::worker::adaptive_resolution::AdaptiveResolution;
@@ -47,7 +47,7 @@ pub(super) struct Viewport {
     pub(super) images_shown: u64,
     /// Generator of the shader modules, and the renderer preference; a change of either requires a new image.
     pub(super) drawn_with: Option<(Arc<str>, RendererPreference)>,
-    pub(super) marks: Vec<Label>,
+    pub(super) labels: Vec<Label>,
     /// The last right-clicked body.
     pub(super) menu_body: Option<NaifId>,
     /// The position of the last right click, pixels of the picture.
@@ -70,7 +70,7 @@ impl Default for Viewport {
             picked_px: None,
             images_shown: 0,
             drawn_with: None,
-            marks: Vec::new(),
+            labels: Vec::new(),
             menu_body: None,
             menu_px: None,
             star: None,
@@ -142,8 +142,13 @@ impl Interface {
     pub(super) fn refresh_marks(&mut self, metrics: &LabelMetrics) {
         let Some(drawing) = &self.viewport.shown else { return };
         let parent = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
-        self.viewport.marks =
-            marks(&*drawing.scene.geometry.projection(&drawing.scene.camera), &drawing.scene.bodies, self.viewer.selected, parent, metrics);
+        self.viewport.labels = body_labels(
+            &*drawing.scene.geometry.projection(&drawing.scene.camera),
+            &drawing.scene.bodies,
+            self.viewer.selected,
+            parent,
+            metrics,
+        );
     }
 
     /// Requests the image of the current view, at a coarse resolution while it moves.

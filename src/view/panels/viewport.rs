@@ -5,8 +5,8 @@ use super::icons::{self, Icon};
 use super::{Interface, now, tour};
 use crate::catalog::NaifId;
 use crate::scene::Scene;
-use crate::scene::marks::{
-    self, FILLS_PICTURE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, hit, hit_star, snapped_px, star_px,
+use crate::scene::labels::{
+    self, FILLS_PICTURE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, body_at, snapped_px, star_at, star_px,
 };
 use crate::view::app::orbit::ZOOM_PER_NOTCH;
 use crate::view::app::viewer::Action;
@@ -20,8 +20,8 @@ use glam::DVec2;
 const NAME_POINTS: f32 = BODY;
 /// Minimum width of the viewport at which hints are shown, points.
 const HINTS_WIDTH: f32 = 440.0;
-const NAME_COLOUR: Color32 = opaque(marks::NAME_COLOUR);
-const SELECTED_COLOUR: Color32 = opaque(marks::SELECTED_COLOUR);
+const NAME_COLOUR: Color32 = opaque(labels::NAME_COLOUR);
+const SELECTED_COLOUR: Color32 = opaque(labels::SELECTED_COLOUR);
 
 const fn opaque([r, g, b]: [u8; 3]) -> Color32 {
     Color32::from_rgb(r, g, b)
@@ -155,7 +155,7 @@ fn hints(interface: &Interface, ui: &egui::Ui, rect: Rect) {
 fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, actions: &mut Vec<Action>) {
     if response.secondary_clicked() {
         let at = response.interact_pointer_pos().zip(interface.shown()).map(|(at, drawing)| placement.px_of(at, &drawing.scene));
-        let found = at.zip(interface.shown()).and_then(|(at_px, drawing)| hit(&interface.viewport.marks, &drawing.scene, at_px));
+        let found = at.zip(interface.shown()).and_then(|(at_px, drawing)| body_at(&interface.viewport.labels, &drawing.scene, at_px));
         interface.viewport.menu_body = found;
         interface.viewport.menu_px = at;
         actions.extend(found.map(Action::Select));
@@ -187,7 +187,7 @@ fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImageP
         if ui.add(measures).on_hover_text(hover).clicked()
             && let Some((at_px, drawing)) = interface.viewport.menu_px.zip(interface.viewport.shown.as_ref())
         {
-            let at_px = snapped_px(&interface.viewport.marks, &drawing.scene, at_px);
+            let at_px = snapped_px(&interface.viewport.labels, &drawing.scene, at_px);
             measure(interface, at_px, interface.viewport.menu_body);
         }
         if ui.button(text!("menu-copy-link")).on_hover_text(text!("menu-copy-link-hint")).clicked() {
@@ -203,17 +203,17 @@ fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImageP
 /// Paints the names and markers of bodies.
 fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &ImagePlacement) {
     let painter = ui.painter().with_clip_rect(rect);
-    for mark in &interface.viewport.marks {
-        let at = placement.picture.min + vec2(mark.centre_px * placement.points_per_px);
-        let radius = (mark.radius_px * placement.points_per_px) as f32;
-        let selected = mark.body == interface.viewer.selected;
+    for label in &interface.viewport.labels {
+        let at = placement.picture.min + vec2(label.centre_px * placement.points_per_px);
+        let radius = (label.radius_px * placement.points_per_px) as f32;
+        let selected = label.body == interface.viewer.selected;
         let colour = if selected { SELECTED_COLOUR } else { NAME_COLOUR };
         let marker = MARKER_RADIUS as f32 * NAME_POINTS;
         if interface.settings.markers && radius < marker {
             painter.circle_stroke(at, marker, Stroke::new(1.0, colour.gamma_multiply(if selected { 1.0 } else { MARKER_OPACITY })));
         }
         // A body that fills the picture is named in the title instead.
-        let side = mark.name_side.or_else(|| selected.then_some(LabelSide::DEFAULT));
+        let side = label.name_side.or_else(|| selected.then_some(LabelSide::DEFAULT));
         if let Some(side) = side
             && interface.settings.names
             && radius < FILLS_PICTURE as f32 * rect.height()
@@ -221,8 +221,8 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Ima
             let text_at = at + vec2(side.offset_px(LabelMetrics::of_size(f64::from(NAME_POINTS)).gap_px(f64::from(radius))));
             let end = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
             let font = FontId::proportional(NAME_POINTS);
-            painter.text(text_at + Vec2::splat(1.0), end, body_name(&mark.name), font.clone(), Color32::from_black_alpha(180));
-            painter.text(text_at, end, body_name(&mark.name), font, colour);
+            painter.text(text_at + Vec2::splat(1.0), end, body_name(&label.name), font.clone(), Color32::from_black_alpha(180));
+            painter.text(text_at, end, body_name(&label.name), font, colour);
         }
     }
 }
@@ -306,10 +306,10 @@ fn mouse(
     }
     let (Some(at), Some(drawing)) = (response.interact_pointer_pos(), interface.shown()) else { return None };
     let at_px = placement.px_of(at, &drawing.scene);
-    let body_at_pointer = || hit(&interface.viewport.marks, &drawing.scene, at_px);
+    let body_at_pointer = || body_at(&interface.viewport.labels, &drawing.scene, at_px);
     // This precedes the test for a double-click, so that two quick clicks with Ctrl also measure.
     if response.clicked() && ui.input(|i| i.modifiers.command) {
-        let measured = Some((snapped_px(&interface.viewport.marks, &drawing.scene, at_px), body_at_pointer()));
+        let measured = Some((snapped_px(&interface.viewport.labels, &drawing.scene, at_px), body_at_pointer()));
         return Some(Click { pixel: [0, 0], star: None, measured });
     }
     if response.double_clicked() {
@@ -318,7 +318,7 @@ fn mouse(
         let body = body_at_pointer();
         actions.extend(body.map(Action::Select));
         let pixel = |points: f32| (f64::from(points) * scale) as u32;
-        let star = if body.is_none() { hit_star(&drawing.scene, at_px) } else { None };
+        let star = if body.is_none() { star_at(&drawing.scene, at_px) } else { None };
         return Some(Click { pixel: [pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)], star, measured: None });
     }
     None
