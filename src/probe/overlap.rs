@@ -79,7 +79,7 @@ impl Fields {
 
 pub(super) static KIND: QueryKind = QueryKind {
     name: "disc-overlap",
-    description: "the part of the Sun's light that a disc (k, d) or an ellipse before it takes; lengths in solar radii",
+    description: "the fraction of the Sun's light that a disc (k, d) or an ellipse in front of the Sun blocks; lengths in solar radii",
     fields: &[
         alternative("k", "the disc's radius"),
         alternative("d", "distance of the centres"),

@@ -123,15 +123,15 @@ fn sun_light(sun: DVec3) -> Vec<Light> {
 
 pub(super) static TRANSMISSION: QueryKind = QueryKind {
     name: "ring-transmission",
-    description: "the part of the Sun's light that a ring lets through to a point; equatorial radii, body-fixed, pole +z",
+    description: "the fraction of the Sun's light that a ring transmits to a point; lengths in equatorial radii, body-fixed axes, pole +z",
     fields: &[
         alternative("profile", "a list of {\"r_in\", \"r_out\", \"tau_normal\"}"),
-        alternative("body", "a body's name: its rings of the catalog"),
+        alternative("body", "a body's name: its rings in the catalog"),
         required("point", "[x, y, z]"),
         required("sun", "[x, y, z] towards the Sun, of any length"),
         optional("sun_angular_radius_deg", "0 to 20", "0"),
         optional("model", "point-sun or penumbra", "point-sun"),
-        optional("flattening", "of the planet; it changes nothing here", "0"),
+        optional("flattening", "of the planet; accepted, without effect", "0"),
     ],
     example: r#"{"q":"ring-transmission","body":"saturn","point":[0.9,0,0.2],"sun":[0.9,0,-0.4]}"#,
     answer: transmission,
@@ -139,10 +139,10 @@ pub(super) static TRANSMISSION: QueryKind = QueryKind {
 
 pub(super) static SHADOW: QueryKind = QueryKind {
     name: "ring-shadow",
-    description: "the part of the Sun's light that a planet keeps from its ring; equatorial radii, body-fixed, pole +z",
+    description: "the fraction of the Sun's light that a planet blocks at a point of its ring; lengths in equatorial radii, body-fixed axes, pole +z",
     fields: &[
         alternative("flattening", "of the planet, from 0 to below 0.9"),
-        alternative("body", "a body's name: its figure of the catalog"),
+        alternative("body", "a body's name: its figure in the catalog"),
         required("point", "[x, y, z]"),
         required("sun", "[x, y, z] towards the Sun, of any length"),
         optional("sun_angular_radius_deg", "0 to 20", "0"),

@@ -73,7 +73,7 @@ enum TierName {
 
 pub(super) static KIND: QueryKind = QueryKind {
     name: "scatter",
-    description: "sunlight scattered once into a ray through air, a unit of solar irradiance, and the ray's transmittance; planet radii, centre at the origin",
+    description: "radiance of sunlight that is scattered once into a ray through air, per unit of solar irradiance, and the ray's transmittance; lengths in planet radii, centre at the origin",
     fields: &[
         required(
             "atmosphere",

@@ -72,7 +72,7 @@ impl Model {
 
 pub(super) static KIND: QueryKind = QueryKind {
     name: "sunlight",
-    description: "the part of the Sun's light that reaches a point of a body's ground past other bodies",
+    description: "the fraction of sunlight that other bodies leave at a point on a body's ground",
     fields: &[
         required("body", "a body's name"),
         required("time", "ISO 8601 UTC or jd_tdb:DAY, when the light meets the ground"),
