@@ -1,7 +1,8 @@
-//! The coarse picture of the air: one pass that draws the air of each body that reads it, one that says where interpolation is accurate enough.
+//! The coarse picture of the air: one pass evaluates the air of each body whose draw reads the picture, a second one marks where interpolation is accurate
+//! enough.
 //!
-//! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws that read their picture with their place in it. Always: a texel is
-//! where four pixels of the screen meet (`COARSE_AIR_PX` apart), and the draws are one below the other in one picture, since bodies overlap on the screen. Not
+//! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the rows that they read. Always: a texel lies at the corner
+//! of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each draw has its own slot, a band of rows, because bodies overlap on the screen. Not
 //! here: which draws read the picture (scene).
 
 use super::error::PlanError;
@@ -27,7 +28,7 @@ pub const COARSE_AIR_TEXTURE: &str = "coarse_air";
 /// Its binding in shaders/lib/air/coarse.wesl.
 const BINDING: u32 = 14;
 
-fn reads(draw: &Draw) -> bool {
+fn reads_coarse_air(draw: &Draw) -> bool {
     draw.features.air_pass == AirPass::Read
 }
 
@@ -41,30 +42,30 @@ pub(super) fn modules(draws: &[Draw]) -> Vec<ModuleId> {
     all
 }
 
-/// Size of a body's part of the picture, for a screen of this size.
+/// Size of a slot, for a screen of this size.
 pub fn coarse_air_size(screen: [u32; 2]) -> [u32; 2] {
     screen.map(|px| px.div_ceil(COARSE_AIR_PX) + 1 + 2 * COARSE_AIR_BORDER)
 }
 
-/// Number of draws before this one that read the picture.
-fn place(draws: &[Draw], k: usize) -> u32 {
-    draws[..k].iter().filter(|d| reads(d)).count() as u32
+/// Number of slots before that of draw `k`.
+fn slots_before(draws: &[Draw], k: usize) -> u32 {
+    draws[..k].iter().filter(|d| reads_coarse_air(d)).count() as u32
 }
 
-/// The draw with its place in the picture, if it reads the picture. `k`: its index.
-pub(super) fn placed(draws: &[Draw], k: usize, screen: [u32; 2]) -> Cow<'_, Draw> {
+/// Draw `k` with the first row of its slot, if it reads the picture.
+pub(super) fn with_slot(draws: &[Draw], k: usize, screen: [u32; 2]) -> Cow<'_, Draw> {
     let draw = &draws[k];
-    if !reads(draw) {
+    if !reads_coarse_air(draw) {
         return Cow::Borrowed(draw);
     }
     let mut draw = draw.clone();
-    draw.uniforms.air.coarse_row = (place(draws, k) * coarse_air_size(screen)[1]) as f32;
+    draw.uniforms.air.coarse_row = (slots_before(draws, k) * coarse_air_size(screen)[1]) as f32;
     Cow::Owned(draw)
 }
 
 /// What a step with these draws reads.
 pub(super) fn reads_of(draws: &[Draw]) -> Vec<Read> {
-    if draws.iter().any(reads) { vec![Read { resource: COARSE_AIR, binding: BINDING }] } else { Vec::new() }
+    if draws.iter().any(reads_coarse_air) { vec![Read { resource: COARSE_AIR, binding: BINDING }] } else { Vec::new() }
 }
 
 /// The steps of both passes; none if no draw reads the picture.
@@ -74,20 +75,20 @@ pub(super) fn steps(
     format: ColourFormat,
     provider: &impl ResourceProvider,
 ) -> Result<Vec<PassStep>, PlanError> {
-    let parts = place(draws, draws.len());
-    if parts == 0 {
+    let slots = slots_before(draws, draws.len());
+    if slots == 0 {
         return Ok(Vec::new());
     }
-    let [width, part_height] = coarse_air_size(screen);
-    let height = parts * part_height;
+    let [width, slot_height] = coarse_air_size(screen);
+    let height = slots * slot_height;
     let mut samples = Vec::new();
     let mut marks = Vec::new();
-    for (k, draw) in draws.iter().enumerate().filter(|(_, d)| reads(d)) {
+    for (k, draw) in draws.iter().enumerate().filter(|(_, d)| reads_coarse_air(d)) {
         let Some(features) = draw.features.coarse_air() else { continue };
-        let rect = rect_in_part(draw.uniforms.rect_in_clip, screen);
-        let first_row = place(draws, k) * part_height;
+        let rect = rect_in_slot(draw.uniforms.rect_in_clip, screen);
+        let first_row = slots_before(draws, k) * slot_height;
         let scissor = [rect[0], rect[1] + first_row, rect[2], rect[3] + first_row];
-        let mut uniforms = over_texels(&draw.uniforms, rect, scissor, screen, [width, height]);
+        let mut uniforms = uniforms_over_texels(&draw.uniforms, rect, scissor, screen, [width, height]);
         // The air scatters the Sun's light alone: the key keeps no other light.
         uniforms.lights.truncate(1);
         let module = ModuleId::Planet(ShaderKey::for_draw(&features));
@@ -119,15 +120,15 @@ pub(super) fn steps(
     ])
 }
 
-/// Texels by which the edge of the screen lies inside the picture: the middle of the first texel on the screen.
-fn edge() -> f32 {
+/// Distance of the screen's edge from that of the slot, texels.
+fn screen_edge_texels() -> f32 {
     COARSE_AIR_BORDER as f32 + 0.5
 }
 
-/// The texels of a body's part that its rectangle needs, with one more on each side: left, top, right and bottom (exclusive).
-fn rect_in_part(rect_in_clip: Vec4, screen: [u32; 2]) -> [u32; 4] {
+/// The texels of a slot that a rectangle needs, with one more on each side: left, top, right and bottom (exclusive).
+fn rect_in_slot(rect_in_clip: Vec4, screen: [u32; 2]) -> [u32; 4] {
     let size = coarse_air_size(screen);
-    let px = |clip: f32, side: u32| 0.5 * (1.0 + clip) * side as f32 / COARSE_AIR_PX as f32 + edge();
+    let px = |clip: f32, side: u32| 0.5 * (1.0 + clip) * side as f32 / COARSE_AIR_PX as f32 + screen_edge_texels();
     let [x0, y0, x1, y1] = rect_in_clip.to_array();
     let from = |at: f32| (at.floor() - 1.0).max(0.0) as u32;
     let to = |at: f32, limit: u32| ((at.ceil() + 1.0).max(0.0) as u32).min(limit);
@@ -135,18 +136,24 @@ fn rect_in_part(rect_in_clip: Vec4, screen: [u32; 2]) -> [u32; 4] {
     [left, top, to(px(x1, screen[0]), size[0]).max(left), to(px(-y1, screen[1]), size[1]).max(top)]
 }
 
-/// The uniforms with the rectangle of these texels: the same view rays, continued beyond the old rectangle where the new one is larger. `part`: the rectangle in
-/// the body's part, `whole`: in the picture.
-fn over_texels(uniforms: &DrawUniforms, part: [u32; 4], whole: [u32; 4], screen: [u32; 2], picture: [u32; 2]) -> DrawUniforms {
+/// The uniforms with the rectangle of these texels: the same view rays, continued beyond the old rectangle where the new one is larger. `in_slot`: the texels in
+/// the slot; `in_picture`: the same in the picture.
+fn uniforms_over_texels(
+    uniforms: &DrawUniforms,
+    in_slot: [u32; 4],
+    in_picture: [u32; 4],
+    screen: [u32; 2],
+    picture: [u32; 2],
+) -> DrawUniforms {
     let [x0, y0, x1, y1] = uniforms.rect_in_clip.to_array();
-    let clip_of = |texel: u32, side: u32| 2.0 * (texel as f32 - edge()) * COARSE_AIR_PX as f32 / side as f32 - 1.0;
+    let clip_of = |texel: u32, side: u32| 2.0 * (texel as f32 - screen_edge_texels()) * COARSE_AIR_PX as f32 / side as f32 - 1.0;
     let fraction = |clip: f32, from: f32, to: f32| (clip - from) / (to - from);
-    let [u0, u1] = [part[0], part[2]].map(|t| fraction(clip_of(t, screen[0]), x0, x1));
+    let [u0, u1] = [in_slot[0], in_slot[2]].map(|t| fraction(clip_of(t, screen[0]), x0, x1));
     // Clip y points up, texel rows down.
-    let [v0, v1] = [part[1], part[3]].map(|t| fraction(-clip_of(t, screen[1]), y0, y1));
+    let [v0, v1] = [in_slot[1], in_slot[3]].map(|t| fraction(-clip_of(t, screen[1]), y0, y1));
     let clip_in_picture = |texel: u32, side: u32| 2.0 * texel as f32 / side as f32 - 1.0;
-    let [left, right] = [whole[0], whole[2]].map(|t| clip_in_picture(t, picture[0]));
-    let [top, bottom] = [whole[1], whole[3]].map(|t| -clip_in_picture(t, picture[1]));
+    let [left, right] = [in_picture[0], in_picture[2]].map(|t| clip_in_picture(t, picture[0]));
+    let [top, bottom] = [in_picture[1], in_picture[3]].map(|t| -clip_in_picture(t, picture[1]));
     DrawUniforms {
         rect_in_clip: Vec4::new(left, top, right, bottom),
         anchor_origin: uniforms.anchor_origin + u0 * uniforms.anchor_du + v0 * uniforms.anchor_dv,
