@@ -45,7 +45,7 @@ pub enum PassImage {
 struct PassJobs<'a, R: Real> {
     pass: &'a Pass,
     jobs: Vec<DrawJob<'a, R>>,
-    bins: Bins,
+    bins: TileBins,
 }
 
 /// A second pass that is executed tile by tile with the first: a full-screen draw that reads the first pass, and the draws over it.
@@ -68,7 +68,7 @@ impl<R: Real> FusedPass<'_, R> {
 }
 
 /// The triangles of every tile, in draw order, one tile after the other.
-struct Bins {
+struct TileBins {
     /// Number of tiles in a row.
     tiles_across: usize,
     /// Index of each tile's first entry, and at the end the number of entries.
@@ -77,7 +77,7 @@ struct Bins {
     entries: Vec<(u32, u32)>,
 }
 
-impl Bins {
+impl TileBins {
     fn new<R: Real>(width: u32, height: u32, jobs: &[DrawJob<'_, R>]) -> Result<Self, RenderError> {
         let (tiles_across, tiles_down) = (width.div_ceil(TILE) as usize, height.div_ceil(TILE) as usize);
         let for_each_entry = |visit: &mut dyn FnMut(usize, (u32, u32))| {
@@ -151,7 +151,7 @@ pub(crate) fn execute_fused<R: Real>(
         return Ok(None);
     }
     let full_screen = overlay.jobs.remove(0);
-    overlay.bins = Bins::new(second.width, second.height, &overlay.jobs)?;
+    overlay.bins = TileBins::new(second.width, second.height, &overlay.jobs)?;
     let mapped_clear_colour =
         full_screen.fragment.is_position_independent().then(|| Worker::new(&first_jobs, None).map_clear_colour(&first_jobs, &full_screen));
     let tone_map = full_screen.fragment.tone_map();
@@ -176,7 +176,7 @@ fn prepare_pass<'a, R: Real>(pass: &'a Pass, stages: &[DrawStages<'a, R>]) -> Re
         jobs.push(prepare_draw(pass, draw, stages, &mut timings)?);
     }
     let start = Instant::now();
-    let bins = Bins::new(pass.width, pass.height, &jobs)?;
+    let bins = TileBins::new(pass.width, pass.height, &jobs)?;
     timings.binning_ms = 1e3 * start.elapsed().as_secs_f64();
     Ok((PassJobs { pass, jobs, bins }, timings))
 }
@@ -244,7 +244,7 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     let tile_px = TILE as usize;
     image.spare_capacity_mut()[..count].par_chunks_mut(tile_px * pass.width as usize).enumerate().for_each(|(ty, band)| {
         let fill_colour = |tx: usize| {
-            let has_triangles = |bins: &Bins| !bins.tile(tx, ty).is_empty();
+            let has_triangles = |bins: &TileBins| !bins.tile(tx, ty).is_empty();
             empty_tile_colour.filter(|_| !has_triangles(&first.bins) && !fused.is_some_and(|f| has_triangles(&f.overlay.bins)))
         };
         let mut tiles: Vec<Vec<&mut [MaybeUninit<T>]>> =
@@ -284,13 +284,13 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
 }
 
 /// A thread's working state of one fragment program.
-type Run<'a, R> = Box<dyn LaneRun<R> + Send + 'a>;
+type BoxedRun<'a, R> = Box<dyn LaneRun<R> + Send + 'a>;
 
 /// A thread's buffers for one pass.
 struct PassWorker<'a, R: Real> {
     target: TileTarget,
     /// One run per draw, started on first use.
-    runs: Vec<Option<Run<'a, R>>>,
+    runs: Vec<Option<BoxedRun<'a, R>>>,
     shading_seconds: f64,
 }
 
@@ -317,7 +317,7 @@ impl<'a, R: Real> PassWorker<'a, R> {
 struct Worker<'a, R: Real> {
     first: PassWorker<'a, R>,
     /// Buffers of the fused second pass, and the state of its full-screen draw.
-    second: Option<(PassWorker<'a, R>, Run<'a, R>)>,
+    second: Option<(PassWorker<'a, R>, BoxedRun<'a, R>)>,
     batch: Batch,
     resolve_seconds: f64,
 }

@@ -102,12 +102,12 @@ impl Program {
 /// One value per lane.
 #[repr(C, align(64))]
 #[derive(Clone)]
-struct Row<R>([R; LANES]);
+struct LaneRow<R>([R; LANES]);
 
 /// Runs one program in one class.
 pub struct Executor<R: Real> {
     /// The program's slots, then [`SCRATCH`] slots, then the registers, packed. One allocation, so that operands are offsets from one base.
-    arena: Vec<Row<R>>,
+    arena: Vec<LaneRow<R>>,
     /// Row of the arena where the registers start.
     first_register: usize,
     register_count: usize,
@@ -152,7 +152,7 @@ impl<R: Real> Executor<R> {
             Operand::Reg(_) => Err("an output must be a lane value".to_owned()),
         };
         Ok(Self {
-            arena: vec![Row([R::ZERO; LANES]); first_register + (program.registers as usize).div_ceil(LANES)],
+            arena: vec![LaneRow([R::ZERO; LANES]); first_register + (program.registers as usize).div_ceil(LANES)],
             first_register,
             register_count: program.registers as usize,
             bound,

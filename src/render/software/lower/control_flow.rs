@@ -15,7 +15,7 @@ const MIN_SKIPPED_STEPS: usize = 12;
 
 /// How a scalar changes in a loop.
 #[derive(Clone, Copy, PartialEq, Eq)]
-struct Change {
+struct ScalarChange {
     /// The scalar differs between lanes.
     is_per_lane: bool,
     /// The scalar changes in iterations after which the loop repeats, not only where it is left by a jump.
@@ -210,7 +210,7 @@ impl<'m> Lowerer<'m> {
         let start_env = self.env.clone();
         let start_code = self.builder.code.len();
         let (outer_mask, was_directly_in_loop) = (self.active_mask, self.is_directly_in_loop);
-        let mut changing: HashMap<usize, Change> = HashMap::default();
+        let mut changing: HashMap<usize, ScalarChange> = HashMap::default();
         loop {
             self.env.clone_from(&start_env);
             self.builder.code.truncate(start_code);
@@ -222,7 +222,7 @@ impl<'m> Lowerer<'m> {
             let mut is_fixed_point = true;
             for (scalar, new) in changes {
                 let known = changing.get(&scalar).copied();
-                let merged = known.map_or(new, |k| Change {
+                let merged = known.map_or(new, |k| ScalarChange {
                     is_per_lane: k.is_per_lane || new.is_per_lane,
                     when_repeating: k.when_repeating || new.when_repeating,
                 });
@@ -247,8 +247,8 @@ impl<'m> Lowerer<'m> {
         body: &'m Block,
         continuing: &'m Block,
         break_if: Option<Handle<Expression>>,
-        changing: &HashMap<usize, Change>,
-    ) -> Result<Vec<(usize, Change)>> {
+        changing: &HashMap<usize, ScalarChange>,
+    ) -> Result<Vec<(usize, ScalarChange)>> {
         let outer_mask = self.active_mask;
         let mut scalars: Vec<usize> = changing.keys().copied().collect();
         scalars.sort_unstable();
@@ -337,7 +337,7 @@ impl<'m> Lowerer<'m> {
             for (scalar, v) in env.iter().enumerate().take(start_env.len()) {
                 let is_own_flag = !when_repeating && (scalar == break_flag || scalar == continue_flag);
                 if *v != start_env[scalar] && !is_own_flag {
-                    changes.push((scalar, Change { is_per_lane: matches!(v, Val::Lane(_)), when_repeating }));
+                    changes.push((scalar, ScalarChange { is_per_lane: matches!(v, Val::Lane(_)), when_repeating }));
                 }
             }
         }

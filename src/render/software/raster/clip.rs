@@ -11,14 +11,14 @@ const MIN_W: f64 = 1.0e-12;
 
 /// A vertex in homogeneous pixel coordinates: pixel = (x / w, y / w), reversed depth = z / w.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Corner {
+pub(crate) struct ClipVertex {
     pub x: f64,
     pub y: f64,
     pub z: f64,
     pub w: f64,
 }
 
-impl Corner {
+impl ClipVertex {
     /// From clip space (y up) to pixels (y down).
     pub(crate) fn from_clip(clip: [f64; 4], width: u32, height: u32) -> Self {
         let [x, y, z, w] = clip;
@@ -38,27 +38,27 @@ impl Corner {
 /// A convex polygon whose corners wind like those of the triangle.
 #[derive(Clone, Debug)]
 pub(crate) struct Polygon {
-    corners: [Corner; 12],
+    corners: [ClipVertex; 12],
     count: usize,
     /// Whether the triangle was clipped; if false, the polygon is the triangle itself.
     pub is_clipped: bool,
 }
 
 impl Polygon {
-    pub(crate) fn corners(&self) -> &[Corner] {
+    pub(crate) fn corners(&self) -> &[ClipVertex] {
         &self.corners[..self.count]
     }
 }
 
 /// Signed distances to the clip planes, positive inside.
-fn distances(c: &Corner, min_w: f64) -> [f64; 7] {
+fn distances(c: &ClipVertex, min_w: f64) -> [f64; 7] {
     let guard = GUARD_BAND_PX * c.w;
     [c.w - min_w, c.w - c.z, c.z, c.x + guard, guard - c.x, c.y + guard, guard - c.y]
 }
 
 /// The visible part of a triangle; `None` if there is no visible part or a coordinate is not finite.
-pub(crate) fn clip(triangle: &[Corner; 3]) -> Option<Polygon> {
-    if !triangle.iter().all(Corner::is_finite) {
+pub(crate) fn clip(triangle: &[ClipVertex; 3]) -> Option<Polygon> {
+    if !triangle.iter().all(ClipVertex::is_finite) {
         return None;
     }
     let max_w = triangle.iter().fold(0.0_f64, |m, c| m.max(c.w));
@@ -102,7 +102,7 @@ pub(crate) fn clip(triangle: &[Corner; 3]) -> Option<Polygon> {
 }
 
 impl Polygon {
-    fn push(&mut self, c: Corner) {
+    fn push(&mut self, c: ClipVertex) {
         // Seven planes add at most one corner each, so there are at most ten.
         if self.count < self.corners.len() {
             self.corners[self.count] = c;
@@ -115,8 +115,8 @@ impl Polygon {
 mod tests {
     use super::*;
 
-    fn corner(x: f64, y: f64, z: f64, w: f64) -> Corner {
-        Corner { x, y, z, w }
+    fn corner(x: f64, y: f64, z: f64, w: f64) -> ClipVertex {
+        ClipVertex { x, y, z, w }
     }
 
     #[test]

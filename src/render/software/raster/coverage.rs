@@ -321,7 +321,7 @@ mod tests {
             let p = [corner(&mut seed), corner(&mut seed), corner(&mut seed)];
             let edge = |a: [i64; 2], b: [i64; 2]| {
                 let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
-                super::super::setup::Edge { a: -dy, b: dx, c: dy * a[0] - dx * a[1] }
+                super::super::setup::EdgeFunction { a: -dy, b: dx, c: dy * a[0] - dx * a[1] }
             };
             let pixels = if round % 3 == 0 { [97, 89, 131, 90] } else { [0, 0, 191, 200] };
             let triangle = RasterTriangle { edges: [edge(p[0], p[1]), edge(p[1], p[2]), edge(p[2], p[0])], pixels, source_triangle: 0 };
@@ -335,7 +335,7 @@ mod tests {
                         for (corner, (dx, dy)) in [(0, 0), (1, 0), (0, 1), (1, 1)].into_iter().enumerate() {
                             let (x, y) = (tile_x + x + dx, tile_y + y + dy);
                             for (s, [sx, sy]) in sample_positions(samples).iter().enumerate() {
-                                let at = |e: &super::super::setup::Edge| {
+                                let at = |e: &super::super::setup::EdgeFunction| {
                                     e.a * (i64::from(x) * SUBPIXEL + sx) + e.b * (i64::from(y) * SUBPIXEL + sy) + e.c
                                 };
                                 let inside = (pixels[0]..pixels[2]).contains(&x) && (pixels[1]..pixels[3]).contains(&y);

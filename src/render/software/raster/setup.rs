@@ -4,7 +4,7 @@
 //! Planes are derived in f64 from the homogeneous triangle (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates",
 //! 1997), so clipped parts share the planes of the unclipped triangle.
 
-use super::clip::{Corner, clip};
+use super::clip::{ClipVertex, clip};
 use crate::render::software::{RenderError, try_grow};
 
 /// Fixed-point steps per pixel.
@@ -22,7 +22,7 @@ pub(crate) struct RasterState {
 
 /// Edge function: `a x + b y + c >= 0` inside the triangle, with x and y in fixed point; c includes the top-left rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Edge {
+pub(crate) struct EdgeFunction {
     pub a: i64,
     pub b: i64,
     pub c: i64,
@@ -31,7 +31,7 @@ pub(crate) struct Edge {
 /// A triangle in fixed point.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct RasterTriangle {
-    pub edges: [Edge; 3],
+    pub edges: [EdgeFunction; 3],
     /// Pixels that may be covered: x0, y0, x1, y1, exclusive.
     pub pixels: [u32; 4],
     /// Index of the [`SourceTriangle`] of which this triangle is a part.
@@ -177,16 +177,16 @@ pub(crate) enum Interpolation {
     Flat,
 }
 
-fn snap(c: &Corner) -> [i64; 2] {
+fn snap(c: &ClipVertex) -> [i64; 2] {
     let step = SUBPIXEL as f64;
     [(c.x / c.w * step).round_ties_even() as i64, (c.y / c.w * step).round_ties_even() as i64]
 }
 
-fn edge(from: [i64; 2], to: [i64; 2]) -> Edge {
+fn edge(from: [i64; 2], to: [i64; 2]) -> EdgeFunction {
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     // The triangle is clockwise on the screen (y down), so the inside lies to the right of the edge. Top edges run right, left edges run up.
     let top_left = (dy == 0 && dx > 0) || dy < 0;
-    Edge { a: -dy, b: dx, c: dy * from[0] - dx * from[1] - i64::from(!top_left) }
+    EdgeFunction { a: -dy, b: dx, c: dy * from[0] - dx * from[1] - i64::from(!top_left) }
 }
 
 fn raster_triangle(
@@ -221,7 +221,7 @@ pub(crate) fn set_up(
     raster_state: &RasterState,
     geometry: &mut RasterGeometry,
 ) {
-    let mut corners = clip_positions.map(|p| Corner::from_clip(p, raster_state.width, raster_state.height));
+    let mut corners = clip_positions.map(|p| ClipVertex::from_clip(p, raster_state.width, raster_state.height));
     let Some(polygon) = clip(&corners) else { return };
     if !polygon.is_clipped {
         // Planes are derived from the snapped triangle, so that no covered sample lies outside that triangle, even if it is very thin.
@@ -307,7 +307,7 @@ mod tests {
         let clip = [[-1.0, -1.0, 0.5, 1.0], [3.0, -3.0, 0.5, 4.0], [0.0, 2.0, 0.25, 2.5]];
         let (s, varying) = set_up_one(clip, [1.0, -2.0, 5.0], &BOUNDS).expect("visible");
         for (c, v) in clip.iter().zip([1.0, -2.0, 5.0]) {
-            let corner = Corner::from_clip(*c, 64, 64);
+            let corner = ClipVertex::from_clip(*c, 64, 64);
             let (x, y) = (corner.x / corner.w - s.origin[0], corner.y / corner.w - s.origin[1]);
             // Snapping moves a vertex by up to 1/8192 pixel.
             assert!((varying.at(x, y) / s.inverse_w.at(x, y) - v).abs() < 1e-2, "{v}");
