@@ -8,30 +8,30 @@ use std::collections::{BTreeMap, BTreeSet};
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FeatureDiff {
     pub feature: String,
-    pub only_first: Vec<Line>,
-    pub only_second: Vec<Line>,
+    pub only_first: Vec<DiffLine>,
+    pub only_second: Vec<DiffLine>,
 }
 
 /// One emitted line with its position in the fragments.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Line {
+pub struct DiffLine {
     pub fragment: String,
     pub line: u32,
     pub text: String,
 }
 
 /// The lines of a module with their features.
-fn lines_of<'a>(wgsl: &'a str, map: &'a SourceMap) -> impl Iterator<Item = (&'a str, Line)> {
+fn lines_of<'a>(wgsl: &'a str, map: &'a SourceMap) -> impl Iterator<Item = (&'a str, DiffLine)> {
     wgsl.lines().enumerate().filter_map(|(i, text)| {
         let (fragment, line) = map.origin_of(i + 1)?;
-        Some((map.feature_of(i + 1)?, Line { fragment: fragment.to_owned(), line, text: text.to_owned() }))
+        Some((map.feature_of(i + 1)?, DiffLine { fragment: fragment.to_owned(), line, text: text.to_owned() }))
     })
 }
 
 /// Lines that occur in only one of the two modules, grouped by feature, sorted by its name. Empty exactly if the texts are equal line for
 /// line.
 pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDiff> {
-    let lines = |e: &Emitted| -> BTreeSet<Line> { lines_of(&e.wgsl, &e.source_map).map(|(_, l)| l).collect() };
+    let lines = |e: &Emitted| -> BTreeSet<DiffLine> { lines_of(&e.wgsl, &e.source_map).map(|(_, l)| l).collect() };
     let (in_first, in_second) = (lines(first), lines(second));
     let mut by_feature: BTreeMap<&str, FeatureDiff> = BTreeMap::new();
     for (feature, line) in lines_of(&first.wgsl, &first.source_map).filter(|(_, l)| !in_second.contains(l)) {

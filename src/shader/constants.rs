@@ -28,7 +28,7 @@ enum Value {
     F32(f64),
 }
 
-struct Constant {
+struct SharedConstant {
     comment: &'static str,
     /// WESL condition under which a module declares the constant; empty if all modules declare it.
     condition: &'static str,
@@ -36,13 +36,13 @@ struct Constant {
     value: Value,
 }
 
-const fn constant(comment: &'static str, condition: &'static str, name: &'static str, value: Value) -> Constant {
-    Constant { comment, condition, name, value }
+const fn constant(comment: &'static str, condition: &'static str, name: &'static str, value: Value) -> SharedConstant {
+    SharedConstant { comment, condition, name, value }
 }
 
-fn fragment(about: &str, constants: &[Constant]) -> String {
+fn fragment(about: &str, constants: &[SharedConstant]) -> String {
     let mut text = format!("// {about} Generated from src/scene/constants.rs.\n\n");
-    for Constant { comment, condition, name, value } in constants {
+    for SharedConstant { comment, condition, name, value } in constants {
         let attribute = if condition.is_empty() { String::new() } else { format!("@if({condition}) ") };
         let value = match value {
             Value::U32(n) => format!("u32 = {n}u"),

@@ -3,7 +3,7 @@
 use super::block::{Block, ROOT};
 use super::condition::{Condition, Features};
 use super::limits::first_excess;
-use super::scan::{Chain, Fault, Scan, scan};
+use super::scan::{ConditionChain, Fault, Scan, scan};
 use crate::shader::ShaderError;
 use std::ops::Range;
 
@@ -20,7 +20,7 @@ pub struct Piece {
 
 /// One line of a fragment, without its conditional attributes and imports.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Line {
+pub struct FragmentLine {
     pub pieces: Vec<Piece>,
     /// Whether a part was removed, or the line belongs to several blocks. Such a line is not emitted if the rest of it is empty.
     pub is_divided: bool,
@@ -41,7 +41,7 @@ pub struct Import {
 /// A parsed fragment. Line `n` (from 1) is `lines[n - 1]`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Fragment {
-    pub lines: Vec<Line>,
+    pub lines: Vec<FragmentLine>,
     pub blocks: Vec<Block>,
     /// In the order of the text.
     pub imports: Vec<Import>,
@@ -111,7 +111,7 @@ impl Fragment {
             if start == end && start < text.len() {
                 pieces.push(Piece { span: start..start, block: block_of_byte[start] });
             }
-            lines.push(Line { is_divided: has_removed || pieces.len() > 1, pieces });
+            lines.push(FragmentLine { is_divided: has_removed || pieces.len() > 1, pieces });
             start = end + 1;
         }
         if text.ends_with('\n') {
@@ -184,7 +184,7 @@ fn blocks_of_bytes(text: &str, scan: &Scan) -> Vec<u32> {
         let end = end_with_comment(text, item.span.end);
         block_of_byte[item.span.start..end].fill(item.block);
     }
-    for Chain { start, block } in &scan.chains {
+    for ConditionChain { start, block } in &scan.chains {
         block_of_byte[comments_above(text, *start)..line_start(text, *start)].fill(*block);
     }
     for item in &scan.conditional_spans {

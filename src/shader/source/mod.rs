@@ -13,4 +13,4 @@ pub mod predicates;
 mod scan;
 
 pub use block::Block;
-pub use fragment::{Fragment, Import, Line, Piece};
+pub use fragment::{Fragment, FragmentLine, Import, Piece};

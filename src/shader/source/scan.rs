@@ -30,7 +30,7 @@ pub(super) struct Imported {
 }
 
 /// A chain of alternatives: the start of its first item, and the block of the comments above it, which are emitted with any alternative.
-pub(super) struct Chain {
+pub(super) struct ConditionChain {
     pub start: usize,
     pub block: u32,
 }
@@ -44,7 +44,7 @@ pub(super) struct Scan {
     /// Conditional attributes and import statements, which are never emitted.
     pub removed_spans: Vec<Range<usize>>,
     pub imports: Vec<Imported>,
-    pub chains: Vec<Chain>,
+    pub chains: Vec<ConditionChain>,
     /// Names of the declarations.
     pub declared: Vec<String>,
 }
@@ -159,7 +159,7 @@ impl<'a> Scanner<'a> {
             [only] => *only,
             several => self.block(Block::AnyOf(several.to_vec())),
         };
-        self.scan.chains.push(Chain { start, block });
+        self.scan.chains.push(ConditionChain { start, block });
     }
 
     /// Scans the attributes before an item; returns the conditional one with its span.
