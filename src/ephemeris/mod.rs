@@ -257,8 +257,8 @@ impl Ephemeris {
     }
 
     /// The steps from `target` towards the solar system barycentre, as far as the theories go.
-    fn chain(&self, target: NaifId, t: Instant, source: Option<Source>) -> Chain<'_> {
-        let mut chain = Chain { first: target, links: [None; LONGEST_CHAIN] };
+    fn chain(&self, target: NaifId, t: Instant, source: Option<Source>) -> StateChain<'_> {
+        let mut chain = StateChain { first: target, links: [None; LONGEST_CHAIN] };
         let mut current = target;
         for next in &mut chain.links {
             if current == NaifId::SOLAR_SYSTEM_BARYCENTER {
@@ -404,12 +404,12 @@ fn mass_shares(catalog: &Catalog) -> HashMap<NaifId, Vec<MassShare>> {
 }
 
 /// A chain of targets without an allocation; absent links come last.
-struct Chain<'a> {
+struct StateChain<'a> {
     first: NaifId,
     links: [Option<ChainLink<'a>>; LONGEST_CHAIN],
 }
 
-impl<'a> Chain<'a> {
+impl<'a> StateChain<'a> {
     /// The first `len` links.
     fn links(&self, len: usize) -> impl Iterator<Item = &ChainLink<'a>> {
         self.links[..len].iter().flatten()

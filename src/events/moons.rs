@@ -163,7 +163,7 @@ struct MoonConjunction {
 
 /// The planes that bound a region. They touch the planet, and pass through the source's centre or touch its disc on the same or the opposite side.
 #[derive(Clone, Copy)]
-enum Edge {
+enum BoundingPlanes {
     Centre,
     /// The boundary of the umbra, and of the region of all lines between planet and Sun.
     ExternalTangent,
@@ -195,14 +195,14 @@ impl MoonConjunction {
     }
 
     /// How far the moon's centre lies outside the region, km.
-    fn distance_outside_km(&self, pair: &MoonAndPlanet<'_>, s: f64, edge: Edge) -> f64 {
+    fn distance_outside_km(&self, pair: &MoonAndPlanet<'_>, s: f64, edge: BoundingPlanes) -> f64 {
         let (moon_km, _, to_source) = self.geometry_of_light(s);
         let distance_km = to_source.length();
         let towards = to_source / distance_km;
         let radius_km = match edge {
-            Edge::Centre => 0.0,
-            Edge::ExternalTangent => -pair.sun_km,
-            Edge::InternalTangent => pair.sun_km,
+            BoundingPlanes::Centre => 0.0,
+            BoundingPlanes::ExternalTangent => -pair.sun_km,
+            BoundingPlanes::InternalTangent => pair.sun_km,
         };
         let radii_km = pair.planet.radii_km;
         let support_km = |n: DVec3| (n * radii_km.x + self.pole * (n.dot(self.pole) * (radii_km.z - radii_km.x))).length();
@@ -238,15 +238,19 @@ impl MoonConjunction {
         };
         let radius_km = pair.moon.radii_km.x;
         // Names of both contacts, the edge and the distance of the moon's centre from it.
-        let limits: &[(&str, &str, Edge, f64)] = match class {
-            MoonEventType::Transit | MoonEventType::Occultation => {
-                &[("I", "IV", Edge::Centre, radius_km), ("II", "III", Edge::Centre, -radius_km), ("begin", "end", Edge::Centre, 0.0)]
+        let limits: &[(&str, &str, BoundingPlanes, f64)] = match class {
+            MoonEventType::Transit | MoonEventType::Occultation => &[
+                ("I", "IV", BoundingPlanes::Centre, radius_km),
+                ("II", "III", BoundingPlanes::Centre, -radius_km),
+                ("begin", "end", BoundingPlanes::Centre, 0.0),
+            ],
+            MoonEventType::ShadowTransit => {
+                &[("P1", "P4", BoundingPlanes::ExternalTangent, radius_km), ("begin", "end", BoundingPlanes::Centre, 0.0)]
             }
-            MoonEventType::ShadowTransit => &[("P1", "P4", Edge::ExternalTangent, radius_km), ("begin", "end", Edge::Centre, 0.0)],
             _ => &[
-                ("P1", "P4", Edge::InternalTangent, radius_km),
-                ("U2", "U3", Edge::ExternalTangent, -radius_km),
-                ("begin", "end", Edge::Centre, 0.0),
+                ("P1", "P4", BoundingPlanes::InternalTangent, radius_km),
+                ("U2", "U3", BoundingPlanes::ExternalTangent, -radius_km),
+                ("begin", "end", BoundingPlanes::Centre, 0.0),
             ],
         };
         let sideways_km = |s: f64| {

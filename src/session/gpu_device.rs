@@ -35,6 +35,7 @@ pub enum DeviceState {
     Software,
 }
 
+/// The device, from the first attempt to open it until the software renderer replaces it.
 enum DeviceLifecycle {
     /// No attempt was made yet to open a device.
     Unopened,

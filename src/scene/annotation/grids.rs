@@ -58,9 +58,9 @@ impl GridLine {
 
     /// The range of latitudes in which a meridian is visible.
     pub(crate) fn latitude_range_deg(&self, pixel_deg: f64) -> [f64; 2] {
-        let least = SPACING_FADE_PX.0 * pixel_deg / self.step_deg;
-        let most = if self.step_deg == STEPS_DEG[0] || least <= 0.0 { 90.0 } else { least.min(1.0).acos().to_degrees() };
-        [-most, most]
+        let min_cosine = SPACING_FADE_PX.0 * pixel_deg / self.step_deg;
+        let max_deg = if self.step_deg == STEPS_DEG[0] || min_cosine <= 0.0 { 90.0 } else { min_cosine.min(1.0).acos().to_degrees() };
+        [-max_deg, max_deg]
     }
 }
 

@@ -10,7 +10,7 @@ use crate::ephemeris::apparent::aberrated;
 use crate::message::{Reason, reason};
 use crate::scene::annotation::grids::{Cap, GridLine, GridLineKind, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg};
 use crate::scene::annotation::line_texts::SkyText;
-use crate::scene::annotation::strokes::{Curve, LineSegment, Run, segments};
+use crate::scene::annotation::strokes::{Curve, LineSegment, Polyline, segments};
 use crate::scene::camera::Camera;
 use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::decision::Decision;
@@ -71,7 +71,7 @@ impl SkyLineBuilder<'_> {
         derivative_bound: f64,
         opacity: impl Fn(f64) -> f64,
         style: LineStyle,
-    ) -> Vec<Run> {
+    ) -> Vec<Polyline> {
         // Spans of at most a quarter turn, so that the bounding sphere of an arc is no larger than the unit sphere.
         let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
         let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
@@ -124,7 +124,14 @@ impl SkyLineBuilder<'_> {
         self.decide(feature, count > 0, reason!("lines-count", count = count));
     }
 
-    fn grid_line(&mut self, line: &GridLine, cap: Cap, pixel_deg: f64, apparent: &dyn Fn(f64, f64) -> DVec3, style: LineStyle) -> Vec<Run> {
+    fn grid_line(
+        &mut self,
+        line: &GridLine,
+        cap: Cap,
+        pixel_deg: f64,
+        apparent: &dyn Fn(f64, f64) -> DVec3,
+        style: LineStyle,
+    ) -> Vec<Polyline> {
         let at = line.at_deg;
         match line.kind {
             GridLineKind::Parallel => {
@@ -147,7 +154,7 @@ impl SkyLineBuilder<'_> {
     }
 
     /// Adds the label of a line where the line enters the frame.
-    fn tick(&mut self, line: &GridLine, runs: &[Run], pixel_deg: f64, text: String, style: LineStyle) {
+    fn tick(&mut self, line: &GridLine, runs: &[Polyline], pixel_deg: f64, text: String, style: LineStyle) {
         let half = self.camera.half_size();
         let pixel = |p: DVec3| self.camera.pixel_from_clip(DVec2::new(p.x, p.y) / (p.z * self.camera.tan_half_fov));
         let ends = runs.iter().filter_map(|run| Some([run.first()?, run.last()?])).flatten();

@@ -41,11 +41,11 @@ pub(crate) struct Curve<'a> {
 }
 
 /// A polyline inside the frame: points in camera axes (right, up, forward) with their parameters.
-pub(crate) type Run = Vec<(DVec3, f64)>;
+pub(crate) type Polyline = Vec<(DVec3, f64)>;
 
 struct StrokeSubdivision<'a> {
     curve: &'a Curve<'a>,
-    runs: Vec<Run>,
+    runs: Vec<Polyline>,
 }
 
 impl Curve<'_> {
@@ -54,7 +54,7 @@ impl Curve<'_> {
     }
 
     /// The parts of the curve inside the frame. Each span between consecutive parameters is subdivided separately. Parameter 0 always starts a new run.
-    pub(crate) fn runs(&self, parameters: &[f64], halvings: u32) -> Vec<Run> {
+    pub(crate) fn runs(&self, parameters: &[f64], halvings: u32) -> Vec<Polyline> {
         let mut subdivision = StrokeSubdivision { curve: self, runs: Vec::new() };
         for span in parameters.windows(2) {
             let [from, to] = [span[0], span[1]].map(|at| (self.in_camera(at), at));

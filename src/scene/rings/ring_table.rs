@@ -127,12 +127,12 @@ const MIN_HEIGHT_FOR_ONE_SLOPE: f64 = 40.0;
 const BIN_MARGIN: f64 = 0.01;
 
 /// An index that maps a radius to its interval; shaders/lib/ring/stretches.wesl reads it.
-struct Bins {
+struct RadiusBins {
     texels: Vec<f32>,
     formula: [f64; 3],
 }
 
-impl Bins {
+impl RadiusBins {
     /// The index of intervals sorted from the innermost outwards, for a table with one column per interval and one more.
     fn of(intervals: &[RingInterval]) -> Self {
         let outer = intervals.last().map_or(1.0, |s| s.to);
@@ -207,7 +207,7 @@ impl RingTable {
         let nodes = intervals.len() + 1;
         let [first, last] = conditions.slopes;
         let height = RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * (last - first + 1);
-        let bins = Bins::of(intervals);
+        let bins = RadiusBins::of(intervals);
         let mut texels = bins.texels;
         texels.reserve(nodes * height as usize * 4);
         let mut dusty = 0.0;
@@ -254,7 +254,7 @@ impl RingTable {
     fn of_shadow_intervals(intervals: &[RingInterval], slopes: &[f64]) -> Option<Self> {
         let radius_range = radial_range(intervals)?;
         let nodes = intervals.len() + 1;
-        let bins = Bins::of(intervals);
+        let bins = RadiusBins::of(intervals);
         let mut texels = bins.texels;
         for slope in slopes {
             let mut sum = 0.0;
@@ -317,7 +317,7 @@ mod tests {
         let catalog = crate::catalog::Catalog::embedded();
         for body in catalog.bodies().iter().filter(|b| !b.rings.is_empty()) {
             let intervals = intervals(body.rings.iter(), body.radii_km.x);
-            let bins = Bins::of(&intervals);
+            let bins = RadiusBins::of(&intervals);
             let [at_inner, per_inverse, last] = bins.formula.map(narrow_scalar);
             let (from, to) = (intervals[0].from, intervals[intervals.len() - 1].to);
             let (mut reads, mut most) = (0, 0);
