@@ -48,8 +48,8 @@ fn a_click_selects_what_the_picture_shows_there() {
     for composition in compositions() {
         let mut window = drawn(&composition);
         let sky = window.get_by_label_contains("The sky: ").rect();
-        let drawing = window.state().shown().expect("a picture");
-        let (width, scene) = (f64::from(drawing.width), &drawing.scene);
+        let rendered = window.state().shown().expect("a picture");
+        let (width, scene) = (f64::from(rendered.width), &rendered.scene);
         let points = f64::from(sky.width()) / width;
         let pixel_of = |id: NaifId| {
             let body = scene.body(id).expect("of the catalog");
@@ -98,12 +98,12 @@ fn a_click_follows_the_mesh_of_a_projector() {
     let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 640.0);
     settle(&mut window);
     let sky = window.get_by_label_contains("The sky: ").rect();
-    let drawing = window.state().shown().expect("a picture");
-    let points = f64::from(sky.width()) / f64::from(drawing.width);
-    let scene = &drawing.scene;
+    let rendered = window.state().shown().expect("a picture");
+    let points = f64::from(sky.width()) / f64::from(rendered.width);
+    let scene = &rendered.scene;
     let centre_km = scene.body(SATURN).expect("of the catalog").placement.centre_km;
     let at = scene.geometry.pixel_of(&scene.camera, centre_km).expect("on the mesh");
-    let middle = 0.5 * DVec2::new(f64::from(drawing.width), f64::from(drawing.height));
+    let middle = 0.5 * DVec2::new(f64::from(rendered.width), f64::from(rendered.height));
     // u and v of the middle are one half: x is 0.45 of half the height, y -0.075 of it.
     assert!(at.distance(middle + DVec2::new(0.45, 0.075) * middle.y) < 1.5, "{at} of {middle}");
     for (px, is_saturn) in [(at, true), (middle - DVec2::new(0.0, 0.6 * middle.y), false)] {

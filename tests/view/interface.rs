@@ -116,8 +116,8 @@ fn saturn_is_found_by_search_and_flown_to() {
     assert!(harness.state().viewer.is_flying());
     settle(&mut harness);
     assert_eq!(harness.state().viewer.view.target, SATURN);
-    let drawing = harness.state().shown().expect("a picture");
-    let saturn = drawing.scene.body(SATURN).expect("Saturn");
+    let rendered = harness.state().shown().expect("a picture");
+    let saturn = rendered.scene.body(SATURN).expect("Saturn");
     assert!(saturn.diameter_px > 150.0, "{} px", saturn.diameter_px);
     assert!(harness.state().settings.recent.len() == 1, "the view that was left is remembered");
 }

@@ -33,6 +33,11 @@ pub(crate) fn icrf_from_equator(pole: DVec3) -> DMat3 {
 }
 
 impl OrbitCamera {
+    /// The orbit with these angles in degrees.
+    pub(crate) fn from_degrees(azimuth_deg: f64, elevation_deg: f64, distance_radii: f64) -> Self {
+        Self { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii }
+    }
+
     /// The orbit of a camera at `offset_km` from the centre of a body of `radius_km`.
     pub(crate) fn from_offset(offset_km: DVec3, radius_km: f64, pole: DVec3) -> Self {
         let v = icrf_from_equator(pole).transpose() * offset_km;

@@ -275,8 +275,7 @@ impl ViewState {
             CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
                 let axes = if fixed { Axes::BodyFixed } else { Axes::Icrf };
                 let pole = if fixed { DVec3::Z } else { body_from_icrf(body.id)?.row(2) };
-                let orbit =
-                    OrbitCamera { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
+                let orbit = OrbitCamera::from_degrees(azimuth_deg, elevation_deg, distance_radii);
                 // About the body-fixed z axis the azimuth equals the longitude.
                 let offset_km = orbit.offset_km(body.radii_km.x, pole);
                 let position = Position::Offset { body: body.id, offset_km, axes };

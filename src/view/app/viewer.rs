@@ -315,8 +315,7 @@ impl Viewer {
         let (offset_km, forward, up) = match self.view.eye {
             CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up),
             CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
-                let orbit =
-                    OrbitCamera { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
+                let orbit = OrbitCamera::from_degrees(azimuth_deg, elevation_deg, distance_radii);
                 let (turn, pole) = if fixed { (icrf_from_body, DVec3::Z) } else { (DMat3::IDENTITY, icrf_from_body.z_axis) };
                 let offset = orbit.offset_km(self.radius_km(camera_body), pole);
                 let (forward, up) = rotated_view(-offset.normalize(), pole, yaw_deg, pitch_deg);
@@ -395,11 +394,7 @@ impl Viewer {
         let fov_rad = self.view.fov_deg.to_radians();
         match &mut self.view.eye {
             CameraPose::Orbit { azimuth_deg, elevation_deg, distance_radii, .. } => {
-                let mut orbit = OrbitCamera {
-                    azimuth_rad: azimuth_deg.to_radians(),
-                    elevation_rad: elevation_deg.to_radians(),
-                    distance_radii: *distance_radii,
-                };
+                let mut orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
                 orbit.drag(dx, dy, height_px, fov_rad);
                 (*azimuth_deg, *elevation_deg) = (orbit.azimuth_rad.to_degrees(), orbit.elevation_rad.to_degrees());
             }
@@ -430,11 +425,7 @@ impl Viewer {
         self.end_flight();
         match &mut self.view.eye {
             CameraPose::Orbit { distance_radii, azimuth_deg, elevation_deg, .. } => {
-                let mut orbit = OrbitCamera {
-                    azimuth_rad: azimuth_deg.to_radians(),
-                    elevation_rad: elevation_deg.to_radians(),
-                    distance_radii: *distance_radii,
-                };
+                let mut orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
                 orbit.zoom(notches);
                 *distance_radii = orbit.distance_radii;
             }

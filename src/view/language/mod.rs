@@ -43,41 +43,41 @@ macro_rules! text {
         $crate::view::language::plain($id)
     };
     ($id:literal, $($name:ident = $value:expr),+ $(,)?) => {
-        $crate::view::language::filled($id, &[$((stringify!($name), $crate::view::language::Argument::value(&$value))),+])
+        $crate::view::language::filled($id, &[$((stringify!($name), $crate::view::language::IntoArgument::value(&$value))),+])
     };
 }
 pub(crate) use text;
 
 /// An argument of a message: text, or a count that chooses a plural form. Numbers with decimals are passed as text from [`decimal`] or [`signed`].
-pub(crate) trait Argument {
+pub(crate) trait IntoArgument {
     fn value(&self) -> FluentValue<'_>;
 }
 
-impl Argument for str {
+impl IntoArgument for str {
     fn value(&self) -> FluentValue<'_> {
         self.into()
     }
 }
 
-impl Argument for String {
+impl IntoArgument for String {
     fn value(&self) -> FluentValue<'_> {
         self.as_str().into()
     }
 }
 
-impl Argument for std::borrow::Cow<'_, str> {
+impl IntoArgument for std::borrow::Cow<'_, str> {
     fn value(&self) -> FluentValue<'_> {
         self.as_ref().into()
     }
 }
 
-impl Argument for std::path::Display<'_> {
+impl IntoArgument for std::path::Display<'_> {
     fn value(&self) -> FluentValue<'_> {
         self.to_string().into()
     }
 }
 
-impl<T: Argument + ?Sized> Argument for &T {
+impl<T: IntoArgument + ?Sized> IntoArgument for &T {
     fn value(&self) -> FluentValue<'_> {
         (**self).value()
     }
@@ -85,7 +85,7 @@ impl<T: Argument + ?Sized> Argument for &T {
 
 macro_rules! counts {
     ($($count:ty),*) => {$(
-        impl Argument for $count {
+        impl IntoArgument for $count {
             fn value(&self) -> FluentValue<'_> {
                 (*self).into()
             }

@@ -35,8 +35,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             ui.label(text!("effects-drawn-stops", drawn_stops = signed(drawn_stops, 2)));
         }
     });
-    if let Some(drawing) = interface.viewport.shown.as_ref().filter(|_| interface.viewer.view.exposure_stops.is_none()) {
-        ui.label(egui::RichText::new(reason_text(&drawing.scene.exposure.reason)).weak().small());
+    if let Some(rendered) = interface.viewport.shown.as_ref().filter(|_| interface.viewer.view.exposure_stops.is_none()) {
+        ui.label(egui::RichText::new(reason_text(&rendered.scene.exposure.reason)).weak().small());
     }
     let view = &mut interface.viewer.view;
     ui.horizontal_wrapped(|ui| {
@@ -126,9 +126,9 @@ fn measure_costs(
     of_body: Option<String>,
     effects: &[(Effect, bool)],
 ) {
-    let Some(drawing) = &interface.viewport.shown else { return };
-    let request = &drawing.job.request;
-    let stops = drawing.scene.exposure.stops;
+    let Some(rendered) = &interface.viewport.shown else { return };
+    let request = &rendered.job.request;
+    let stops = rendered.scene.exposure.stops;
     let effect_costs = &mut interface.effect_costs;
     if effect_costs.measured.as_ref().is_none_or(|(of, body)| super::render_loop::differs(of, request, true) || *body != of_body) {
         *effect_costs = EffectCosts { measured: Some((request.clone(), of_body.clone())), known: QueryCache::default() };

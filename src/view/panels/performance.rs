@@ -38,13 +38,13 @@ pub(crate) fn is_about_drivers(line: &str) -> bool {
 
 impl PerformancePanel {
     /// Adds a finished frame.
-    pub(crate) fn record(&mut self, drawing: &RenderedView, now_s: f64) {
+    pub(crate) fn record(&mut self, rendered: &RenderedView, now_s: f64) {
         self.arrival_s.push_back(now_s);
         while self.arrival_s.front().is_some_and(|first| now_s - first > RATE_INTERVAL_S) {
             self.arrival_s.pop_front();
         }
-        let by_stage = Stage::ALL.map(|s| drawing.stages.spent(s).as_secs_f64() * 1e3);
-        self.frames.push_back(Frame { by_stage, by_pass: passes_ms(drawing), total: drawing.took_ms });
+        let by_stage = Stage::ALL.map(|s| rendered.stages.spent(s).as_secs_f64() * 1e3);
+        self.frames.push_back(Frame { by_stage, by_pass: passes_ms(rendered), total: rendered.took_ms });
         if self.frames.len() > FRAMES {
             self.frames.pop_front();
         }
@@ -75,9 +75,9 @@ fn describe(frames: &VecDeque<Frame>) -> String {
 }
 
 /// Milliseconds by pass: GPU time if the GPU has timestamps, or wall time of the software renderer.
-fn passes_ms(drawing: &RenderedView) -> Vec<(String, f64)> {
-    let software = drawing.by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
-    drawing.by.passes_ms.iter().cloned().chain(software).collect()
+fn passes_ms(rendered: &RenderedView) -> Vec<(String, f64)> {
+    let software = rendered.by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
+    rendered.by.passes_ms.iter().cloned().chain(software).collect()
 }
 
 /// Interval over which the frame rate is counted, seconds.
@@ -114,36 +114,36 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
     for line in &account.messages {
         ui.add(egui::Label::new(line).wrap());
     }
-    let Some(drawing) = interface.shown() else { return };
+    let Some(rendered) = interface.shown() else { return };
     let account_of = |ui: &mut egui::Ui| {
         let mut line = |what: &str, value: String| {
             ui.label(what);
             ui.monospace(value);
             ui.end_row();
         };
-        line(text!("perf-renderer"), drawing.by.adapter.clone().unwrap_or_else(|| named("renderer", drawing.by.renderer).into()));
+        line(text!("perf-renderer"), rendered.by.adapter.clone().unwrap_or_else(|| named("renderer", rendered.by.renderer).into()));
         line(text!("perf-display"), if interface.on_gpu { "GPU" } else { "CPU" }.into());
-        line(text!("perf-image"), format!("{}x{} px", drawing.width, drawing.height));
-        line(text!("perf-frame"), format!("{} ms", decimal(drawing.took_ms, 1)));
+        line(text!("perf-image"), format!("{}x{} px", rendered.width, rendered.height));
+        line(text!("perf-frame"), format!("{} ms", decimal(rendered.took_ms, 1)));
         line(text!("perf-frame-rate"), text!("perf-frame-rate-value", rate = decimal(account.arrival_s.len() as f64 / RATE_INTERVAL_S, 1)));
         for stage in FRAME_STAGES {
-            line(named("stage", stage.name()), format!("{} ms", decimal(drawing.stages.spent(stage).as_secs_f64() * 1e3, 2)));
+            line(named("stage", stage.name()), format!("{} ms", decimal(rendered.stages.spent(stage).as_secs_f64() * 1e3, 2)));
         }
-        for (pass, ms) in passes_ms(drawing) {
+        for (pass, ms) in passes_ms(rendered) {
             line(&text!("frames-pass", pass = named("pass", &pass)), format!("{} ms", decimal(ms, 2)));
         }
-        if let Some(timings) = &drawing.by.software {
+        if let Some(timings) = &rendered.by.software {
             line(text!("perf-triangles-submitted"), timings.passes.iter().map(|p| p.submitted).sum::<usize>().to_string());
             line(text!("perf-triangles-culled"), timings.passes.iter().map(|p| p.culled).sum::<usize>().to_string());
             line(text!("perf-triangles-clipped"), timings.passes.iter().map(|p| p.clipped).sum::<usize>().to_string());
             line(text!("perf-triangles-shaded"), timings.passes.iter().map(|p| p.triangles).sum::<usize>().to_string());
         }
         line(text!("perf-interface"), format!("{} ms", decimal(account.interface_ms, 2)));
-        line(text!("perf-draws"), drawing.scene.draws.len().to_string());
-        line(text!("perf-points"), drawing.scene.points.len().to_string());
-        let shown = drawing.scene.bodies.iter().filter(|b| b.appearance != crate::scene::Appearance::NotShown).count();
-        line(text!("perf-bodies"), text!("perf-bodies-value", shown = shown, all = drawing.scene.bodies.len()));
-        let library = &drawing.library;
+        line(text!("perf-draws"), rendered.scene.draws.len().to_string());
+        line(text!("perf-points"), rendered.scene.points.len().to_string());
+        let shown = rendered.scene.bodies.iter().filter(|b| b.appearance != crate::scene::Appearance::NotShown).count();
+        line(text!("perf-bodies"), text!("perf-bodies-value", shown = shown, all = rendered.scene.bodies.len()));
+        let library = &rendered.library;
         line(text!("perf-shaders-memory"), library.from_memory.to_string());
         line(text!("perf-shaders-disk"), text!("perf-in-seconds", count = library.from_disk, seconds = decimal(library.reading_s, 3)));
         line(text!("perf-shaders-compiled"), text!("perf-in-seconds", count = library.emitted, seconds = decimal(library.emitting_s, 3)));

@@ -39,7 +39,7 @@ pub(super) struct Viewport {
     /// Time of the last frame of the interface.
     pub(super) last_s: f64,
     pub(super) resolution: AdaptiveResolution,
-    /// Size of the sky's part of the window, pixels.
+    /// Size of the viewport, pixels.
     pub(super) size_px: [u32; 2],
     /// The last clicked pixel, in a picture of `size_px`.
     pub(super) picked_px: Option<[u32; 2]>,
@@ -91,8 +91,8 @@ impl Interface {
 
     /// Drops an image on a GPU that does not present the window, and lets the next frame request a new image.
     pub(crate) fn drop_gpu_image(&mut self) {
-        if let Some(drawing) = &mut self.viewport.shown {
-            drawing.on_gpu = None;
+        if let Some(rendered) = &mut self.viewport.shown {
+            rendered.on_gpu = None;
         }
         self.viewport.requested = None;
     }
@@ -102,29 +102,29 @@ impl Interface {
         match worker.take() {
             None => {}
             Some(Err(why)) => self.fail(why.to_string(), worker),
-            Some(Ok(mut drawing)) => {
+            Some(Ok(mut rendered)) => {
                 self.failure_reason = None;
-                let pixels = u64::from(drawing.width) * u64::from(drawing.height);
-                if drawing.job.sampling == SamplingQuality::of(Quality::Draft) {
-                    self.viewport.resolution.record(pixels, drawing.took_ms);
+                let pixels = u64::from(rendered.width) * u64::from(rendered.height);
+                if rendered.job.sampling == SamplingQuality::of(Quality::Draft) {
+                    self.viewport.resolution.record(pixels, rendered.took_ms);
                 }
-                let pixels = std::mem::take(&mut drawing.rgba);
-                if drawing.on_gpu.is_some() {
+                let pixels = std::mem::take(&mut rendered.rgba);
+                if rendered.on_gpu.is_some() {
                     self.viewport.texture = None;
                 } else {
-                    let image = colour_image(drawing.width, drawing.height, pixels);
+                    let image = colour_image(rendered.width, rendered.height, pixels);
                     match &mut self.viewport.texture {
                         Some(texture) => texture.set(image, TextureOptions::LINEAR),
                         none => *none = Some(ctx.load_texture("sky", image, TextureOptions::LINEAR)),
                     }
                 }
-                self.performance.record(&drawing, self.viewport.last_s);
-                self.adaptation.record(&drawing.scene.exposure, drawing.job.request.exposure);
+                self.performance.record(&rendered, self.viewport.last_s);
+                self.adaptation.record(&rendered.scene.exposure, rendered.job.request.exposure);
                 // The transitional exposure is replaced by automatic exposure, so that it does not get into requests derived from this image.
-                if let ExposureRequest::Transition { .. } = drawing.job.request.exposure {
-                    drawing.job.request.exposure = ExposureRequest::Auto;
+                if let ExposureRequest::Transition { .. } = rendered.job.request.exposure {
+                    rendered.job.request.exposure = ExposureRequest::Auto;
                 }
-                self.viewport.shown = Some(drawing);
+                self.viewport.shown = Some(rendered);
                 self.viewport.images_shown += 1;
             }
         }
@@ -139,12 +139,12 @@ impl Interface {
     }
 
     /// Computes the labels and markers of the bodies in the displayed image.
-    pub(super) fn refresh_marks(&mut self, metrics: &LabelMetrics) {
-        let Some(drawing) = &self.viewport.shown else { return };
+    pub(super) fn refresh_labels(&mut self, metrics: &LabelMetrics) {
+        let Some(rendered) = &self.viewport.shown else { return };
         let parent = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
         self.viewport.labels = body_labels(
-            &*drawing.scene.geometry.projection(&drawing.scene.camera),
-            &drawing.scene.bodies,
+            &*rendered.scene.geometry.projection(&rendered.scene.camera),
+            &rendered.scene.bodies,
             self.viewer.selected,
             parent,
             metrics,

@@ -52,11 +52,11 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         ui.painter().image(picture, visible, placement.part(visible), Color32::WHITE);
     }
     let metrics = LabelMetrics::of_size(f64::from(NAME_POINTS) / placement.points_per_px);
-    interface.refresh_marks(&metrics);
+    interface.refresh_labels(&metrics);
     paint_marks(interface, ui, rect, &placement);
     paint_star(interface, ui, rect, &placement);
-    if let Some(drawing) = interface.shown() {
-        let scene = &drawing.scene;
+    if let Some(rendered) = interface.shown() {
+        let scene = &rendered.scene;
         let at = |px: DVec2| placement.picture.min + vec2(px * placement.points_per_px);
         interface.angle.paint(&ui.painter().with_clip_rect(rect), |direction| scene.geometry.pixel_of(&scene.camera, direction).map(at));
     }
@@ -154,8 +154,8 @@ fn hints(interface: &Interface, ui: &egui::Ui, rect: Rect) {
 /// Shows the context menu of a body, or of the view if there is no body under the pointer.
 fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, actions: &mut Vec<Action>) {
     if response.secondary_clicked() {
-        let at = response.interact_pointer_pos().zip(interface.shown()).map(|(at, drawing)| placement.px_of(at, &drawing.scene));
-        let found = at.zip(interface.shown()).and_then(|(at_px, drawing)| body_at(&interface.viewport.labels, &drawing.scene, at_px));
+        let at = response.interact_pointer_pos().zip(interface.shown()).map(|(at, rendered)| placement.px_of(at, &rendered.scene));
+        let found = at.zip(interface.shown()).and_then(|(at_px, rendered)| body_at(&interface.viewport.labels, &rendered.scene, at_px));
         interface.viewport.menu_body = found;
         interface.viewport.menu_px = at;
         actions.extend(found.map(Action::Select));
@@ -185,9 +185,9 @@ fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImageP
         let measures = icons::button(ui, Icon::Measure, text!("menu-measure"));
         let hover = text!("menu-measure-hint");
         if ui.add(measures).on_hover_text(hover).clicked()
-            && let Some((at_px, drawing)) = interface.viewport.menu_px.zip(interface.viewport.shown.as_ref())
+            && let Some((at_px, rendered)) = interface.viewport.menu_px.zip(interface.viewport.shown.as_ref())
         {
-            let at_px = snapped_px(&interface.viewport.labels, &drawing.scene, at_px);
+            let at_px = snapped_px(&interface.viewport.labels, &rendered.scene, at_px);
             measure(interface, at_px, interface.viewport.menu_body);
         }
         if ui.button(text!("menu-copy-link")).on_hover_text(text!("menu-copy-link-hint")).clicked() {
@@ -229,7 +229,7 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Ima
 
 /// Paints a ring around the chosen star, while the exposure shows the star.
 fn paint_star(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &ImagePlacement) {
-    let at_px = interface.viewport.star.zip(interface.shown()).and_then(|(star, drawing)| star_px(&drawing.scene, star));
+    let at_px = interface.viewport.star.zip(interface.shown()).and_then(|(star, rendered)| star_px(&rendered.scene, star));
     if let Some(at_px) = at_px {
         let at = placement.picture.min + vec2(at_px * placement.points_per_px);
         ui.painter().with_clip_rect(rect).circle_stroke(at, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, SELECTED_COLOUR));
@@ -255,11 +255,11 @@ fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Cli
 
 /// Adds a place to the measured angle.
 fn measure(interface: &mut Interface, at_px: DVec2, body: Option<NaifId>) {
-    let Some(drawing) = &interface.viewport.shown else { return };
-    let found = body.and_then(|id| drawing.scene.body(id));
+    let Some(rendered) = &interface.viewport.shown else { return };
+    let found = body.and_then(|id| rendered.scene.body(id));
     let seen_body = found.map(|b| SeenBody { name: b.name.clone(), centre_km: b.placement.centre_km });
     // Pixels outside the circle of a fisheye picture have no direction.
-    let Some(direction) = drawing.scene.geometry.direction(&drawing.scene.camera, at_px) else { return };
+    let Some(direction) = rendered.scene.geometry.direction(&rendered.scene.camera, at_px) else { return };
     interface.message = interface.angle.add(direction, seen_body);
 }
 
@@ -304,12 +304,12 @@ fn mouse(
             actions.push(if changes_fov { Action::ChangeFov(notches) } else { Action::Zoom(notches) });
         }
     }
-    let (Some(at), Some(drawing)) = (response.interact_pointer_pos(), interface.shown()) else { return None };
-    let at_px = placement.px_of(at, &drawing.scene);
-    let body_at_pointer = || body_at(&interface.viewport.labels, &drawing.scene, at_px);
+    let (Some(at), Some(rendered)) = (response.interact_pointer_pos(), interface.shown()) else { return None };
+    let at_px = placement.px_of(at, &rendered.scene);
+    let body_at_pointer = || body_at(&interface.viewport.labels, &rendered.scene, at_px);
     // This precedes the test for a double-click, so that two quick clicks with Ctrl also measure.
     if response.clicked() && ui.input(|i| i.modifiers.command) {
-        let measured = Some((snapped_px(&interface.viewport.labels, &drawing.scene, at_px), body_at_pointer()));
+        let measured = Some((snapped_px(&interface.viewport.labels, &rendered.scene, at_px), body_at_pointer()));
         return Some(Click { pixel: [0, 0], star: None, measured });
     }
     if response.double_clicked() {
@@ -318,7 +318,7 @@ fn mouse(
         let body = body_at_pointer();
         actions.extend(body.map(Action::Select));
         let pixel = |points: f32| (f64::from(points) * scale) as u32;
-        let star = if body.is_none() { star_at(&drawing.scene, at_px) } else { None };
+        let star = if body.is_none() { star_at(&rendered.scene, at_px) } else { None };
         return Some(Click { pixel: [pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)], star, measured: None });
     }
     None

@@ -180,8 +180,8 @@ impl<'a> ThreadedWorker<'a> {
     pub fn draw(&self) {
         let mut pages_returned = WallInstant::now();
         while let Some(job) = self.next(|work| work.job.take()) {
-            let drawing = draw(self.session, job);
-            locked(&self.work).done = Some(drawing);
+            let rendered = draw(self.session, job);
+            locked(&self.work).done = Some(rendered);
             (self.wake)();
             if pages_returned.elapsed() > BETWEEN_RETURNS {
                 freed_memory::return_pages();

@@ -156,14 +156,14 @@ impl ComparePanel {
 
     /// Starts to draw both variants once the view is at rest, unless they are drawn already.
     fn ask(&mut self, interface: &Interface, ui: &egui::Ui, worker: &dyn RenderWorker, variants: &[Variant; 2]) {
-        let Some(drawing) = interface.shown() else { return };
+        let Some(rendered) = interface.shown() else { return };
         let quality = interface.viewer.view.quality;
-        let still = drawing.job.request.quality == quality && drawing.job.sampling == SamplingQuality::of(quality);
+        let still = rendered.job.request.quality == quality && rendered.job.sampling == SamplingQuality::of(quality);
         if self.pending.is_some() || !still || interface.viewer.is_animating() {
             return;
         }
         let input = ComparisonInput {
-            request: sized(&drawing.job.request, ui),
+            request: sized(&rendered.job.request, ui),
             variants: variants.clone(),
             view_effects: interface.viewer.view.effects.clone(),
         };

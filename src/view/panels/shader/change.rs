@@ -154,7 +154,7 @@ fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>
         return;
     }
     let swap = KeySwap { body: draw.body, part: draw.part.name(), key, view: inspected.view };
-    let request = reduced_request(&inspected.drawing.job.request);
+    let request = reduced_request(&inspected.rendered.job.request);
     let change = &mut panel.change;
     if let Some(drawn) = panel.queries.swap(inspected.worker, &swap, &request) {
         change.last = Some((key, drawn));

@@ -43,7 +43,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
             Some((path, bytes)) => drop(ui.label(text!("cost-entry", size = decimal(*bytes as f64 / 1e3, 1), path = path.display()))),
             None => drop(ui.label(text!("cost-memory-only"))),
         }
-        statistics(ui, &inspected.drawing.library);
+        statistics(ui, &inspected.rendered.library);
         ui.separator();
         let operations: BTreeMap<&str, usize> = module.ir.operations.iter().map(|(k, n)| (k.as_str(), *n as usize)).collect();
         kinds(ui, text!("cost-ir"), &operations);

@@ -81,7 +81,7 @@ pub(crate) struct ShaderPanel {
 /// What is inspected in this frame.
 struct Inspected<'a> {
     worker: &'a dyn RenderWorker,
-    drawing: &'a RenderedView,
+    rendered: &'a RenderedView,
     /// The draw; `None` for a module that all bodies share.
     draw: Option<&'a Draw>,
     /// The draw's key in the picture.
@@ -132,12 +132,12 @@ impl ShaderPanel {
 
     fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         self.queries.reset_on_new_fragments(worker);
-        let Some(drawing) = interface.shown() else {
+        let Some(rendered) = interface.shown() else {
             ui.label(text!("shader-first"));
             return;
         };
         let body = interface.viewer.selected;
-        let draws: Vec<&Draw> = drawing.scene.draws.iter().filter(|d| d.body == body).collect();
+        let draws: Vec<&Draw> = rendered.scene.draws.iter().filter(|d| d.body == body).collect();
         let name = interface.viewer.name(body).to_owned();
         self.choose(ui, &name, &draws);
         let chosen = self.chosen.filter(|module| match module {
@@ -161,7 +161,7 @@ impl ShaderPanel {
             (InspectedModule::Shared(name), _, _) => ModuleId::Simple(name),
             (InspectedModule::Part(_), None, _) => ModuleId::Simple("point"),
         };
-        let inspected = Inspected { worker, drawing, draw, drawn, id, view: interface.viewport.images_shown };
+        let inspected = Inspected { worker, rendered, draw, drawn, id, view: interface.viewport.images_shown };
         self.name(ui, &inspected);
         ui.horizontal_wrapped(|ui| {
             for (page, name, about) in Page::ALL {

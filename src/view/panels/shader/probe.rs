@@ -112,7 +112,7 @@ impl ProbePage {
     /// Starts a query when the pixel has changed, or the view has changed and is at rest.
     fn ask(&mut self, inspected: &Inspected<'_>, interface: &Interface, pixel: [u32; 2]) {
         let [width, height] = interface.viewport.size_px;
-        let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..inspected.drawing.job.request.clone() };
+        let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..inspected.rendered.job.request.clone() };
         let current = self.requested.as_ref().is_some_and(|(p, r)| *p == pixel && *r == request);
         if current || self.pending.is_some() || interface.viewer.is_animating() || pixel[0] >= width || pixel[1] >= height {
             return;

@@ -8,7 +8,7 @@ use egui::{Color32, FontId, TextFormat, text::LayoutJob};
 use std::ops::Range;
 
 /// One line and its origin.
-pub(crate) struct Line {
+pub(crate) struct HighlightedLine {
     pub text: String,
     /// Index into [`Text::features`].
     pub feature: u16,
@@ -18,7 +18,7 @@ pub(crate) struct Line {
 
 pub(crate) struct Text {
     pub language: Language,
-    pub lines: Vec<Line>,
+    pub lines: Vec<HighlightedLine>,
     /// Name and number of lines of each feature; empty if the language has no source map.
     pub features: Vec<(String, usize)>,
 }
@@ -31,9 +31,9 @@ pub(crate) fn text_of(module: &ShaderModule, language: Language) -> Result<Text,
     let line = |(i, text): (usize, &str)| {
         let at = map.lines.get(i).filter(|_| mapped);
         let origin = at.and_then(|_| map.origin_of(i + 1)).map_or(String::new(), |(path, line)| format!("shaders/{path}:{line}"));
-        Line { text: text.replace('\t', "    "), feature: at.map_or(0, |o| o.feature), origin }
+        HighlightedLine { text: text.replace('\t', "    "), feature: at.map_or(0, |o| o.feature), origin }
     };
-    let lines: Vec<Line> = text.lines().enumerate().map(line).collect();
+    let lines: Vec<HighlightedLine> = text.lines().enumerate().map(line).collect();
     let count = |k: usize| lines.iter().filter(|l| usize::from(l.feature) == k).count();
     let features = map.features.iter().filter(|_| mapped).enumerate().map(|(k, name)| (name.clone(), count(k))).collect();
     Ok(Text { language, lines, features })

@@ -26,7 +26,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     };
     let layout = &module.module.layout;
     let bytes = match (inspected.draw, &inspected.id) {
-        (Some(d), _) => Some(uniforms_of(layout, &d.uniforms, inspected.drawing.job.sampling.anisotropy)),
+        (Some(d), _) => Some(uniforms_of(layout, &d.uniforms, inspected.rendered.job.sampling.anisotropy)),
         (None, ModuleId::Simple(name)) => shared_bytes(panel, ui, inspected, name).map(Ok),
         (None, _) => None,
     };
@@ -53,7 +53,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
 
 /// The uniform bytes of a shared module, for the chosen draw if it has several.
 fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, module: &str) -> Option<Vec<u8>> {
-    let draws: Vec<_> = inspected.drawing.simple_draws.iter().filter(|d| d.module == module).collect();
+    let draws: Vec<_> = inspected.rendered.simple_draws.iter().filter(|d| d.module == module).collect();
     let chosen = &mut panel.values.draw;
     *chosen = (*chosen).min(draws.len().checked_sub(1)?);
     if draws.len() > 1 {
@@ -161,7 +161,7 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_
             ui.monospace(s.binding.to_string());
             ui.label(&s.name);
             ui.weak(text!("values-sampler"));
-            ui.label(text!("values-taps", taps = inspected.drawing.job.sampling.anisotropy));
+            ui.label(text!("values-taps", taps = inspected.rendered.job.sampling.anisotropy));
             ui.end_row();
         }
     });
