@@ -85,7 +85,7 @@ pub mod labels {
     pub use super::annotation::labels::*;
     pub use super::annotation::margin::Margin;
     pub use super::annotation::picking::{CLICK_RADIUS_PX, body_at, snapped_px, star_at, star_px};
-    pub use super::annotation::text::{Bar, Rect, TextMark};
+    pub use super::annotation::text::{Bar, Rect, TextLine};
 }
 
 /// The effects that can be switched, and the decisions about them.

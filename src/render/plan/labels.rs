@@ -13,7 +13,7 @@ use crate::scene::Scene;
 use crate::scene::annotation::line_texts::{PlacedText, TextLayer};
 use crate::scene::labels::{
     Bar, Dot, FILLS_PICTURE, LabelLayer, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, Rect, SELECTED_COLOUR,
-    TextMark,
+    TextLine,
 };
 use std::sync::Arc;
 
@@ -104,7 +104,7 @@ fn margin_labels(labels: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow_px = (labels.size_px / 13.0).round().max(1.0);
     let margin = &labels.margin;
     let ring = |at: &glam::DVec2| glyph_quad(&glyphs.marker, [at.x - 0.5, at.y - 0.5], colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
-    let text = |t: &TextMark| text_quads(&t.text, t.left_px.to_array(), colour(t.colour).to_array(), t.opacity as f32, glyphs, shadow_px);
+    let text = |t: &TextLine| text_quads(&t.text, t.left_px.to_array(), colour(t.colour).to_array(), t.opacity as f32, glyphs, shadow_px);
     let shadow = |bar: &Bar| {
         let offset = glam::DVec2::splat(shadow_px);
         let rect = Rect { min: bar.rect.min + offset, max: bar.rect.max + offset };

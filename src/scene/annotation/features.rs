@@ -1,10 +1,10 @@
 //! Names of surface features: which of them fit into a picture, and where.
 //!
-//! In: the bodies in a picture and the rectangles of other labels. Out: [`TextMark`]s. Always: names do not overlap; landing sites have priority, then
+//! In: the bodies in a picture and the rectangles of other labels. Out: [`TextLine`]s. Always: names do not overlap; landing sites have priority, then
 //! more prominent features. A name is centred on its feature, so that it stays in place while the view moves. It fades out as its feature becomes smaller
 //! in the picture, and towards the limb. Features on the far side of their body or behind a nearer body have no name.
 
-use super::text::{LabelMetrics, Rect, TextMark};
+use super::text::{LabelMetrics, Rect, TextLine};
 use crate::catalog::nomenclature;
 use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::in_view::BodyInView;
@@ -13,7 +13,7 @@ use glam::DVec2;
 
 /// Maximum number of names in a picture.
 const MAX_NAMES: usize = 70;
-/// Diameter of a feature, in letter sizes, at which its name starts to appear, and at which it is opaque.
+/// Diameter of a feature, in glyph sizes, at which its name starts to appear, and at which it is opaque.
 const FEATURE_FADE: (f64, f64) = (0.9, 1.4);
 /// The same for landing sites, in terms of the diameter of their body.
 const SITE_FADE: (f64, f64) = (16.0, 22.0);
@@ -35,7 +35,7 @@ pub(crate) fn features(
     bodies: &[BodyInView],
     lettering: &LabelMetrics,
     occupied: &mut Vec<Rect>,
-) -> (Vec<TextMark>, Vec<DVec2>) {
+) -> (Vec<TextLine>, Vec<DVec2>) {
     let size = picture.size_px();
     let letter_px = lettering.size_px();
     let pixels_per_radian = picture.disc_radius_px(1e-6) * 1e6;
@@ -101,7 +101,7 @@ pub(crate) fn features(
             occupied.push(rect);
             sites.extend(feature.is_landing_site.then_some(at));
             let left_px = DVec2::new(corner.x, corner.y + 0.5 * lettering.line_height_px);
-            names.push(TextMark { text: feature.name.to_owned(), left_px, colour: FEATURE_COLOUR, opacity });
+            names.push(TextLine { text: feature.name.to_owned(), left_px, colour: FEATURE_COLOUR, opacity });
         }
     }
     (names, sites)

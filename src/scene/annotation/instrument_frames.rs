@@ -18,7 +18,7 @@ const COLOUR: DVec3 = DVec3::new(1.0, 0.3, 0.25);
 const OPACITY: f64 = 0.9;
 /// Smallest size of a frame, pixels.
 const MIN_SIZE_PX: f64 = 8.0;
-/// Distance between a frame and its name, in letter heights.
+/// Distance between a frame and its name, in glyph heights.
 const NAME_OFFSET: f64 = 0.8;
 
 /// Axes of a frame: the direction of its centre, and its directions up and left as seen from inside the sky.
@@ -66,7 +66,7 @@ fn draw_great_circle(camera: &Camera, all: &mut AnnotationLines, a: DVec3, b: DV
     }
 }
 
-/// The frames of all instruments. `size_px`: height of letters.
+/// The frames of all instruments. `size_px`: height of glyphs.
 pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option<DVec3>, size_px: f64) -> AnnotationLines {
     let mut all = AnnotationLines::default();
     let in_picture = |v: &DVec3| camera.clip(*v).is_some_and(|clip| clip.abs().max_element() < 1.0);

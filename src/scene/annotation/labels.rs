@@ -1,8 +1,8 @@
 //! Labels of bodies: names and markers, thinned where they crowd.
 //!
 //! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the picture, important ones first. Always: names do not overlap
-//! (estimated from the mean width of a letter); the selected body is labelled whenever it is in front of the camera. A body behind the disc of a nearer
-//! body has no label. Does not draw letters.
+//! (estimated from the mean width of a glyph); the selected body is labelled whenever it is in front of the camera. A body behind the disc of a nearer
+//! body has no label. Does not draw glyphs.
 
 use super::data::{self, Dot};
 use super::features;
@@ -71,7 +71,7 @@ pub(crate) const MARKER_OPACITY: f32 = 0.55;
 /// Diameter relative to the picture's height above which a body is not named, because it fills the picture.
 pub(crate) const FILLS_PICTURE: f64 = 0.45;
 
-/// The labels of a picture, for letters of `size_px`.
+/// The labels of a picture, for glyphs of `size_px`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelLayer {
     pub size_px: f64,
@@ -143,7 +143,7 @@ impl LabelLayer {
     }
 }
 
-/// Size of letters in a picture, pixels: proportional to its height, but large enough to read in a small picture.
+/// Size of glyphs in a picture, pixels: proportional to its height, but large enough to read in a small picture.
 pub(crate) fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
 }
@@ -157,7 +157,7 @@ pub(crate) fn body_labels(
     bodies: &[BodyInView],
     selected: NaifId,
     parent: impl Fn(NaifId) -> Option<NaifId>,
-    lettering: &LabelMetrics,
+    metrics: &LabelMetrics,
 ) -> Vec<Label> {
     let size = camera.size_px();
     let mut visible: Vec<(&BodyInView, DVec2, f64)> = bodies
@@ -183,25 +183,25 @@ pub(crate) fn body_labels(
         let (x, y) = (rank(a.0, selected, &parent), rank(b.0, selected, &parent));
         x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then(a.0.id.cmp(&b.0.id))
     });
-    let mut kept: Vec<Label> = Vec::new();
+    let mut chosen: Vec<Label> = Vec::new();
     let mut names: Vec<Rect> = Vec::new();
     for (b, centre_px, radius_px) in visible {
-        if kept.iter().any(|k| k.centre_px.distance(centre_px) < CROWDED_PX.max(0.5 * k.radius_px.min(40.0))) {
+        if chosen.iter().any(|k| k.centre_px.distance(centre_px) < CROWDED_PX.max(0.5 * k.radius_px.min(40.0))) {
             continue;
         }
-        let of_side = |side: LabelSide| (side, label_rect(centre_px, radius_px, &b.name, lettering, side));
+        let of_side = |side: LabelSide| (side, label_rect(centre_px, radius_px, &b.name, metrics, side));
         let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_picture(size) && !names.iter().any(|n| n.overlaps(rect));
         let name = LabelSide::ALL.map(of_side).into_iter().find(fits);
         names.extend(name.map(|(_, rect)| rect));
-        kept.push(Label { body: b.id, name: b.name.clone(), centre_px, radius_px, name_side: name.map(|(side, _)| side) });
+        chosen.push(Label { body: b.id, name: b.name.clone(), centre_px, radius_px, name_side: name.map(|(side, _)| side) });
     }
-    kept
+    chosen
 }
 
 /// The rectangle of a body's name beside its disc or marker.
-pub fn label_rect(centre_px: DVec2, radius_px: f64, name: &str, lettering: &LabelMetrics, side: LabelSide) -> Rect {
-    let width_px = name.chars().count() as f64 * lettering.glyph_width_px;
-    let near_end = centre_px + side.offset_px(lettering.gap_px(radius_px));
-    let corner = near_end - DVec2::new(if side.left { width_px } else { 0.0 }, 0.5 * lettering.line_height_px);
-    Rect { min: corner, max: corner + DVec2::new(width_px, lettering.line_height_px) }
+pub fn label_rect(centre_px: DVec2, radius_px: f64, name: &str, metrics: &LabelMetrics, side: LabelSide) -> Rect {
+    let width_px = name.chars().count() as f64 * metrics.glyph_width_px;
+    let near_end = centre_px + side.offset_px(metrics.gap_px(radius_px));
+    let corner = near_end - DVec2::new(if side.left { width_px } else { 0.0 }, 0.5 * metrics.line_height_px);
+    Rect { min: corner, max: corner + DVec2::new(width_px, metrics.line_height_px) }
 }

@@ -1,8 +1,8 @@
 //! Labels of lines: names of constellations and coordinates of grids, and which of them fit.
 //!
 //! In: texts with their positions, and the labels of bodies. Out: the texts that fit, with the corner of each. Always: no two overlap (estimated from
-//! the mean width of a letter), none overlaps a body's label, and each is inside the picture; constellations have priority over coordinates. Does not
-//! draw letters.
+//! the mean width of a glyph), none overlaps a body's label, and each is inside the picture; constellations have priority over coordinates. Does not
+//! draw glyphs.
 
 use crate::scene::annotation::labels::{LabelLayer, LabelMetrics, label_rect};
 use crate::scene::annotation::text::Rect;
@@ -32,14 +32,14 @@ pub struct PlacedText {
     pub colour: [f32; 3],
 }
 
-/// The texts of a picture and the size of their letters.
+/// The texts of a picture and their glyph size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextLayer {
     pub size_px: f64,
     pub texts: Vec<PlacedText>,
 }
 
-/// Distance between a coordinate and the picture's edge, in letter sizes.
+/// Distance between a coordinate and the picture's edge, in glyph sizes.
 const INSET: f64 = 0.4;
 /// Fraction of white mixed into a text's colour.
 const WHITE_FRACTION: f64 = 0.35;

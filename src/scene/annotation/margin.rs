@@ -4,7 +4,7 @@
 //! target's distance, across the line of sight. For a target too small to show a disc the bar is an angle. The compass points to the target's north
 //! pole.
 
-use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextMark};
+use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextLine};
 use crate::catalog::Catalog;
 use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::in_view::BodyInView;
@@ -15,7 +15,7 @@ use glam::DVec2;
 /// Texts, bars and rings (by their centres).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Margin {
-    pub texts: Vec<TextMark>,
+    pub texts: Vec<TextLine>,
     pub bars: Vec<Bar>,
     pub rings: Vec<DVec2>,
 }
@@ -61,12 +61,12 @@ impl Margin {
     pub fn occupied<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
         let half = DVec2::new(0.0, 0.5 * metrics.line_height_px);
         let of_text =
-            move |t: &TextMark| Rect { min: t.left_px - half, max: t.left_px + half + DVec2::new(metrics.width_px(&t.text), 0.0) };
+            move |t: &TextLine| Rect { min: t.left_px - half, max: t.left_px + half + DVec2::new(metrics.width_px(&t.text), 0.0) };
         self.texts.iter().map(of_text).chain(self.bars.iter().map(|b| b.rect))
     }
 
     fn text(&mut self, text: String, left_px: DVec2) {
-        self.texts.push(TextMark { text, left_px, colour: NAME_COLOUR, opacity: 1.0 });
+        self.texts.push(TextLine { text, left_px, colour: NAME_COLOUR, opacity: 1.0 });
     }
 
     fn bar(&mut self, min: DVec2, size: DVec2) {

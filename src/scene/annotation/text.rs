@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-/// The size of text: mean width of a letter and height of a line, pixels.
+/// The size of text: mean width of a glyph and height of a line, pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LabelMetrics {
     pub glyph_width_px: f64,
@@ -11,15 +11,15 @@ pub struct LabelMetrics {
 
 impl LabelMetrics {
     pub fn of_size(size_px: f64) -> Self {
-        Self { glyph_width_px: LETTER_WIDTH * size_px, line_height_px: LINE_HEIGHT * size_px }
+        Self { glyph_width_px: GLYPH_WIDTH * size_px, line_height_px: LINE_HEIGHT * size_px }
     }
 
-    /// Size of the letters.
+    /// Size of the glyphs.
     pub(crate) fn size_px(&self) -> f64 {
         self.line_height_px / LINE_HEIGHT
     }
 
-    /// Width of a text, estimated from the mean width of a letter.
+    /// Width of a text, estimated from the mean width of a glyph.
     pub fn width_px(&self, text: &str) -> f64 {
         text.chars().count() as f64 * self.glyph_width_px
     }
@@ -33,16 +33,16 @@ impl LabelMetrics {
 
 /// sRGB of a name.
 pub(crate) const NAME_COLOUR: [u8; 3] = [200, 208, 220];
-/// Radius of a marker relative to the size of letters; smaller bodies have a marker.
+/// Radius of a marker relative to the size of glyphs; smaller bodies have a marker.
 pub(crate) const MARKER_RADIUS: f64 = 5.0 / 13.0;
-/// Mean width of a letter relative to its size (Ubuntu Light, over English names).
-pub(crate) const LETTER_WIDTH: f64 = 6.6 / 13.0;
-/// Height of a line relative to the size of letters.
+/// Mean width of a glyph relative to its size (Ubuntu Light, over English names).
+pub(crate) const GLYPH_WIDTH: f64 = 6.6 / 13.0;
+/// Height of a line relative to the size of glyphs.
 pub(crate) const LINE_HEIGHT: f64 = 15.0 / 13.0;
 
 /// A line of text.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TextMark {
+pub struct TextLine {
     pub text: String,
     /// Left end of its centre line.
     pub left_px: DVec2,

@@ -1,9 +1,9 @@
 use super::*;
 
 /// The Sun at the origin, bodies on the x axis, all with the same orientation.
-struct Line;
+struct CollinearBodies;
 
-impl BodyPositions for Line {
+impl BodyPositions for CollinearBodies {
     fn between_km(&self, from: NaifId, to: NaifId, _: Instant) -> Option<DVec3> {
         let x = |id: NaifId| match id.0 {
             10 => Some(0.0),
@@ -46,7 +46,7 @@ fn viewer() -> Viewer {
 }
 
 fn apply(v: &mut Viewer, action: Action) {
-    v.apply(action, 800.0, &Line);
+    v.apply(action, 800.0, &CollinearBodies);
 }
 
 #[test]
@@ -64,7 +64,7 @@ fn a_flight_ends_at_the_lit_side_and_back_returns() {
     let CameraPose::Orbit { body, distance_radii, .. } = v.view.eye else { panic!("{:?}", v.view.eye) };
     assert_eq!((body, v.view.target, v.selected), (SATURN, SATURN, SATURN));
     assert!((distance_radii - ARRIVAL_RADII).abs() < 1e-9);
-    let pose = v.pose_from(SATURN, &Line).expect("a place");
+    let pose = v.pose_from(SATURN, &CollinearBodies).expect("a place");
     let to_sun = DVec3::NEG_X;
     assert!(crate::ephemeris::angle_rad(pose.offset_km, to_sun).to_degrees() < 45.0, "the Sun is behind the viewer");
     apply(&mut v, Action::PreviousView);
@@ -88,13 +88,13 @@ fn changing_the_frame_keeps_the_camera_in_place() {
     let mut v = viewer();
     v.view.tdb_s = 4321.0;
     apply(&mut v, Action::Turn(133.0, 57.0));
-    let before = v.pose_from(NaifId::EARTH, &Line).expect("a place");
+    let before = v.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
     apply(&mut v, Action::RotateWithBody(true));
-    let after = v.pose_from(NaifId::EARTH, &Line).expect("a place");
+    let after = v.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
     assert!((before.offset_km - after.offset_km).length() < 1e-6 * before.offset_km.length());
     // Later the frame has rotated, and the camera with it.
     v.view.tdb_s += 1000.0;
-    let later = v.pose_from(NaifId::EARTH, &Line).expect("a place");
+    let later = v.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
     let turned = (DMat3::from_rotation_z(0.1) * after.offset_km - later.offset_km).length();
     assert!(turned < 1e-6 * before.offset_km.length(), "{turned}");
 }
@@ -161,7 +161,7 @@ fn extreme_zooms_keep_the_camera_finite() {
     for notches in [1e4, -1e4, f64::NAN.max(5.0)] {
         apply(&mut v, Action::Zoom(notches));
         apply(&mut v, Action::ChangeFov(notches));
-        let pose = v.pose_from(NaifId::EARTH, &Line).expect("a place");
+        let pose = v.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
         assert!(pose.offset_km.length() > 6378.1 && pose.offset_km.is_finite());
         assert!((MIN_FOV_DEG..=MAX_FOV_DEG).contains(&v.view.fov_deg));
     }
