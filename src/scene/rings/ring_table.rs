@@ -171,7 +171,7 @@ fn radial_range(intervals: &[RingInterval]) -> Option<[f64; 2]> {
 /// The light on a ring and the range of view rays that cross it, which all pixels share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingConditions {
-    /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with its mean sine: [`sun_halves`](super::ring_shine::halves).
+    /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with its mean sine: [`sun_halves`](super::ring_shine::sun_halves).
     /// `None` for the pixel view of albedo.
     pub sunlight: Option<[[f64; 2]; 2]>,
     /// Indices of the first and the last slope of the table's rows.
