@@ -15,7 +15,7 @@ use crate::session::{DrawnBy, LightChange, Session, Stage, Stages, milliseconds,
 use crate::wording::{echo, suggestion_or_list};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
-use std::time::{Duration, Instant as Moment};
+use std::time::{Duration, Instant as WallInstant};
 
 const EXAMPLE: &str = "Examples:
   orrery bench
@@ -109,7 +109,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
         let measure_of = |request: &ViewRequest| -> Result<MeasuredFrame, CliError> {
             let (earlier, _) = session.report();
             let before = process_cpu();
-            let start = Moment::now();
+            let start = WallInstant::now();
             let by = Some(session.draw(request, SamplingQuality::of(common.quality), false)?.by);
             let wall = start.elapsed();
             let cpu = before.and_then(|before| process_cpu()?.checked_sub(before));

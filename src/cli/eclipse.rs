@@ -6,7 +6,7 @@ use super::{CliError, Common, inputs};
 use crate::catalog::lunar_heights::HeightMap;
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
-use crate::events::{self, LimbContact, LocalCircumstances, LunarEclipse, LunarType, MoonEvent, Place, SolarEclipse, Transit};
+use crate::events::{self, GeodeticPosition, LimbContact, LocalCircumstances, LunarEclipse, LunarType, MoonEvent, SolarEclipse, Transit};
 use crate::files::{FileAccess, write_atomic};
 use crate::time::Instant;
 use crate::wording::echo;
@@ -143,7 +143,7 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
 }
 
 /// Parses `LAT,LON` or `LAT,LON,HEIGHT` in degrees, degrees east and metres.
-pub(super) fn parse_place(text: &str) -> Result<Place, String> {
+pub(super) fn parse_place(text: &str) -> Result<GeodeticPosition, String> {
     let wrong = |what: &str| format!("--at {}: {what}; give latitude and east longitude in degrees, such as 78.22,15.65", echo(text));
     let numbers: Vec<f64> =
         text.split(',').map(|part| part.trim().parse().map_err(|_| wrong("not numbers with commas"))).collect::<Result<_, _>>()?;
@@ -158,7 +158,7 @@ pub(super) fn parse_place(text: &str) -> Result<Place, String> {
     if !(-12_000.0..=100_000.0).contains(&height_m) {
         return Err(wrong("the height goes from -12000 to 100000 metres"));
     }
-    Ok(Place { latitude_deg, longitude_deg, height_km: height_m / 1000.0 })
+    Ok(GeodeticPosition { latitude_deg, longitude_deg, height_km: height_m / 1000.0 })
 }
 
 /// Contacts as a JSON object that maps names to UTC times.
@@ -166,7 +166,7 @@ fn times(contacts: &[(&'static str, Instant)]) -> Value {
     Value::Object(contacts.iter().map(|(name, t)| ((*name).to_owned(), json!(t.to_utc_iso()))).collect())
 }
 
-fn solar(e: &SolarEclipse, place: Option<Place>) -> Value {
+fn solar(e: &SolarEclipse, place: Option<GeodeticPosition>) -> Value {
     let mut row = json!({
         "kind": "solar",
         "type": e.class.name(),
@@ -197,7 +197,7 @@ fn limb(contacts: &[LimbContact], map: &HeightMap) -> Value {
     json!({ "heights": map.summary(), "contacts": by_name, "last_bead": time_of("C2"), "first_bead": time_of("C3") })
 }
 
-fn lunar(e: &LunarEclipse, place: Option<Place>, shadow: &str) -> Value {
+fn lunar(e: &LunarEclipse, place: Option<GeodeticPosition>, shadow: &str) -> Value {
     let (penumbral_s, partial_s, total_s) = (e.duration_s("P1", "P4"), e.duration_s("U1", "U4"), e.duration_s("U2", "U3"));
     let mut row = json!({
         "kind": "lunar",
@@ -230,7 +230,7 @@ fn name_of(catalog: &Catalog, id: NaifId) -> &str {
     catalog.body(id).map_or("", |b| b.name.as_str())
 }
 
-fn transit(catalog: &Catalog, e: &Transit, place: Option<Place>) -> Value {
+fn transit(catalog: &Catalog, e: &Transit, place: Option<GeodeticPosition>) -> Value {
     let mut row = json!({
         "kind": "transit",
         "type": "transit",
@@ -276,8 +276,8 @@ fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str) -> Result<()
     let mut features = Vec::new();
     for e in eclipses {
         let Some(path) = e.path() else { continue };
-        let centre: Vec<Place> = path.centre_line.iter().map(|(_, place)| *place).collect();
-        let mut add = |name: &str, places: &[Place], times: Value| {
+        let centre: Vec<GeodeticPosition> = path.centre_line.iter().map(|(_, place)| *place).collect();
+        let mut add = |name: &str, places: &[GeodeticPosition], times: Value| {
             let lines = events::cut_at_date_line(places);
             if !lines.is_empty() {
                 features.push(json!({

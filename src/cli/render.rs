@@ -13,7 +13,7 @@ use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
 use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
 use crate::wording::echo;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant as Moment};
+use std::time::{Duration, Instant as WallInstant};
 
 const EXAMPLES: &str = "Examples:
   orrery render --target earth --time 2024-04-08T18:17:16Z -o earth.png
@@ -93,7 +93,7 @@ pub(crate) struct RenderArgs {
 }
 
 pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
-    let program_start = Moment::now();
+    let program_start = WallInstant::now();
     let mut first_frame = None;
     let tour_file = args.tour_file();
     // The number of frames of a tour is not known before it has been read; `u32::MAX` stands for several frames.
@@ -151,7 +151,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         drawn_frames += 1;
         drawn_by = Some(drawn.by.clone());
         let before = if args.time_report { process_cpu() } else { None };
-        let start = Moment::now();
+        let start = WallInstant::now();
         match &path {
             Some(path) => {
                 let mut text = text_chunks(args, views.title(), &request, &drawn.scene);

@@ -5,7 +5,7 @@
 //! last mountain leaves the Sun's limb at C2 and the first one reaches it at C3. Always: the silhouette is a [`LimbProfile`], computed anew at each contact; if the Sun
 //! shines through a valley even at maximum, there is no C2 and no C3. Not included: refraction and the Sun's irregular limb. Magnitude and obscuration remain those of the mean limb.
 
-use super::local::{Place, Station};
+use super::local::{GeodeticPosition, Station};
 use super::numeric::zero_crossing;
 use super::solar::SolarEclipse;
 use crate::catalog::NaifId;
@@ -101,7 +101,12 @@ impl SolarEclipse {
     ///
     /// # Errors
     /// The Moon's orientation at that time is unknown.
-    pub fn limb_contacts(&self, place: Place, ephemeris: &Ephemeris, map: &HeightMap) -> Result<Vec<LimbContact>, EphemerisError> {
+    pub fn limb_contacts(
+        &self,
+        place: GeodeticPosition,
+        ephemeris: &Ephemeris,
+        map: &HeightMap,
+    ) -> Result<Vec<LimbContact>, EphemerisError> {
         let station = self.geometry.station(place);
         let Some(mean_limb) = station.mean_contacts(self.geometry.greatest_s) else { return Ok(Vec::new()) };
         let mut found = Vec::new();

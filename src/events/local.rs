@@ -17,9 +17,9 @@ const HORIZON_REFRACTION: f64 = 34.0 / 60.0 * PI / 180.0;
 const SEARCH_S: f64 = 4.5 * 3600.0;
 const SEARCH_STEP_S: f64 = 120.0;
 
-/// A place on the Earth.
+/// A place on the Earth, in geodetic coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct GeodeticPosition {
     /// Geodetic latitude.
     pub latitude_deg: f64,
     /// East longitude.
@@ -28,7 +28,7 @@ pub struct Place {
     pub height_km: f64,
 }
 
-impl Place {
+impl GeodeticPosition {
     /// The place at a point of the spheroid's surface, ITRS. `earth_km`: the spheroid's semi-axes.
     pub(super) fn of_surface_point(point_km: DVec3, earth_km: DVec3) -> Self {
         let normal = point_km / (earth_km * earth_km);
@@ -144,7 +144,7 @@ pub(super) struct Station<'a> {
 }
 
 impl<'a> Station<'a> {
-    pub(crate) fn new(sky: &'a EarthSky, bodies: EclipseBodies, place: Place) -> Self {
+    pub(crate) fn new(sky: &'a EarthSky, bodies: EclipseBodies, place: GeodeticPosition) -> Self {
         let (point_km, normal) = ground_point_km(bodies.earth_km, place.latitude_deg, place.longitude_deg, place.height_km);
         Self { sky, bodies, point_km, normal }
     }

@@ -8,7 +8,7 @@
 //! Danjon's rule, a hundredth of the Earth's radius, for the air (Espenak and Meeus 2009, NASA/TP-2009-214172).
 
 use super::contacts::{Contact, seconds_between};
-use super::local::{LocalCircumstances, Place, Station};
+use super::local::{GeodeticPosition, LocalCircumstances, Station};
 use super::lunation::{Phase, Syzygy};
 use super::numeric::{time_of_minimum, zero_crossing};
 use super::sky::{EarthSky, EclipseBodies};
@@ -62,18 +62,18 @@ pub struct LunarEclipse {
     pub umbral_magnitude: f64,
     pub penumbral_magnitude: f64,
     /// Where the Moon is overhead at greatest eclipse.
-    pub place: Place,
+    pub place: GeodeticPosition,
     /// P1, U1, U2, U3, U4, P4 by time: the Moon enters the penumbra, enters the umbra, is entirely inside it, and the reverse.
     pub contacts: Vec<Contact>,
     pub saros: i64,
     /// Number in the Saros series, starting at 1.
     pub saros_member: Option<i64>,
-    geometry: Geometry,
+    geometry: LunarEclipseGeometry,
 }
 
 /// Sky and radii of one eclipse; times are seconds from the mean full moon.
 #[derive(Clone, Debug)]
-struct Geometry {
+struct LunarEclipseGeometry {
     sky: EarthSky,
     bodies: EclipseBodies,
     greatest_s: f64,
@@ -87,7 +87,7 @@ struct InShadow {
     penumbra_km: f64,
 }
 
-impl Geometry {
+impl LunarEclipseGeometry {
     /// The Moon's radius in eclipses.
     fn moon_radius_km(&self) -> f64 {
         self.bodies.penumbral_moon_km
@@ -129,7 +129,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
         return Ok(None);
     }
     let sky = EarthSky::around(ephemeris, NaifId::MOON, full_moon.mean_instant(), PHASE_S + SHADOW_S)?;
-    let mut geometry = Geometry { sky, bodies, greatest_s: 0.0 };
+    let mut geometry = LunarEclipseGeometry { sky, bodies, greatest_s: 0.0 };
     let greatest_s = time_of_minimum(-PHASE_S, PHASE_S, |s| geometry.in_shadow(s).offset_from_axis.length());
     geometry.greatest_s = greatest_s;
     let (umbral_magnitude, penumbral_magnitude) = geometry.magnitudes(greatest_s);
@@ -161,7 +161,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
         gamma: offset.length().copysign(offset.dot(geometry.sky.pole())) / bodies.earth_km.x,
         umbral_magnitude,
         penumbral_magnitude,
-        place: Place {
+        place: GeodeticPosition {
             latitude_deg: overhead.z.atan2(overhead.truncate().length()).to_degrees(),
             longitude_deg: overhead.y.atan2(overhead.x).to_degrees(),
             height_km: 0.0,
@@ -180,7 +180,7 @@ impl LunarEclipse {
     }
 
     /// Local circumstances at a place.
-    pub fn seen_from(&self, place: Place) -> LocalCircumstances {
+    pub fn seen_from(&self, place: GeodeticPosition) -> LocalCircumstances {
         let station = Station::new(&self.geometry.sky, self.geometry.bodies, place);
         let seconds_of = |t: Instant| t.tdb_seconds_past_j2000() - self.geometry.sky.instant(0.0).tdb_seconds_past_j2000();
         let contacts: Vec<_> = self.contacts.iter().map(|(name, t)| (*name, seconds_of(*t))).collect();

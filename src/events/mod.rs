@@ -21,7 +21,7 @@ mod solar;
 mod transit;
 
 pub use limb::LimbContact;
-pub use local::{LocalCircumstances, LocalContact, Place};
+pub use local::{GeodeticPosition, LocalCircumstances, LocalContact};
 pub use lunar::{LunarEclipse, LunarType, shadow_enlargement};
 pub use moons::{MoonEvent, MoonEventType, moon_events};
 pub use mutual::mutual_events;

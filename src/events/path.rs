@@ -4,7 +4,7 @@
 //! the greatest phase of the places on a line across the path. Not here: the limits beyond the ends of the centre line, where only one side of the
 //! shadow meets the ground.
 
-use super::local::Place;
+use super::local::GeodeticPosition;
 use super::solar::SolarEclipse;
 use crate::time::Instant;
 use std::f64::consts::FRAC_PI_2;
@@ -17,10 +17,10 @@ const MAX_WIDTH_DEG: f64 = 20.0;
 /// A path on the ground, in the direction in which the shadow moves.
 #[derive(Clone, Debug, Default)]
 pub struct EclipsePath {
-    pub centre_line: Vec<(Instant, Place)>,
+    pub centre_line: Vec<(Instant, GeodeticPosition)>,
     /// North and south of the centre line; a point is missing where the umbra extends beyond the sunlit ground.
-    pub northern_limit: Vec<Place>,
-    pub southern_limit: Vec<Place>,
+    pub northern_limit: Vec<GeodeticPosition>,
+    pub southern_limit: Vec<GeodeticPosition>,
 }
 
 impl SolarEclipse {
@@ -44,7 +44,7 @@ impl SolarEclipse {
             path.northern_limit.extend(self.limit(s, centre, heading_rad - FRAC_PI_2));
             path.southern_limit.extend(self.limit(s, centre, heading_rad + FRAC_PI_2));
         }
-        let mean = |limit: &[Place]| limit.iter().map(|p| p.latitude_deg).sum::<f64>() / limit.len().max(1) as f64;
+        let mean = |limit: &[GeodeticPosition]| limit.iter().map(|p| p.latitude_deg).sum::<f64>() / limit.len().max(1) as f64;
         if mean(&path.northern_limit) < mean(&path.southern_limit) {
             std::mem::swap(&mut path.northern_limit, &mut path.southern_limit);
         }
@@ -52,7 +52,7 @@ impl SolarEclipse {
     }
 
     /// The farthest place from the centre line on a great circle that still has a central phase with the Sun up.
-    fn limit(&self, s: f64, centre: Place, bearing_rad: f64) -> Option<Place> {
+    fn limit(&self, s: f64, centre: GeodeticPosition, bearing_rad: f64) -> Option<GeodeticPosition> {
         let geometry = &self.geometry;
         let is_central = |distance_deg: f64| geometry.station(destination(centre, bearing_rad, distance_deg)).is_central_near(s);
         let (mut inside, mut outside) = (0.0, 0.02);
@@ -73,23 +73,23 @@ impl SolarEclipse {
 }
 
 /// Direction from one place to another on the sphere, from north through east.
-fn bearing_rad(from: Place, to: Place) -> f64 {
+fn bearing_rad(from: GeodeticPosition, to: GeodeticPosition) -> f64 {
     let (a, b) = (from.latitude_deg.to_radians(), to.latitude_deg.to_radians());
     let east = (to.longitude_deg - from.longitude_deg).to_radians();
     (east.sin() * b.cos()).atan2(a.cos() * b.sin() - a.sin() * b.cos() * east.cos())
 }
 
 /// The place at a distance on the sphere.
-fn destination(from: Place, bearing_rad: f64, distance_deg: f64) -> Place {
+fn destination(from: GeodeticPosition, bearing_rad: f64, distance_deg: f64) -> GeodeticPosition {
     let (lat, d) = (from.latitude_deg.to_radians(), distance_deg.to_radians());
     let sine = (lat.sin() * d.cos() + lat.cos() * d.sin() * bearing_rad.cos()).clamp(-1.0, 1.0);
     let east = (bearing_rad.sin() * d.sin() * lat.cos()).atan2(d.cos() - lat.sin() * sine);
     let longitude_deg = (from.longitude_deg + east.to_degrees() + 540.0).rem_euclid(360.0) - 180.0;
-    Place { latitude_deg: sine.asin().to_degrees(), longitude_deg, height_km: 0.0 }
+    GeodeticPosition { latitude_deg: sine.asin().to_degrees(), longitude_deg, height_km: 0.0 }
 }
 
 /// A line of places as (longitude, latitude), cut where it crosses the date line, as GeoJSON requires (RFC 7946, section 3.1.9).
-pub fn cut_at_date_line(places: &[Place]) -> Vec<Vec<[f64; 2]>> {
+pub fn cut_at_date_line(places: &[GeodeticPosition]) -> Vec<Vec<[f64; 2]>> {
     let mut parts: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
     for pair in places
         .iter()
@@ -115,8 +115,8 @@ pub fn cut_at_date_line(places: &[Place]) -> Vec<Vec<[f64; 2]>> {
 mod tests {
     use super::*;
 
-    fn place(latitude_deg: f64, longitude_deg: f64) -> Place {
-        Place { latitude_deg, longitude_deg, height_km: 0.0 }
+    fn place(latitude_deg: f64, longitude_deg: f64) -> GeodeticPosition {
+        GeodeticPosition { latitude_deg, longitude_deg, height_km: 0.0 }
     }
 
     #[test]

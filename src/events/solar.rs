@@ -6,7 +6,7 @@
 
 use super::cone::{Cone, Spheroid, axis};
 use super::contacts::Contact;
-use super::local::{LocalCircumstances, Place, Station};
+use super::local::{GeodeticPosition, LocalCircumstances, Station};
 use super::lunation::{Phase, Syzygy};
 use super::numeric::{time_of_minimum, zero_crossing};
 use super::sky::{EarthSky, EclipseBodies};
@@ -54,7 +54,7 @@ pub struct SolarEclipse {
     /// At the place of greatest eclipse: part of the Sun's diameter that is covered; if one disc lies within the other, the ratio of diameters.
     pub magnitude: f64,
     /// Where the axis meets the ground at greatest eclipse, or the place nearest to the axis if it misses.
-    pub place: Place,
+    pub place: GeodeticPosition,
     pub sun_altitude_deg: f64,
     /// Duration of totality or annularity at that place.
     pub duration_s: Option<f64>,
@@ -63,18 +63,18 @@ pub struct SolarEclipse {
     pub saros: i64,
     /// Number in the Saros series, starting at 1.
     pub saros_member: Option<i64>,
-    pub(super) geometry: Geometry,
+    pub(super) geometry: SolarEclipseGeometry,
 }
 
 /// Sky and radii of one eclipse; times are seconds from the mean new moon.
 #[derive(Clone, Debug)]
-pub(super) struct Geometry {
+pub(super) struct SolarEclipseGeometry {
     pub sky: EarthSky,
     pub bodies: EclipseBodies,
     pub greatest_s: f64,
 }
 
-impl Geometry {
+impl SolarEclipseGeometry {
     fn earth(&self) -> Spheroid {
         let radii_km = self.bodies.earth_km;
         Spheroid { equatorial_km: radii_km.x, polar_km: radii_km.z, pole: self.sky.pole() }
@@ -90,19 +90,19 @@ impl Geometry {
     }
 
     /// Where the axis meets the ground.
-    pub(crate) fn centre(&self, s: f64) -> Option<Place> {
+    pub(crate) fn centre(&self, s: f64) -> Option<GeodeticPosition> {
         let (moon_km, (to_sun, _)) = (self.sky.near_km(s), axis(self.sky.sun_km(s), self.sky.near_km(s)));
         let point_km = self.earth().meets_line_km(moon_km, to_sun)?;
-        Some(Place::of_surface_point(self.sky.itrs_from_gcrs(s) * point_km, self.bodies.earth_km))
+        Some(GeodeticPosition::of_surface_point(self.sky.itrs_from_gcrs(s) * point_km, self.bodies.earth_km))
     }
 
     /// The place nearest to the axis if the axis misses the ground.
-    fn nearest_place(&self, s: f64) -> Place {
+    fn nearest_place(&self, s: f64) -> GeodeticPosition {
         let (_, towards_earth) = Cone::axis(self.sky.sun_km(s), self.sky.near_km(s)).gap_km(&self.earth());
-        Place::of_surface_point(self.sky.itrs_from_gcrs(s) * self.earth().support_point_km(-towards_earth), self.bodies.earth_km)
+        GeodeticPosition::of_surface_point(self.sky.itrs_from_gcrs(s) * self.earth().support_point_km(-towards_earth), self.bodies.earth_km)
     }
 
-    pub(crate) fn station(&self, place: Place) -> Station<'_> {
+    pub(crate) fn station(&self, place: GeodeticPosition) -> Station<'_> {
         Station::new(&self.sky, self.bodies, place)
     }
 
@@ -117,7 +117,7 @@ impl Geometry {
     }
 
     /// Whether the Moon covers the Sun at a place and instant at which both are concentric.
-    fn is_total(&self, s: f64, place: Place) -> bool {
+    fn is_total(&self, s: f64, place: GeodeticPosition) -> bool {
         let discs = self.station(place).discs(s);
         discs.moon > discs.sun
     }
@@ -151,7 +151,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy)
     let greatest_s = time_of_minimum(-PHASE_S, PHASE_S, |s| nearest_on_axis_km(s).length());
     let nearest = nearest_on_axis_km(greatest_s);
     let gamma = nearest.length().copysign(nearest.dot(sky.pole())) / bodies.earth_km.x;
-    let geometry = Geometry { sky, bodies, greatest_s };
+    let geometry = SolarEclipseGeometry { sky, bodies, greatest_s };
     if geometry.penumbra_gap_km(greatest_s) >= 0.0 {
         return Ok(None);
     }
@@ -193,7 +193,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy)
 
 impl SolarEclipse {
     /// Local circumstances at a place; `None` if the Moon misses the Sun.
-    pub fn seen_from(&self, place: Place) -> Option<LocalCircumstances> {
+    pub fn seen_from(&self, place: GeodeticPosition) -> Option<LocalCircumstances> {
         self.geometry.station(place).solar(self.geometry.greatest_s)
     }
 }

@@ -4,7 +4,7 @@
 //! the ground. The planet's position is that where the light passed it, the Sun's that where the light left it. Not here: the black drop.
 
 use super::contacts::{Contact, seconds_between};
-use super::local::{LocalCircumstances, Place, Station};
+use super::local::{GeodeticPosition, LocalCircumstances, Station};
 use super::numeric::{time_of_minimum, zero_crossing};
 use super::sky::{EarthSky, EclipseBodies, seen_from_earth_km};
 use crate::catalog::{Catalog, NaifId};
@@ -45,7 +45,7 @@ impl Transit {
     }
 
     /// Local circumstances at a place; `None` if the planet misses the Sun.
-    pub fn seen_from(&self, place: Place) -> Option<LocalCircumstances> {
+    pub fn seen_from(&self, place: GeodeticPosition) -> Option<LocalCircumstances> {
         Station::new(&self.conjunction.sky, self.conjunction.bodies, place).solar(self.greatest_s)
     }
 }

@@ -72,13 +72,13 @@ const POINTS_PER_PX: f32 = 0.75;
 
 /// A ring around the pen position, antialiased by the distance from its edges.
 fn ring(radius_px: f32, line_height_px: f32) -> GlyphBitmap {
-    let reach = (radius_px + 0.5 * line_height_px + 1.0).ceil() as i32;
-    let side = (2 * reach + 1) as u32;
+    let half_side = (radius_px + 0.5 * line_height_px + 1.0).ceil() as i32;
+    let side = (2 * half_side + 1) as u32;
     let of_texel = |k: u32| {
-        let (x, y) = ((k % side) as f32 - reach as f32, (k / side) as f32 - reach as f32);
+        let (x, y) = ((k % side) as f32 - half_side as f32, (k / side) as f32 - half_side as f32);
         (0.5 * line_height_px + 0.5 - (x.hypot(y) - radius_px).abs()).clamp(0.0, 1.0)
     };
-    GlyphBitmap { size: [side, side], bearing: [-reach, -reach], advance: 0.0, coverage: (0..side * side).map(of_texel).collect() }
+    GlyphBitmap { size: [side, side], bearing: [-half_side, -half_side], advance: 0.0, coverage: (0..side * side).map(of_texel).collect() }
 }
 
 /// Side of the block, in units of the font size.

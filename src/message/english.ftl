@@ -104,6 +104,7 @@ reason-air-spread = scattered from the lit air and ground around, within 40 % wh
 reason-air-in-colours = the colours of its disc have the air in them
 reason-air-where-brighter = where it is brighter than the disc, whose colours have the air in them
 reason-air-ring-shadow = once a ray and by a point Sun: the rim is { $height } px high against { $least }
+reason-air-pass-single-draws = each draw is examined by itself
 reason-air-pass-view = this view shows no light of the air
 reason-air-pass-vertex = the air's samples are as few as they can be
 reason-air-pass-ring-shadow = the ring's shadow in the air is finer than a coarse picture

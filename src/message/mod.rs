@@ -75,19 +75,19 @@ impl FromIterator<Self> for Reason {
 }
 
 /// Writes the parts of a template in their order.
-fn split<E>(template: &str, mut write: impl FnMut(Part<'_>) -> Result<(), E>) -> Result<(), E> {
+fn split<E>(template: &str, mut write: impl FnMut(TextPart<'_>) -> Result<(), E>) -> Result<(), E> {
     let mut parts = template.split("{ $");
-    write(Part::Fixed(parts.next().unwrap_or_default()))?;
+    write(TextPart::Fixed(parts.next().unwrap_or_default()))?;
     for part in parts {
         let (name, fixed) = part.split_once(" }").unwrap_or((part, ""));
-        write(Part::Argument(name))?;
-        write(Part::Fixed(fixed))?;
+        write(TextPart::Argument(name))?;
+        write(TextPart::Fixed(fixed))?;
     }
     Ok(())
 }
 
 /// A part of a message's text.
-enum Part<'t> {
+enum TextPart<'t> {
     Fixed(&'t str),
     Argument(&'t str),
 }
@@ -96,8 +96,8 @@ impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(template) = ENGLISH.get(self.id) else { return f.write_str(self.id) };
         split(template, |part| match part {
-            Part::Fixed(text) => f.write_str(text),
-            Part::Argument(name) => match self.arguments.iter().find(|(known, _)| *known == name) {
+            TextPart::Fixed(text) => f.write_str(text),
+            TextPart::Argument(name) => match self.arguments.iter().find(|(known, _)| *known == name) {
                 Some((_, argument)) => argument.fmt(f),
                 None => f.write_str(name),
             },

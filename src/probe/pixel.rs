@@ -8,7 +8,7 @@ use super::{ProbeError, Prober, QueryField, QueryKind, fields, optional, require
 use crate::catalog::NaifId;
 use crate::render::plan::{Plan, SamplingQuality};
 use crate::render::software::{NamedValue, PixelValues};
-use crate::scene::draw::{Draw, Part};
+use crate::scene::draw::{BodyPart, Draw};
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{CameraFile, Purpose, ViewRequest};
 use crate::shader::ModuleId;
@@ -111,7 +111,7 @@ pub(crate) struct PixelDraw {
     pub body: NaifId,
     /// The body's name.
     pub name: String,
-    pub part: Part,
+    pub part: BodyPart,
     pub module: ModuleId,
     /// Planetographic latitude and east longitude of the point on a globe's surface, degrees.
     pub ground_deg: Option<[f64; 2]>,
@@ -121,7 +121,7 @@ pub(crate) struct PixelDraw {
 impl PixelReport {
     /// The nearest globe, or the nearest draw if there is no globe.
     pub(crate) fn first(&self) -> Option<&PixelDraw> {
-        self.draws.iter().find(|d| d.part == Part::Globe).or(self.draws.first())
+        self.draws.iter().find(|d| d.part == BodyPart::Globe).or(self.draws.first())
     }
 }
 
@@ -139,7 +139,8 @@ pub(crate) fn inspect_pixel(
         return Err("a pixel's values are those of one perspective picture: choose the perspective projection, without stereo".into());
     }
     let size = [request.width, request.height];
-    let (scene, plan) = prober.session.plan_of_single_pixels(request, sampling)?;
+    // Each draw is evaluated by itself, without the pictures of earlier passes.
+    let (scene, plan) = prober.session.plan(&ViewRequest { coarse_air: false, ..request.clone() }, sampling)?;
     let radiance = linear_pixel(prober, &plan, x, y)?;
     let bodies = plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
     let bodies: Vec<_> = bodies.iter().filter(|d| matches!(d.module, ModuleId::Planet(_))).collect();
@@ -162,7 +163,7 @@ pub(crate) fn inspect_pixel(
 /// Latitude and longitude of the point on the surface at a globe's pixel.
 fn ground_deg(prober: &Prober<'_>, drawn_body: &Draw, values: &PixelValues) -> Option<[f64; 2]> {
     let position = values.values.iter().find(|v| v.name == "seen.position" && v.numbers.iter().all(|n| n.is_finite()))?;
-    let (&[x, y, z], Part::Globe) = (&position.numbers[..], drawn_body.part) else { return None };
+    let (&[x, y, z], BodyPart::Globe) = (&position.numbers[..], drawn_body.part) else { return None };
     let radii_km = prober.catalog().body(drawn_body.body)?.radii_km;
     // The point on the unit sphere divided by the semi-axes is the direction of the surface normal: planetographic latitude.
     let normal = glam::DVec3::new(x, y, z) / radii_km;

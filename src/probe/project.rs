@@ -10,7 +10,7 @@ use super::{ProbeError, Prober, QueryKind, alternative, fields, optional};
 use crate::ephemeris::apparent::aberrated;
 use crate::scene::camera::Placement;
 use crate::scene::camera::sphere::ImageProjection;
-use crate::scene::composite::{Arrangement, Frames};
+use crate::scene::composite::{Arrangement, CompositeFrames};
 use crate::scene::request::{CameraFile, Composition, Projection, ViewRequest};
 use crate::scene::sky::stars::StarPlacer;
 use crate::scene::viewpoint::viewer;
@@ -92,7 +92,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     if projection != Projection::Perspective {
         let composition = Composition { projection, ..Composition::default() };
         let composed = ViewRequest { composition, ..request };
-        let frames = Frames::of(prober.catalog(), prober.ephemeris(), &composed).map_err(|e| e.to_string())?;
+        let frames = CompositeFrames::of(prober.catalog(), prober.ephemeris(), &composed).map_err(|e| e.to_string())?;
         let Arrangement::Faces(faces) = frames.arrangement else { return Err("the projection has no picture".into()) };
         let at = faces.picture.pixel_of(direction);
         let [x, y] = at.map_or([Value::Null, Value::Null], |at| [at.x.into(), at.y.into()]);

@@ -191,7 +191,7 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
     };
     let Some(table) = table else { return Ok(json!({ "transmission": 1.0 })) };
     let ring = RingUniforms {
-        reach: Vec2::new(table.reach[0] as f32, table.reach[1] as f32),
+        radius_range: Vec2::new(table.radius_range[0] as f32, table.radius_range[1] as f32),
         table: Some(Arc::new(table)),
         sun_tangent: tangent,
         ..RingUniforms::default()

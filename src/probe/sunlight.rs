@@ -129,7 +129,7 @@ impl<'a> EclipsedSky<'a> {
     /// One line: the catalog has no Sun.
     pub fn over(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, model_choice: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
-        let extent = ReceiverExtent { reach: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel: 0.0 };
+        let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel: 0.0 };
         let occluders = eclipse::find(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, extent, true).occluders;
         Ok(Self { prober, receiver, sun, model_choice, occluders })
     }
@@ -143,7 +143,7 @@ impl<'a> EclipsedSky<'a> {
         let mut sun = self.sun.clone();
         sun.photometry = law.cloned().unwrap_or(sun.photometry);
         let eclipse = eclipse::model(&mut occluders, self.model_choice);
-        let uniforms = eclipse::uniforms_of_casters(&occluders, eclipse.model, self.receiver, &sun);
+        let uniforms = eclipse::uniforms_of_occluders(&occluders, eclipse.model, self.receiver, &sun);
         sunlight_from_uniforms(self.prober, eclipse, uniforms, points)
     }
 }

@@ -21,10 +21,10 @@ use crate::scene::atmosphere::decision::needs_table;
 use crate::scene::camera::geometry::ImageGeometry;
 use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::draw::features::PixelView;
-use crate::scene::draw::{Draw, Part};
+use crate::scene::draw::{BodyPart, Draw};
 use crate::scene::error::SceneError;
 use crate::scene::features;
-use crate::scene::features::case::{BodyContext, FrameContext};
+use crate::scene::features::inputs::{DecisionInputs, FrameContext};
 use crate::scene::finished::Scene;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::exposure::Exposure;
@@ -163,7 +163,7 @@ impl<'a> SceneBuilder<'a> {
                 let shaded = frame.context.request.effects.override_of(Effect::SelfShadow) != Some(false);
                 wanted.meshes.push(MeshRequirement { body: p.body.id, sun: mesh_decision::sun_over(&frame, p).filter(|_| shaded) });
             }
-            if needs_table(&BodyContext::of(&frame, p)) {
+            if needs_table(&DecisionInputs::of(&frame, p)) {
                 wanted.scattering_tables.push(p.body.id);
             }
             wanted.maps.extend(features::required_maps(&frame, p));
@@ -184,7 +184,7 @@ impl<'a> SceneBuilder<'a> {
         let draws = order::far_to_near(&self.placed, draws);
         let annotations = Annotations::build(&self, &frame, &reports, &sky.stars);
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
-        let outlined = draws.iter().find(|d| request.layers.outline && d.body == selected && d.part == Part::Globe);
+        let outlined = draws.iter().find(|d| request.layers.outline && d.body == selected && d.part == BodyPart::Globe);
         Scene {
             time: request.time,
             camera: camera.clone(),

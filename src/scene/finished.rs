@@ -8,7 +8,7 @@ use crate::scene::annotation::{labels, line_texts, orbits};
 use crate::scene::camera::Camera;
 use crate::scene::camera::geometry::ImageGeometry;
 use crate::scene::decision::Decision;
-use crate::scene::draw::{AirPass, Draw, PixelView, Point, StarSprite};
+use crate::scene::draw::{Draw, PixelView, Point, StarSprite};
 use crate::scene::eclipse::refracted_limb;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::exposure::Exposure;
@@ -81,12 +81,6 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Lets each pixel evaluate its air, for those who look at single pixels or draws. Returns whether that changes the scene.
-    pub fn evaluate_air_in_each_pixel(&mut self) -> bool {
-        let coarse = self.draws.iter_mut().filter(|d| d.features.air_pass != AirPass::None);
-        coarse.map(|d| d.features.air_pass = AirPass::None).count() > 0
-    }
-
     /// A body of the catalog by its code.
     pub fn body(&self, id: NaifId) -> Option<&BodyInView> {
         self.bodies.iter().find(|b| b.id == id)

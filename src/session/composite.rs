@@ -6,7 +6,7 @@
 use super::{Session, SessionError, Stage};
 use crate::render::plan::{self, Plan, PlanError, SamplingQuality};
 use crate::scene::camera::geometry::{ImageGeometry, WarpedGeometry};
-use crate::scene::composite::{Composite, FrameRequest, Frames};
+use crate::scene::composite::{Composite, CompositeFrames, FrameRequest};
 use crate::scene::request::{Projection, ViewRequest};
 use crate::scene::{Scene, SceneBuilder};
 use std::sync::Arc;
@@ -45,7 +45,7 @@ impl Session {
             // The clamp keeps both sides in range.
             (inner.width, inner.height) = ((height * aspect).round() as u32, height.round() as u32);
         }
-        let mut frames = Frames::of(&self.catalog, &self.ephemeris, &inner)?;
+        let mut frames = CompositeFrames::of(&self.catalog, &self.ephemeris, &inner)?;
         let exposure = {
             let FrameRequest { request, viewer } = &frames.meter;
             let begin = || SceneBuilder::with_viewer(&self.catalog, &self.ephemeris, request, viewer.clone(), &self.scene_caches);

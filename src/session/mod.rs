@@ -23,7 +23,6 @@ mod requirements;
 mod ring_shine_files;
 mod sample;
 mod shaders;
-mod single_pixels;
 mod sky_map;
 mod software;
 mod sources;

@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 const MAGIC: &Magic = b"ORRSHN01";
 /// Length of the texels: four floats per column and row, for both sides of the rings.
 const TEXEL_BYTES: usize = 2 * ROWS * COLUMNS * 16;
-/// Length of the two f64 in front of the texels: the reach and the brightest irradiance.
+/// Length of the two f64 in front of the texels: the largest height and the brightest irradiance.
 const NUMBERS: usize = 16;
 
 #[derive(Debug)]
@@ -21,15 +21,15 @@ pub(super) struct RingShineFiles {
 
 fn to_bytes(table: &RingShine) -> Vec<u8> {
     let texels = table.texels.iter().flat_map(|v| v.to_le_bytes());
-    [table.reach, table.brightest].into_iter().flat_map(f64::to_le_bytes).chain(texels).collect()
+    [table.max_height, table.brightest].into_iter().flat_map(f64::to_le_bytes).chain(texels).collect()
 }
 
 fn from_bytes(bytes: &[u8]) -> Option<RingShine> {
     let (numbers, texels) = bytes.split_at_checked(NUMBERS)?;
-    let [reach, brightest] = numbers.as_chunks::<8>().0 else { return None };
+    let [max_height, brightest] = numbers.as_chunks::<8>().0 else { return None };
     Some(RingShine {
         texels: stored_tables::floats(texels).collect(),
-        reach: f64::from_le_bytes(*reach),
+        max_height: f64::from_le_bytes(*max_height),
         brightest: f64::from_le_bytes(*brightest),
     })
 }

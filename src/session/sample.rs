@@ -13,7 +13,7 @@ use crate::render::plan::{
     limb_table, map_format, ring_profile, ring_shine, role_of, uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
-use crate::scene::air_spread::{COLUMNS as COLUMNS_OF_SPREAD, REACHES, TABLES};
+use crate::scene::air_spread::{COLUMNS as COLUMNS_OF_SPREAD, FIRST_COLUMN_RANGE, TABLES};
 use crate::scene::air_table::{NODES, SUNS};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
 use crate::scene::draw::{
@@ -75,7 +75,7 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
         air_edges: edges.collect(),
         air_transmittance: (0..REFRACTING_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * density(k)).extend(0.0)).collect(),
         // Factors that increase from the centre of the shadow outwards, and from red to blue.
-        spread: (0..REACHES).map(spread).chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); TABLES - REACHES]).collect(),
+        spread: (0..FIRST_COLUMN_RANGE).map(spread).chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); TABLES - FIRST_COLUMN_RANGE]).collect(),
     }
 }
 
@@ -96,7 +96,7 @@ fn ring(surface: Surface) -> RingUniforms {
         _ => RingTable::of_shadow(rings.iter(), 1.0, &[1.0 / sine]),
     };
     RingUniforms {
-        reach: Vec2::new(1.1, 2.2),
+        radius_range: Vec2::new(1.1, 2.2),
         extent: 2.2,
         pieces: 16.0,
         table: table.map(Arc::new),
@@ -122,7 +122,7 @@ fn shine() -> RingShine {
         let level = column as f32 / COLUMNS as f32 * if row < ROWS { 0.5 } else { 0.2 };
         [level, 0.9 * level, 0.7 * level, 0.0]
     };
-    RingShine { texels: (0..2 * ROWS * COLUMNS).flat_map(texel).collect(), reach: 0.9, brightest: 0.5 }
+    RingShine { texels: (0..2 * ROWS * COLUMNS).flat_map(texel).collect(), max_height: 0.9, brightest: 0.5 }
 }
 
 /// A limb profile of twenty hills and valleys, exaggerated to 0.03 of the radius so that they are visible.

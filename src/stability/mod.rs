@@ -142,8 +142,8 @@ impl<'a> SweepBench<'a> {
 
     /// Plans a view and applies the injected fault.
     fn plan_view(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
-        // A draw must be drawn alone to find the one that is at fault.
-        let (scene, plan) = self.session().plan_of_single_pixels(request, sampling)?;
+        // Draws are drawn by themselves to find the one at fault.
+        let (scene, plan) = self.session().plan(&ViewRequest { coarse_air: false, ..request.clone() }, sampling)?;
         let mut view = PlannedView { scene, plan };
         if let Some(change) = self.faults.plan {
             change(&mut view.plan);

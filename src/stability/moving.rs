@@ -72,8 +72,8 @@ fn responsible_draw(bench: &SweepBench<'_>, views: [&PlannedView; 2]) -> String 
 /// Cameras that rotate by a third of a pixel per step, and moons and shadows that move by less than a pixel.
 pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
-    let (side, steps) = bench.pick((64, 10), (160, 60));
-    let mut sequence = |name: &str, frame: &dyn Fn(f64) -> ViewRequest| -> Result<(), SessionError> {
+    let (side, steps, steps_away) = bench.pick((64, 10, 40), (160, 60, 300));
+    let mut sequence = |name: &str, steps: u32, frame: &dyn Fn(f64) -> ViewRequest| -> Result<(), SessionError> {
         let mut before: Option<(PlannedView, LinearPicture)> = None;
         for k in 0..steps {
             let view = bench.plan_view(&frame(f64::from(k)), SINGLE_SAMPLE)?;
@@ -96,14 +96,14 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
         let base = bench.dual.with_metered_exposure(base)?;
         let aside = towards.cross(DVec3::Z).normalize();
         let step_rad = 0.33 * fov_deg.to_radians() / f64::from(side);
-        sequence(&format!("camera before {} at {distance_radii} radii", body.0), &|k| ViewRequest {
+        sequence(&format!("camera before {} at {distance_radii} radii", body.0), steps, &|k| ViewRequest {
             look: Look::Along { direction: -towards + aside * (k * step_rad).tan(), axes: Axes::Icrf },
             ..base.clone()
         })?;
-        // Moves away from the body, by a third of a pixel at the limb.
-        let growth = 0.33 * fov_deg.to_radians() / f64::from(side) * distance_radii;
-        sequence(&format!("away from {} at {distance_radii} radii", body.0), &|k| {
-            let offset_km = towards * (distance_radii - 1.0) * (1.0 + growth.min(0.05)).powf(k) * radius_km + towards * radius_km;
+        // Moves away from the body, by a third of a pixel at the picture's edge, where other moons may be. A full run ends at three times the distance.
+        let growth = 0.33 * 2.0 / f64::from(side);
+        sequence(&format!("away from {} at {distance_radii} radii", body.0), steps_away, &|k| {
+            let offset_km = towards * (distance_radii - 1.0) * (1.0 + growth).powf(k) * radius_km + towards * radius_km;
             ViewRequest { position: Position::Offset { body, offset_km, axes: Axes::Icrf }, ..base.clone() }
         })?;
     }
@@ -121,7 +121,7 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
             position: Position::Centre(NaifId::EARTH),
             ..ViewRequest::of(body, from)
         })?;
-        sequence(name, &|k| ViewRequest { time: from.plus_seconds(k * step_s), ..base.clone() })?;
+        sequence(name, steps, &|k| ViewRequest { time: from.plus_seconds(k * step_s), ..base.clone() })?;
     }
     Ok(found)
 }
@@ -143,9 +143,10 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
     let from_earth = Position::Centre(NaifId::EARTH);
     let over = Position::Over { towards: Some(NaifId::SUN), distance_radii: None };
     let sequences = [
-        ("the Moon, 2022-11-08", NaifId::MOON, from_earth, "2022-11-08T08:00:00Z", 6.0 * 3600.0, 60.0, None),
+        // The edge that leaves the umbra brightens by 1.3 stops in a minute.
+        ("the Moon, 2022-11-08", NaifId::MOON, from_earth, "2022-11-08T08:00:00Z", 6.0 * 3600.0, 20.0, None),
         ("the Earth in the Moon's shadow", NaifId::EARTH, over, "2024-04-08T15:30:00Z", 5.5 * 3600.0, 120.0, None),
-        ("the Sun from Dallas, second contact", NaifId::SUN, dallas, "2024-04-08T18:30:00Z", 20.0 * 60.0, 2.0, Some(3.0)),
+        ("the Sun from Dallas, second contact", NaifId::SUN, dallas, "2024-04-08T18:30:00Z", 20.0 * 60.0, 1.0, Some(3.0)),
         // The last of the Sun: Io loses 11 stops in ten seconds.
         ("Io into Jupiter's umbra", NaifId(501), from_earth, "2015-01-26T20:20:20Z", 45.0, 0.25, None),
         (ORBIT_OF_IO, NaifId(501), from_earth, "2015-01-26T00:00:00Z", 42.0 * 3600.0, 900.0, None),

@@ -71,14 +71,14 @@ fn views(bench: &SweepBench<'_>, count: usize) -> Vec<RandomView> {
 }
 
 /// Both frames of a view.
-struct Frames {
+struct FramePair {
     chosen: PlannedView,
     all: PlannedView,
 }
 
 /// The frame that the scene chooses, and the frame with `effects` switched on. Both use the models of the first, because a model's own
 /// error is that of its tier.
-fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<Frames, SessionError> {
+fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<FramePair, SessionError> {
     let exposed = bench.dual.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let mut everything = exposed.clone();
     for effect in effects.iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
@@ -98,7 +98,7 @@ fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effec
         }
     }
     let plan = plan::plan(&scene, bench.session(), SINGLE_SAMPLE)?;
-    Ok(Frames { chosen, all: PlannedView { scene, plan } })
+    Ok(FramePair { chosen, all: PlannedView { scene, plan } })
 }
 
 /// Width (and height) of the true frame, which decides which of two frames is wrong, divided by theirs.
@@ -119,7 +119,7 @@ impl WorstPixel {
 }
 
 /// A measure of the difference of two frames.
-type DifferenceMeasure<'a> = &'a dyn Fn(&Frames) -> Result<WorstPixel, SessionError>;
+type DifferenceMeasure<'a> = &'a dyn Fn(&FramePair) -> Result<WorstPixel, SessionError>;
 
 /// The radiance of each channel at a pixel of both frames and of the true frame.
 fn values_at(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, pixel: usize) -> Result<Value, SessionError> {

@@ -69,10 +69,8 @@ fn difference(a: &(Vec<[u8; 4]>, Vec<[f32; 4]>), b: &(Vec<[u8; 4]>, Vec<[f32; 4]
 }
 
 /// The picture whose pixels evaluate their air.
-fn evaluated(scene: &Scene) -> (Vec<[u8; 4]>, Vec<[f32; 4]>) {
-    let mut scene = scene.clone();
-    assert!(scene.evaluate_air_in_each_pixel());
-    picture(&scene)
+fn evaluated(request: &ViewRequest) -> (Vec<[u8; 4]>, Vec<[f32; 4]>) {
+    picture(&SESSION.scene(&ViewRequest { coarse_air: false, ..request.clone() }).expect("a scene"))
 }
 
 /// The picture with the bound times `factor` (0: nothing is interpolated).
@@ -88,7 +86,7 @@ fn interpolated_air_keeps_its_bound() {
         let scene = SESSION.scene(&request).expect("a scene");
         let readers = scene.draws.iter().filter(|d| d.features.air_pass == AirPass::Read).count();
         assert_eq!(readers, 2, "{name}: ground and clouds read the picture");
-        let interpolated = difference(&evaluated(&scene), &picture(&scene), scene.exposure.white());
+        let interpolated = difference(&evaluated(&request), &picture(&scene), scene.exposure.white());
         let report = format!(
             "{name}: {} levels, {:.2} thresholds, {} pixels changed",
             interpolated.levels, interpolated.thresholds, interpolated.changed
@@ -105,8 +103,9 @@ fn interpolated_air_keeps_its_bound() {
 fn a_bound_that_is_no_bound_is_noticed() {
     let mut worst = 0.0_f64;
     for (name, request) in views() {
-        let scene = SESSION.scene(&ViewRequest { width: 160, height: 160, ..request }).expect("a scene");
-        let (exact, white) = (evaluated(&scene), scene.exposure.white());
+        let request = ViewRequest { width: 160, height: 160, ..request };
+        let scene = SESSION.scene(&request).expect("a scene");
+        let (exact, white) = (evaluated(&request), scene.exposure.white());
         let (bounded, loose) = (difference(&exact, &picture(&scene), white), difference(&exact, &with_bound(&scene, 1e6), white));
         println!("{name}: {:.2} thresholds, without a bound {:.2}", bounded.thresholds, loose.thresholds);
         assert!(bounded.levels <= MOST_LEVELS && bounded.thresholds <= MOST_THRESHOLDS, "{name}: {:.2}", bounded.thresholds);
@@ -120,7 +119,7 @@ fn a_bound_that_is_no_bound_is_noticed() {
 fn without_room_for_an_error_each_pixel_evaluates_its_air() {
     let (name, request) = views().swap_remove(2);
     let scene = SESSION.scene(&request).expect("a scene");
-    let apart = difference(&evaluated(&scene), &with_bound(&scene, 0.0), scene.exposure.white());
+    let apart = difference(&evaluated(&request), &with_bound(&scene, 0.0), scene.exposure.white());
     assert!(apart.thresholds < 0.01, "{name}: {:.4}, {} pixels", apart.thresholds, apart.changed);
 }
 
@@ -132,6 +131,7 @@ fn other_views_evaluate_each_pixel_and_say_why() {
         ("reference quality", ViewRequest { quality: Quality::Reference, ..day.clone() }),
         ("px wide", ViewRequest { width: 64, height: 64, ..day.clone() }),
         ("as few as they can be", ViewRequest { effects: EffectOverrides::parse("+atmosphere=vertex").expect("effects"), ..day.clone() }),
+        ("by itself", ViewRequest { coarse_air: false, ..day.clone() }),
         ("shows no light of the air", ViewRequest { pixel_view: PixelView::Normal, ..day.clone() }),
     ];
     for (why, request) in cases {

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use orrery::catalog::{NaifId, Ring};
 use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::Scene;
-use orrery::scene::draw::{AtmosphereModel, Draw, DrawFeatures, Eclipse, Light, Part, RingShadow, RingTable};
+use orrery::scene::draw::{AtmosphereModel, BodyPart, Draw, DrawFeatures, Eclipse, Light, RingShadow, RingTable};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
 use orrery::time::Instant;
@@ -34,14 +34,14 @@ fn pixels(scene: &Scene) -> Vec<[f32; 4]> {
 fn rings_darken_the_air_behind_them_and_change_no_bit_in_front() {
     let time = "2017-05-17T00:00:00Z";
     let sun = SESSION.scene(&request(SATURN, time, Position::Over { towards: None, distance_radii: Some(3.0) }, "")).expect("a scene");
-    let sun = sun.draws.iter().find(|d| d.part == Part::Globe).expect("a globe").uniforms.lights[0].direction_in_body.as_dvec3();
+    let sun = sun.draws.iter().find(|d| d.part == BodyPart::Globe).expect("a globe").uniforms.lights[0].direction_in_body.as_dvec3();
     let abeam = DVec3::new(-sun.y, sun.x, 0.0).normalize() * 2.0 * 60_268.0;
     let position = Position::Offset { body: SATURN, offset_km: abeam, axes: Axes::BodyFixed };
     for (tier_name, tier) in [("pixel-8", AtmosphereModel::Pixel8), ("pixel-16", AtmosphereModel::Pixel16)] {
         let effects = format!("+atmosphere,+atmosphere={tier_name},+ring-shadow,-rings,-ring-shine,-eclipse,-planet-shine");
         let request_here = ViewRequest { width: SIDE, height: SIDE, fov_deg: Some(70.0), ..request(SATURN, time, position, &effects) };
         let mut scene = SESSION.scene(&request_here).expect("a scene");
-        scene.draws.retain(|d| d.body == SATURN && d.part == Part::Sky);
+        scene.draws.retain(|d| d.body == SATURN && d.part == BodyPart::Sky);
         assert_eq!(scene.draws.len(), 1);
         assert_eq!(scene.draws[0].features.air.tier, tier);
         // Shadow evaluated at each sample and, as for a rim thinner than a pixel, once per ray.
@@ -54,7 +54,7 @@ fn rings_darken_the_air_behind_them_and_change_no_bit_in_front() {
                 let ring = |tau_normal| Ring { name: "x".into(), inner_km: 0.9, outer_km: 50.0, tau_normal, albedo: [0.5; 3], dust: 0.0 };
                 draw.uniforms.ring.table =
                     tau_normal.and_then(|t| RingTable::of_shadow([ring(t)].iter(), 1.0, &[1.0 / sun.z.abs()])).map(Arc::new);
-                draw.uniforms.ring.reach = glam::Vec2::new(0.9, 50.0);
+                draw.uniforms.ring.radius_range = glam::Vec2::new(0.9, 50.0);
                 pixels(&scene)
             };
             let (bare, clear, opaque) = (pixels_under_rings(None), pixels_under_rings(Some(0.0)), pixels_under_rings(Some(50.0)));
@@ -99,11 +99,11 @@ fn a_rim_thinner_than_a_pixel_is_shaded_once_per_ray() {
             let position = Position::Over { towards: None, distance_radii: Some(radii) };
             let view_request = ViewRequest { width: SIDE, height: SIDE, fov_deg: Some(45.0), ..request(SATURN, time, position, &effects) };
             let once = SESSION.scene(&view_request).expect("a scene");
-            let sky = once.draws.iter().find(|d| d.part == Part::Sky).expect("a rim");
+            let sky = once.draws.iter().find(|d| d.part == BodyPart::Sky).expect("a rim");
             assert!(sky.uniforms.air.thin_rim > 0.5 && sky.features.ring_shadow == RingShadow::PointSun, "{time} {tier_name}");
             let pixels_with_changed_sky = |change: &dyn Fn(&mut Draw)| {
                 let mut scene = once.clone();
-                scene.draws.iter_mut().filter(|d| d.part == Part::Sky).for_each(change);
+                scene.draws.iter_mut().filter(|d| d.part == BodyPart::Sky).for_each(change);
                 pixels(&scene)
             };
             let by_samples = pixels_with_changed_sky(&|d| {
@@ -227,7 +227,7 @@ fn an_eclipse_blocks_only_the_suns_light() {
     let time = "2024-04-08T18:17:16Z";
     let sunward = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
     let sun = SESSION.scene(&request(NaifId::EARTH, time, sunward, "")).expect("a scene");
-    let sun = sun.draws.iter().find(|d| d.part == Part::Globe).expect("a globe").uniforms.lights[0].direction_in_body;
+    let sun = sun.draws.iter().find(|d| d.part == BodyPart::Globe).expect("a globe").uniforms.lights[0].direction_in_body;
     let abeam = DVec3::new(-f64::from(sun.y), f64::from(sun.x), 0.0).normalize();
     let offset_km = (sun.as_dvec3() + 2.0 * abeam).normalize() * 3.0 * 6378.0;
     let position = Position::Offset { body: NaifId::EARTH, offset_km, axes: Axes::BodyFixed };

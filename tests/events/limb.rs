@@ -10,7 +10,7 @@ use orrery::catalog::NaifId;
 use orrery::catalog::lunar_heights::HeightMap;
 use orrery::ephemeris::orientation::earth_itrs_from_gcrs;
 use orrery::ephemeris::topocentric::ground_point_km;
-use orrery::events::{LimbContact, Place, SolarEclipse, solar_eclipses};
+use orrery::events::{GeodeticPosition, LimbContact, SolarEclipse, solar_eclipses};
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Layers, Position, ViewRequest};
@@ -60,7 +60,7 @@ fn height_km(at: DVec3) -> f64 {
 }
 
 /// The Sun and the Moon from a location, ICRF km, without aberration, and the rotation to the Moon's axes.
-fn sky(place: Place, t: Instant) -> (DVec3, DVec3, DMat3) {
+fn sky(place: GeodeticPosition, t: Instant) -> (DVec3, DVec3, DMat3) {
     let earth_km = EPHEMERIS.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("the Earth").state.pos_km;
     let radii_km = IAU.body(NaifId::EARTH).expect("the Earth").radii_km;
     let (point_km, _) = ground_point_km(radii_km, place.latitude_deg, place.longitude_deg, place.height_km);
@@ -71,7 +71,7 @@ fn sky(place: Place, t: Instant) -> (DVec3, DVec3, DMat3) {
 }
 
 /// Number of rays to the Sun's limb that the Moon's ground blocks, and number of rays.
-fn blocked_rays(place: Place, t: Instant) -> (usize, usize) {
+fn blocked_rays(place: GeodeticPosition, t: Instant) -> (usize, usize) {
     const RAYS: usize = 7200;
     let (sun_km, moon_km, moon_from_icrf) = sky(place, t);
     let radius = (IAU.body(NaifId::SUN).expect("the Sun").radii_km.x / sun_km.length()).asin();
@@ -107,8 +107,8 @@ fn contact(all: &[LimbContact], name: &str) -> LimbContact {
     *all.iter().find(|c| c.name == name).unwrap_or_else(|| panic!("no {name} in {all:?}"))
 }
 
-const DALLAS: Place = Place { latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.13 };
-const ALBUQUERQUE: Place = Place { latitude_deg: 35.08, longitude_deg: -106.65, height_km: 1.6 };
+const DALLAS: GeodeticPosition = GeodeticPosition { latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.13 };
+const ALBUQUERQUE: GeodeticPosition = GeodeticPosition { latitude_deg: 35.08, longitude_deg: -106.65, height_km: 1.6 };
 
 /// The last and the first bead are within 0.3 s of an independent computation with the same heights.
 #[test]

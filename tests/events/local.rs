@@ -4,10 +4,10 @@ use super::{ALMANAC, EPHEMERIS, IAU, parse_time, seconds_after};
 use orrery::Catalog;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
-use orrery::events::{Place, SolarEclipse, lunar_eclipses, solar_eclipses};
+use orrery::events::{GeodeticPosition, SolarEclipse, lunar_eclipses, solar_eclipses};
 
-fn place(latitude_deg: f64, longitude_deg: f64) -> Place {
-    Place { latitude_deg, longitude_deg, height_km: 0.0 }
+fn place(latitude_deg: f64, longitude_deg: f64) -> GeodeticPosition {
+    GeodeticPosition { latitude_deg, longitude_deg, height_km: 0.0 }
 }
 
 fn eclipse_of(catalog: &Catalog, day: &str) -> SolarEclipse {
@@ -15,7 +15,7 @@ fn eclipse_of(catalog: &Catalog, day: &str) -> SolarEclipse {
     solar_eclipses(catalog, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0)
 }
 
-fn sky(place: Place) -> ObserverSky<'static> {
+fn sky(place: GeodeticPosition) -> ObserverSky<'static> {
     let place =
         Observer { body: NaifId::EARTH, latitude_deg: place.latitude_deg, longitude_deg: place.longitude_deg, height_km: place.height_km };
     ObserverSky { catalog: &IAU, ephemeris: &EPHEMERIS, place }
@@ -123,25 +123,25 @@ fn the_eclipse_is_central_only_between_the_limits_of_the_path() {
         let e = eclipse_of(&ALMANAC, day);
         let path = e.path().expect("a path");
         assert!(path.centre_line.len() > 100 && path.northern_limit.len() > 100 && path.southern_limit.len() > 100);
-        let is_central = |p: Place| e.seen_from(p).is_some_and(|s| s.central_s.is_some());
+        let is_central = |p: GeodeticPosition| e.seen_from(p).is_some_and(|s| s.central_s.is_some());
         for (_, centre) in path.centre_line.iter().skip(5).step_by(10).take(10) {
             assert!(is_central(*centre), "{day} {centre:?}");
         }
         for (limit, outward) in [(&path.northern_limit, 1.0), (&path.southern_limit, -1.0)] {
             for p in limit.iter().skip(10).step_by(20).take(4) {
-                let moved = |degrees: f64| Place { latitude_deg: p.latitude_deg + outward * degrees, ..*p };
+                let moved = |degrees: f64| GeodeticPosition { latitude_deg: p.latitude_deg + outward * degrees, ..*p };
                 assert!(is_central(moved(-0.01)) && !is_central(moved(0.01)), "{day} {p:?}");
             }
         }
         // The width across the path at greatest eclipse.
-        let nearest = |limit: &[Place]| limit.iter().map(|p| km_between(*p, e.place)).fold(f64::MAX, f64::min);
+        let nearest = |limit: &[GeodeticPosition]| limit.iter().map(|p| km_between(*p, e.place)).fold(f64::MAX, f64::min);
         let across_km = nearest(&path.northern_limit) + nearest(&path.southern_limit);
         assert!((across_km - width_km).abs() < 8.0, "{day}: {across_km} km");
     }
     assert!(eclipse_of(&IAU, "2018-02-15").path().is_none());
 }
 
-fn km_between(a: Place, b: Place) -> f64 {
+fn km_between(a: GeodeticPosition, b: GeodeticPosition) -> f64 {
     let (lat, dlat) = (a.latitude_deg.to_radians(), (b.latitude_deg - a.latitude_deg).to_radians());
     let dlon = (b.longitude_deg - a.longitude_deg).to_radians() * (lat + 0.5 * dlat).cos();
     6371.0 * dlat.hypot(dlon)

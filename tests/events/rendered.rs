@@ -8,7 +8,7 @@ use crate::support::session::SESSION;
 use glam::{DMat4, DVec4};
 use orrery::Instant;
 use orrery::catalog::{NaifId, Photometry};
-use orrery::events::{LocalCircumstances, Place, solar_eclipses};
+use orrery::events::{GeodeticPosition, LocalCircumstances, solar_eclipses};
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Layers, Position, ViewRequest};
@@ -53,7 +53,7 @@ const DISCS_ONLY: &str = "-atmosphere,-glow,-corona,-albedo,-points";
 
 /// The Sun's green light in a picture from a location, divided by the square of the Sun's angular radius (which changes by 1e-4 from first to last contact), and
 /// the ratio of the Moon's angular radius to the Sun's.
-fn seen_from(place: Place, time: Instant, effects: &str) -> (f64, f64) {
+fn seen_from(place: GeodeticPosition, time: Instant, effects: &str) -> (f64, f64) {
     let request = ViewRequest {
         width: 480,
         height: 480,
@@ -78,7 +78,7 @@ fn seen_from(place: Place, time: Instant, effects: &str) -> (f64, f64) {
     (light / radius(NaifId::SUN).powi(2), radius(NaifId::MOON) / radius(NaifId::SUN))
 }
 
-fn circumstances(day: &str, place: Place) -> LocalCircumstances {
+fn circumstances(day: &str, place: GeodeticPosition) -> LocalCircumstances {
     let from = parse_time(day);
     let eclipses = solar_eclipses(&IAU, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses");
     eclipses[0].seen_from(place).expect("an eclipse")
@@ -89,7 +89,7 @@ const PICTURES_S: [f64; 4] = [40.0, 60.0, 80.0, 100.0];
 
 /// Measures an eclipse at a location from pictures.
 struct Pictures {
-    place: Place,
+    place: GeodeticPosition,
     darkening: [f64; 2],
     /// The Sun's light before the first contact.
     unobscured: f64,
@@ -146,7 +146,7 @@ impl Pictures {
 #[test]
 fn contacts_and_magnitude_from_pixels_agree_with_the_geometry() {
     let darkening = limb_darkening();
-    let place = |latitude_deg: f64, longitude_deg: f64| Place { latitude_deg, longitude_deg, height_km: 0.0017 };
+    let place = |latitude_deg: f64, longitude_deg: f64| GeodeticPosition { latitude_deg, longitude_deg, height_km: 0.0017 };
     // Total at Dallas, annular at Albuquerque, partial at New York.
     for (day, place) in [("2024-04-08", place(32.78, -96.80)), ("2023-10-14", place(35.08, -106.65)), ("2024-04-08", place(40.71, -74.01))]
     {
@@ -185,7 +185,7 @@ fn contacts_and_magnitude_from_pixels_agree_with_the_geometry() {
 /// Without air the Sun's disc is equally bright at any altitude, from two hours before the eclipse to its first contact. With air its light increases as it rises.
 #[test]
 fn the_sun_keeps_its_light_where_the_air_is_switched_off() {
-    let place = Place { latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.0017 };
+    let place = GeodeticPosition { latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.0017 };
     let first = circumstances("2024-04-08", place).contacts[0].time;
     let relative_change = |effects: &str| {
         let [early, late] = [-7200.0, -60.0].map(|s| seen_from(place, first.plus_seconds(s), effects).0);

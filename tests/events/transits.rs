@@ -5,7 +5,7 @@ use super::{ALMANAC, EPHEMERIS, IAU, parse_time, seconds_after};
 use orrery::catalog::NaifId;
 use orrery::ephemeris::angle_rad;
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
-use orrery::events::{Place, Transit, transits};
+use orrery::events::{GeodeticPosition, Transit, transits};
 
 fn transit_on(day: &str) -> Transit {
     let from = parse_time(day);
@@ -101,7 +101,7 @@ fn the_transit_of_venus_is_shifted_by_parallax() {
     let e = &found[0];
     let mut first_contact_shifts_s = Vec::new();
     for (latitude_deg, longitude_deg) in [(19.8, -155.5), (-33.9, 151.2), (65.0, -147.7)] {
-        let circumstances = e.seen_from(Place { latitude_deg, longitude_deg, height_km: 0.0 }).expect("a transit");
+        let circumstances = e.seen_from(GeodeticPosition { latitude_deg, longitude_deg, height_km: 0.0 }).expect("a transit");
         let place = Observer { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km: 0.0 };
         let sky = ObserverSky { catalog: &IAU, ephemeris: &EPHEMERIS, place };
         let start = e.greatest.plus_seconds(-5.0 * 3600.0);

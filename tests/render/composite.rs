@@ -7,7 +7,7 @@ use crate::support::session::SESSION;
 use glam::{DMat3, DVec2, DVec3};
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
-use orrery::scene::composite::{Arrangement, Frames};
+use orrery::scene::composite::{Arrangement, CompositeFrames};
 use orrery::scene::photometry::irradiance_of_magnitude;
 use orrery::scene::request::{
     Axes, Composition, ExposureRequest, Layers, Look, Position, Projection, Purpose, Stereo, StereoLayout, Up, ViewRequest, WarpMesh,
@@ -142,7 +142,8 @@ fn a_star_keeps_its_place_and_light_in_every_projection() {
                 ..view_along(look, at)
             };
             let request = composed(projection, request);
-            let Arrangement::Faces(faces) = Frames::of(session.catalog(), session.ephemeris(), &request).expect("frames").arrangement
+            let Arrangement::Faces(faces) =
+                CompositeFrames::of(session.catalog(), session.ephemeris(), &request).expect("frames").arrangement
             else {
                 panic!("faces")
             };
@@ -275,7 +276,7 @@ fn disparity_follows_from_the_geometry() {
         fov_deg: Some(60.0),
         ..ViewRequest::of(NaifId(599), at)
     };
-    let frames = Frames::of(SESSION.catalog(), SESSION.ephemeris(), &request).expect("frames");
+    let frames = CompositeFrames::of(SESSION.catalog(), SESSION.ephemeris(), &request).expect("frames");
     let Arrangement::Eyes(eyes) = frames.arrangement else { panic!("eyes") };
     let camera = &frames.meter.viewer.camera;
     assert_eq!(eyes.columns, [27, 0], "a thirtieth of 800 pixels");
@@ -343,7 +344,7 @@ fn eyes_too_far_apart_are_refused() {
     };
     let frames_with_separation = |km: f64| {
         let request = ViewRequest { composition: stereo(km), ..ViewRequest::of(NaifId(699), time("2024-01-01T00:00:00Z")) };
-        Frames::of(SESSION.catalog(), SESSION.ephemeris(), &request).map(|_| ()).map_err(|e| e.to_string())
+        CompositeFrames::of(SESSION.catalog(), SESSION.ephemeris(), &request).map(|_| ()).map_err(|e| e.to_string())
     };
     assert!(frames_with_separation(1000.0).is_ok());
     assert!(frames_with_separation(1e7).expect_err("too far").contains("at most"));

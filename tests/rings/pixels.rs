@@ -5,7 +5,7 @@ use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::render::plan::SamplingQuality;
-use orrery::scene::draw::Part;
+use orrery::scene::draw::BodyPart;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Position, Purpose, ViewRequest};
 use orrery::session::DrawnFrame;
@@ -65,7 +65,7 @@ fn a_pixel_looks_the_same_whichever_faint_rings_are_drawn() {
         let difference_levels = greatest_difference(&chosen_unshadowed.frame.display, &all_unshadowed.frame.display);
         assert!(difference_levels <= 1, "view {k} without the globe's shadow: {difference_levels} levels");
         // An outer ring may select the better model of the globe's shadow; the models differ by the stated error of the simpler one.
-        let shadow = |drawn: &DrawnFrame| drawn.scene.draws.iter().find(|d| d.part == Part::Ring).map(|d| d.features.body_shadow);
+        let shadow = |drawn: &DrawnFrame| drawn.scene.draws.iter().find(|d| d.part == BodyPart::Ring).map(|d| d.features.body_shadow);
         if shadow(&chosen) == shadow(&all) {
             let difference_levels = greatest_difference(&chosen.frame.display, &all.frame.display);
             assert!(difference_levels <= 1, "view {k}: {difference_levels} levels");
@@ -239,11 +239,11 @@ fn each_half_of_the_rings_lies_in_its_own_rectangle() {
         let scene = SESSION.scene(&request).expect("a scene");
         let placement = &scene.body(SATURN).expect("Saturn").placement;
         let viewer = placement.body_from_icrf * -placement.centre_km;
-        let rect = |part: Part| {
+        let rect = |part: BodyPart| {
             let draw = scene.draws.iter().find(|d| d.body == SATURN && d.part == part).expect("a half of the rings");
             draw.uniforms.rect_in_clip
         };
-        let [behind, front] = [Part::RingBehind, Part::Ring].map(rect);
+        let [behind, front] = [BodyPart::RingBehind, BodyPart::Ring].map(rect);
         for k in 0..4000 {
             let (angle, radius_km) = (f64::from(k) * 2.399_963, 75_000.0 + 16.0 * f64::from(k));
             let p = DVec3::new(angle.cos(), angle.sin(), 0.0) * radius_km;

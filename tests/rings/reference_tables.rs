@@ -6,7 +6,7 @@ use orrery::probe::Prober;
 use orrery::render::plan::SamplingQuality;
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::scene::Scene;
-use orrery::scene::draw::{BodyShadow, Part, RingShadow};
+use orrery::scene::draw::{BodyPart, BodyShadow, RingShadow};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
 use orrery::scene::tiers;
@@ -273,7 +273,7 @@ fn edge_on_and_at_the_crossings_every_pixel_is_finite_and_no_brighter_than_sunli
     for time in times {
         for (size, radii) in [(300, 70.0), (64, 90.0)] {
             let (scene, hdr) = pixels(&request(SATURN, time, radii, size, "+rings"));
-            assert!(scene.draws.iter().any(|d| d.part == Part::Ring), "{time}");
+            assert!(scene.draws.iter().any(|d| d.part == BodyPart::Ring), "{time}");
             // At 9 au and beyond, sunlight is at most 0.0125 of that at 1 au; Enceladus, the brightest body, reflects 1.4 times as much as a white plane.
             let worst = hdr.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
             assert!(hdr.iter().all(|p| p.iter().all(|v| v.is_finite() && *v >= 0.0)), "{time} {size}");
@@ -297,12 +297,12 @@ fn without_rings_the_picture_is_plain_bit_for_bit() {
         scene_without
             .draws
             .iter()
-            .all(|d| d.part == Part::Globe && d.features.ring_shadow == RingShadow::None && d.uniforms.ring.table.is_none())
+            .all(|d| d.part == BodyPart::Globe && d.features.ring_shadow == RingShadow::None && d.uniforms.ring.table.is_none())
     );
     let with_rings = request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-ring-shadow,-atmosphere");
     let (scene, hdr_with) = pixels(&with_rings);
     let parts: Vec<_> = scene.draws.iter().filter(|d| d.body == SATURN).map(|d| d.part).collect();
-    assert_eq!(parts, [Part::RingBehind, Part::Globe, Part::Ring]);
+    assert_eq!(parts, [BodyPart::RingBehind, BodyPart::Globe, BodyPart::Ring]);
     assert_ne!(hdr, hdr_with);
     // From the ground at the pole the rings are below the horizon.
     let ground = |effects: &str| {
@@ -322,7 +322,7 @@ fn ring_shadows_are_decided_by_the_light_they_block() {
     let features = |target, time: &str, size| {
         let scene = SESSION.scene(&request(target, time, 70.0, size, "")).expect("a scene");
         let features_of = |part| scene.draws.iter().find(|d| d.body == target && d.part == part).map(|d| d.features);
-        (features_of(Part::Globe).expect("a globe"), features_of(Part::Ring))
+        (features_of(BodyPart::Globe).expect("a globe"), features_of(BodyPart::Ring))
     };
     let (globe, ring) = features(SATURN, "2017-05-17T00:00:00Z", 400);
     assert_eq!((globe.ring_shadow, ring.map(|n| n.body_shadow)), (RingShadow::PointSun, Some(BodyShadow::EllipsoidPenumbra)));

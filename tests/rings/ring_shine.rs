@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use orrery::catalog::{Catalog, NaifId, Ring};
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::Scene;
-use orrery::scene::draw::{Part, PixelView};
+use orrery::scene::draw::{BodyPart, PixelView};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
 use orrery::scene::ring_shine::RingShineGeometry;
@@ -117,7 +117,7 @@ fn greatest_error(time: &str, without: Without) -> (f64, f64) {
     let unit_km = saturn.radii_km.x;
     let (from, to) = (1.1, 2.34);
     let profile = profile(&saturn.rings, unit_km, from, to, COUNT);
-    let draw = scene.draws.iter().find(|d| d.part == Part::Globe).expect("a globe");
+    let draw = scene.draws.iter().find(|d| d.part == BodyPart::Globe).expect("a globe");
     assert!(draw.features.ring_shine);
     let light = draw.uniforms.lights[0];
     let sun = light.direction_in_body.as_dvec3().normalize();
@@ -204,7 +204,7 @@ fn ring_shine_never_exceeds_the_sunlight_on_the_rings() {
         let mut power = 0.0;
         for row in 0..2 * ROWS {
             // Rows are spaced by the square of the height; each covers half the interval to either neighbour.
-            let row_height = |k: f64| shine.reach * (k.clamp(0.0, (ROWS - 1) as f64) / (ROWS - 1) as f64).powi(2);
+            let row_height = |k: f64| shine.max_height * (k.clamp(0.0, (ROWS - 1) as f64) / (ROWS - 1) as f64).powi(2);
             let k = (row % ROWS) as f64;
             let (height, band) = (row_height(k), row_height(k + 0.5) - row_height(k - 0.5));
             for column in 0..COLUMNS {
@@ -226,7 +226,7 @@ fn ring_shine_is_drawn_where_visible_and_its_reason_is_given() {
             ..ViewRequest::of(NaifId(body), Instant::parse(OPEN).expect("a time"))
         };
         let scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
-        let features = scene.draws.iter().find(|d| d.body == NaifId(body) && d.part == Part::Globe).expect("a globe").features;
+        let features = scene.draws.iter().find(|d| d.body == NaifId(body) && d.part == BodyPart::Globe).expect("a globe").features;
         let ring_shine_decision = scene.body(NaifId(body)).expect("a body").decisions.iter().find(|d| d.feature == "ring-shine").cloned();
         (features.ring_shine, ring_shine_decision)
     };

@@ -4,7 +4,7 @@ use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
 use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::Scene;
-use orrery::scene::draw::Part;
+use orrery::scene::draw::BodyPart;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Position, ViewRequest};
 use orrery::shader::ModuleId;
@@ -44,13 +44,13 @@ fn case(target: i32, time: &str, from: Option<i32>, radii: f64, effects: &str) -
 
 impl Case {
     /// The HLSL of one part of a body, if that part is drawn.
-    fn hlsl(&self, body: i32, part: Part) -> Option<String> {
+    fn hlsl(&self, body: i32, part: BodyPart) -> Option<String> {
         let draw = self.scene.draws.iter().find(|d| d.body == NaifId(body) && d.part == part)?;
         let module = SESSION.library().get(&ModuleId::Planet(ShaderKey::for_draw(&draw.features))).expect("a module");
         Some(translate(&module, Language::Hlsl).expect("HLSL"))
     }
     fn globe(&self, body: i32) -> String {
-        self.hlsl(body, Part::Globe).expect("the globe is drawn")
+        self.hlsl(body, BodyPart::Globe).expect("the globe is drawn")
     }
     /// Green light of a pixel; coordinates from the middle, in half sizes of the picture.
     fn light_at(&self, x: f64, y: f64) -> f32 {
@@ -111,7 +111,9 @@ fn the_earth_without_clouds_has_air() {
     // Seen from the Sun there is no night side.
     assert_lacks(&code, &["sunlight_through_clouds(", "eclipse_light(", "night_lights_on("]);
     assert_lacks(&without.globe(399), &["air_before("]);
-    assert!(with.hlsl(399, Part::Clouds).is_none() && with.hlsl(399, Part::Sky).is_some() && without.hlsl(399, Part::Sky).is_none());
+    assert!(
+        with.hlsl(399, BodyPart::Clouds).is_none() && with.hlsl(399, BodyPart::Sky).is_some() && without.hlsl(399, BodyPart::Sky).is_none()
+    );
     // From so close, the rim of air is wider than half a pixel, and the air's light is blue.
     let blue_excess = |c: &Case| c.light.iter().map(|p| f64::from(p[2]) - f64::from(p[0])).sum::<f64>();
     assert!(blue_excess(&with) > blue_excess(&without) + 10.0, "{} and {}", blue_excess(&with), blue_excess(&without));
@@ -121,7 +123,7 @@ fn the_earth_without_clouds_has_air() {
 fn clouds_brighten_the_earth_and_cast_shadows() {
     let [with, without] = ["+cloud-shadow", "-clouds"].map(|e| case(399, "2024-06-08T18:17:16Z", Some(10), 4.0, e));
     assert_contains(&with.globe(399), &["sunlight_through_clouds("]);
-    assert_contains(&with.hlsl(399, Part::Clouds).expect("a shell"), &["cloud_opacity("]);
+    assert_contains(&with.hlsl(399, BodyPart::Clouds).expect("a shell"), &["cloud_opacity("]);
     assert_lacks(&without.globe(399), &["sunlight_through_clouds("]);
     assert!(with.sum() > 1.2 * without.sum(), "{} and {}", with.sum(), without.sum());
 }
@@ -145,7 +147,7 @@ fn saturn_and_its_ring_cast_shadows_on_each_other() {
     let time = "2017-05-17T00:00:00Z";
     let [all, no_ring_shadow, no_body_shadow] =
         ["-ring-shine", "-ring-shine,-ring-shadow", "-ring-shine,-body-shadow"].map(|e| case(699, time, Some(799), 5.0, e));
-    let ring = |c: &Case| c.hlsl(699, Part::Ring).expect("the ring is drawn");
+    let ring = |c: &Case| c.hlsl(699, BodyPart::Ring).expect("the ring is drawn");
     assert_contains(&all.globe(699), &["ring_shadow_transmittance("]);
     assert_contains(&ring(&all), &["planet_shadow_transmittance("]);
     assert_lacks(&no_ring_shadow.globe(699), &["ring_shadow_transmittance("]);

@@ -4,7 +4,7 @@ use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
 use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::Scene;
-use orrery::scene::draw::{Air, Eclipse, Part};
+use orrery::scene::draw::{Air, BodyPart, Eclipse};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
 use orrery::time::Instant;
@@ -214,7 +214,7 @@ fn air_of_zero_density_equals_no_air() {
         }
         a.multi_scatter = Arc::new(a.multi_scatter.iter().map(|_| glam::Vec4::ZERO).collect());
     }
-    none.draws.retain(|d| d.part != Part::Sky);
+    none.draws.retain(|d| d.part != BodyPart::Sky);
     none.draws.iter_mut().for_each(|d| d.features.air = Air::default());
     let (air, thin, none) = (pixels(&air), pixels(&thin), pixels(&none));
     let greatest_difference =

@@ -86,7 +86,7 @@ fn the_phase_functions_of_rings_agree_with_the_shader() {
 /// Uniforms for a ring table, and the texture from which the fragment reads it.
 fn with_table(base: &DrawUniforms, table: RingTable) -> (DrawUniforms, SharedTexture) {
     let mut uniforms = base.clone();
-    uniforms.ring.reach = glam::Vec2::new(table.reach[0] as f32, table.reach[1] as f32);
+    uniforms.ring.radius_range = glam::Vec2::new(table.radius_range[0] as f32, table.radius_range[1] as f32);
     let texture = ring_profile(&table);
     uniforms.ring.table = Some(Arc::new(table));
     (uniforms, texture)
@@ -139,7 +139,7 @@ fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
     let unit_km = saturn.radii_km.x;
     let slope: f64 = 2.0;
     let table = RingTable::of(saturn.rings.iter(), unit_km, &RingSeen::new(None, slope, slope)).expect("a table");
-    let [inner, outer] = table.reach;
+    let [inner, outer] = table.radius_range;
     // The fraction blocked between neighbouring edges, and its integral up to each edge.
     let mut edges: Vec<f64> = saturn.rings.iter().flat_map(|r| [r.inner_km / unit_km, r.outer_km / unit_km]).collect();
     edges.sort_by(f64::total_cmp);

@@ -6,7 +6,7 @@
 use super::coarse_air;
 use super::error::PlanError;
 use super::extent::Extent;
-use super::graph::{self, Step, Target, Write};
+use super::graph::{self, PassStep, Target, Write};
 use super::labels;
 use super::maps;
 use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Plan, PlanDraw, Vertices};
@@ -17,7 +17,7 @@ use super::sky;
 use super::small_bodies;
 use super::uniform_bytes::uniforms_of;
 use crate::scene::Scene;
-use crate::scene::draw::{Draw, DrawFeatures, Part, PixelView, Shape};
+use crate::scene::draw::{BodyPart, Draw, DrawFeatures, PixelView, Shape};
 use crate::scene::request::Quality;
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
@@ -69,7 +69,7 @@ pub fn plan(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQ
 
 /// Name of the step that a body's draw belongs to.
 fn step_name(draw: &Draw) -> &'static str {
-    if draw.part == Part::Globe { "opaque bodies" } else { "rings and shells" }
+    if draw.part == BodyPart::Globe { "opaque bodies" } else { "rings and shells" }
 }
 
 /// The steps of one frame, in drawing order, after the passes of the coarse picture of the air, which bodies read:
@@ -79,7 +79,7 @@ fn step_name(draw: &Draw) -> &'static str {
 /// 3. Lines, points and the glow.
 /// 4. The tone map.
 /// 5. Over the display image, the outline and the labels.
-pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<Step>, PlanError> {
+pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<PassStep>, PlanError> {
     steps_with(scene, provider, sampling, None)
 }
 
@@ -89,7 +89,7 @@ pub(super) fn steps_with(
     provider: &impl ResourceProvider,
     sampling: SamplingQuality,
     faces_draw: Option<PlanDraw>,
-) -> Result<Vec<Step>, PlanError> {
+) -> Result<Vec<PassStep>, PlanError> {
     let mut steps = light_steps(scene, provider, sampling, [0.0, 0.0, 0.0, 1.0], faces_draw)?;
     steps.extend(display_steps(scene, provider, sampling)?);
     Ok(steps)
@@ -102,7 +102,7 @@ pub(super) fn light_steps(
     sampling: SamplingQuality,
     background: [f32; 4],
     faces_draw: Option<PlanDraw>,
-) -> Result<Vec<Step>, PlanError> {
+) -> Result<Vec<PassStep>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let hdr = Target {
         resource: HDR_TARGET,
@@ -114,9 +114,9 @@ pub(super) fn light_steps(
         depth: true,
     };
     let format = hdr.format;
-    let over_hdr = |name, draws| Step { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };
+    let over_hdr = |name, draws| PassStep { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };
     let [.., opacity] = background;
-    let background = Step { name: "background", reads: vec![], writes: Write::New(hdr), draws: vec![] };
+    let background = PassStep { name: "background", reads: vec![], writes: Write::New(hdr), draws: vec![] };
     let sky = over_hdr("sky", sky::background(scene, provider, opacity)?);
     let sky_lines = over_hdr("sky lines", shared::lines_without_depth("sky lines", &scene.sky_lines, scene, provider)?);
     let sky_images = over_hdr("sky images", sky::images(scene, provider)?);
@@ -124,7 +124,7 @@ pub(super) fn light_steps(
     steps.extend([background, sky, sky_images, sky_lines, over_hdr("stars", shared::stars(scene, provider)?)]);
     steps.extend(faces_draw.map(|draw| over_hdr("faces", vec![draw])));
     let belongs_to = |body| move |d: &Draw| d.body == body;
-    let add_bodies = |steps: &mut Vec<Step>, first_draw: usize, draws: &[Draw]| -> Result<(), PlanError> {
+    let add_bodies = |steps: &mut Vec<PassStep>, first_draw: usize, draws: &[Draw]| -> Result<(), PlanError> {
         let mut start = first_draw;
         for run in draws.chunk_by(|a, b| a.body == b.body) {
             let (body, end) = (run[0].body, start + run.len());
@@ -140,9 +140,9 @@ pub(super) fn light_steps(
                 let placed = |k| coarse_air::placed(&scene.draws, k, [width, height]);
                 let draws = (index..index + layers.len()).map(|k| body_draw(&placed(k), width, height, provider, sampling));
                 let step = over_hdr(step_name(&layers[0]), draws.collect::<Result<Vec<_>, _>>()?);
-                steps.push(Step { reads: coarse_air::reads_of(layers), ..step });
+                steps.push(PassStep { reads: coarse_air::reads_of(layers), ..step });
                 index += layers.len();
-                let ground_lines = scene.ground_lines.iter().find(|(id, _)| *id == body && layers[0].part == Part::Globe);
+                let ground_lines = scene.ground_lines.iter().find(|(id, _)| *id == body && layers[0].part == BodyPart::Globe);
                 if let Some((_, segments)) = ground_lines {
                     steps.push(over_hdr("ground lines", shared::lines_without_depth("ground lines", segments, scene, provider)?));
                 }
@@ -167,7 +167,7 @@ pub(super) fn light_steps(
 }
 
 /// The steps from the HDR image to the display image.
-fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<Step>, PlanError> {
+fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<PassStep>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let mut steps = Vec::new();
     if scene.bloom {
@@ -179,7 +179,12 @@ fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Samp
         steps.extend(shared::outline_steps(scene, shape, provider, DISPLAY_TARGET)?);
     }
     if scene.labels.is_some() || scene.texts.is_some() {
-        steps.push(Step { name: "labels", reads: vec![], writes: Write::Over(DISPLAY_TARGET), draws: labels::labels(scene, provider)? });
+        steps.push(PassStep {
+            name: "labels",
+            reads: vec![],
+            writes: Write::Over(DISPLAY_TARGET),
+            draws: labels::labels(scene, provider)?,
+        });
     }
     Ok(steps)
 }
@@ -209,8 +214,8 @@ fn mesh_vertices(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
 
 /// Only globes write depth; lines and points are tested against it. The layers of one body may be closer together than depth resolves, so they are
 /// drawn in the scene's order, without testing or writing depth.
-fn depth_of(part: Part) -> DepthState {
-    let is_globe = part == Part::Globe;
+fn depth_of(part: BodyPart) -> DepthState {
+    let is_globe = part == BodyPart::Globe;
     DepthState { test: is_globe, write: is_globe }
 }
 

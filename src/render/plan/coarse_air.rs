@@ -5,7 +5,7 @@
 //! here: which draws read the picture (scene).
 
 use super::error::PlanError;
-use super::graph::{Read, Step, Target, Write};
+use super::graph::{PassStep, Read, Target, Write};
 use super::passes::{Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
 use super::shared::{FIRST_READ_BINDING, full_screen_draw};
@@ -73,7 +73,7 @@ pub(super) fn steps(
     screen: [u32; 2],
     format: ColourFormat,
     provider: &impl ResourceProvider,
-) -> Result<Vec<Step>, PlanError> {
+) -> Result<Vec<PassStep>, PlanError> {
     let parts = place(draws, draws.len());
     if parts == 0 {
         return Ok(Vec::new());
@@ -114,8 +114,8 @@ pub(super) fn steps(
     let target = |resource| Target { resource, width, height, format, samples: 1, clear: [0.0; 4], depth: false };
     let of_samples = vec![Read { resource: SAMPLES, binding: FIRST_READ_BINDING }];
     Ok(vec![
-        Step { name: SAMPLES, reads: vec![], writes: Write::New(target(SAMPLES)), draws: samples },
-        Step { name: COARSE_AIR, reads: of_samples, writes: Write::New(target(COARSE_AIR)), draws: marks },
+        PassStep { name: SAMPLES, reads: vec![], writes: Write::New(target(SAMPLES)), draws: samples },
+        PassStep { name: COARSE_AIR, reads: of_samples, writes: Write::New(target(COARSE_AIR)), draws: marks },
     ])
 }
 

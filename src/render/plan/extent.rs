@@ -4,7 +4,7 @@
 //! positive inside an outline. Always: each outline is an ellipse, so its form is concave, and a rectangle is tested by its corners and its middle.
 
 use crate::scene::camera::silhouette::PADDING_PX;
-use crate::scene::draw::{Draw, DrawUniforms, Part, Shape};
+use crate::scene::draw::{BodyPart, Draw, DrawUniforms, Shape};
 use glam::{DVec3, DVec4};
 
 /// The pixels that a draw may change: those inside one outline and outside another.
@@ -28,11 +28,11 @@ impl Extent {
         }
         let outline = |form| Ellipse::over_pixels(form, uniforms, screen);
         match draw.part {
-            Part::Globe | Part::Clouds => {
+            BodyPart::Globe | BodyPart::Clouds => {
                 Some(Self { inside: outline(uniforms.silhouette_form.map(|row| row.as_dvec4()))?, outside: None })
             }
             // A centre behind the camera would mean that rays meet the ellipsoid behind it.
-            Part::Sky if uniforms.depth_row.w > 0.0 => {
+            BodyPart::Sky if uniforms.depth_row.w > 0.0 => {
                 let ground = uniforms.silhouette_form.map(|row| row.as_dvec4());
                 Some(Self { inside: outline(raised(ground, uniforms))?, outside: Some(outline(ground)?) })
             }

@@ -1,6 +1,6 @@
 //! The frame graph: derives the order of passes, their targets and clears from the resources that each step reads and writes.
 //!
-//! In: [`Step`]s in any order, and the resource that is the final image. Out: a [`Plan`] whose passes are in an order in which each resource is
+//! In: [`PassStep`]s in any order, and the resource that is the final image. Out: a [`Plan`] whose passes are in an order in which each resource is
 //! finished before it is read. Steps that draw over the same resource become one pass, in the order in which they were declared, so that samples
 //! and depth need not be stored between them. Always: each resource is created once, each resource that is read is created, every draw contributes
 //! to the final image; a violation is a [`GraphError`] that names the step. The renderers execute passes only; the plan contains no resource names
@@ -38,7 +38,7 @@ pub struct Read {
 }
 
 #[derive(Clone, Debug)]
-pub struct Step {
+pub struct PassStep {
     pub name: &'static str,
     pub reads: Vec<Read>,
     pub writes: Write,
@@ -59,7 +59,7 @@ pub enum GraphError {
     NoPicture(&'static str),
 }
 
-impl Step {
+impl PassStep {
     /// The resource that the step writes.
     pub(crate) fn resource(&self) -> &'static str {
         match &self.writes {
@@ -70,7 +70,7 @@ impl Step {
 }
 
 /// Topological order of the resources: each comes after those that its steps read. `by_resource`: the steps that write each resource.
-fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&Step>>, picture: &'static str) -> Result<Vec<&'static str>, GraphError> {
+fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&PassStep>>, picture: &'static str) -> Result<Vec<&'static str>, GraphError> {
     #[derive(Clone, Copy, PartialEq)]
     enum VisitState {
         InProgress,
@@ -78,7 +78,7 @@ fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&Step>>, picture: 
     }
     fn visit(
         resource: &'static str,
-        by_resource: &BTreeMap<&'static str, Vec<&Step>>,
+        by_resource: &BTreeMap<&'static str, Vec<&PassStep>>,
         states: &mut BTreeMap<&'static str, VisitState>,
         order: &mut Vec<&'static str>,
     ) -> Result<(), GraphError> {
@@ -105,8 +105,8 @@ fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&Step>>, picture: 
 ///
 /// # Errors
 /// A violation of the rules in the module documentation; the error names the step.
-pub(crate) fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, GraphError> {
-    let mut creators: BTreeMap<&'static str, (&Step, &Target)> = BTreeMap::new();
+pub(crate) fn compile(steps: &[PassStep], picture: &'static str) -> Result<Plan, GraphError> {
+    let mut creators: BTreeMap<&'static str, (&PassStep, &Target)> = BTreeMap::new();
     for step in steps {
         if let Write::New(target) = &step.writes
             && let Some((first, _)) = creators.insert(target.resource, (step, target))
@@ -114,7 +114,7 @@ pub(crate) fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, Gra
             return Err(GraphError::CreatedTwice { resource: target.resource, first: first.name, second: step.name });
         }
     }
-    let mut by_resource: BTreeMap<&'static str, Vec<&Step>> = BTreeMap::new();
+    let mut by_resource: BTreeMap<&'static str, Vec<&PassStep>> = BTreeMap::new();
     for step in steps {
         for resource in step.reads.iter().map(|r| r.resource).chain([step.resource()]) {
             if !creators.contains_key(resource) {
@@ -158,7 +158,7 @@ pub(crate) fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, Gra
 }
 
 /// A text that lists passes, steps and draws in drawing order.
-pub(crate) fn outline(steps: &[Step], plan: &Plan) -> String {
+pub(crate) fn outline(steps: &[PassStep], plan: &Plan) -> String {
     let mut text = String::new();
     for (k, pass) in plan.passes.iter().enumerate() {
         let depth = if pass.depth { ", depth" } else { "" };
@@ -186,9 +186,9 @@ pub(crate) fn outline(steps: &[Step], plan: &Plan) -> String {
 mod tests {
     use super::*;
 
-    fn creates(name: &'static str, resource: &'static str, reads: &[&'static str]) -> Step {
+    fn creates(name: &'static str, resource: &'static str, reads: &[&'static str]) -> PassStep {
         let target = Target { resource, width: 4, height: 4, format: ColourFormat::Rgba8Unorm, samples: 1, clear: [0.0; 4], depth: false };
-        Step {
+        PassStep {
             name,
             reads: reads.iter().map(|resource| Read { resource, binding: 1 }).collect(),
             writes: Write::New(target),
@@ -196,11 +196,11 @@ mod tests {
         }
     }
 
-    fn over(name: &'static str, resource: &'static str, reads: &[&'static str]) -> Step {
-        Step { writes: Write::Over(resource), ..creates(name, resource, reads) }
+    fn over(name: &'static str, resource: &'static str, reads: &[&'static str]) -> PassStep {
+        PassStep { writes: Write::Over(resource), ..creates(name, resource, reads) }
     }
 
-    fn names(steps: &[Step]) -> Vec<&'static str> {
+    fn names(steps: &[PassStep]) -> Vec<&'static str> {
         compile(steps, "picture").expect("a plan").passes.iter().map(|p| p.name).collect()
     }
 
@@ -209,7 +209,7 @@ mod tests {
         let steps =
             [creates("tone map", "picture", &["light", "glow"]), creates("blur", "glow", &["light"]), creates("bodies", "light", &[])];
         assert_eq!(names(&steps), ["light", "glow", "picture"]);
-        let reversed: Vec<Step> = steps.iter().rev().cloned().collect();
+        let reversed: Vec<PassStep> = steps.iter().rev().cloned().collect();
         assert_eq!(names(&reversed), ["light", "glow", "picture"]);
         assert_eq!(
             names(&[creates("bodies", "light", &[]), over("points", "light", &[]), creates("t", "picture", &["light"])]),
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn each_error_names_its_pass() {
-        let why = |steps: &[Step]| compile(steps, "picture").expect_err("a mistake").to_string();
+        let why = |steps: &[PassStep]| compile(steps, "picture").expect_err("a mistake").to_string();
         let end = || creates("tone map", "picture", &["light"]);
         assert!(why(&[creates("a", "light", &[]), creates("b", "light", &[]), end()]).contains("`a` and `b` both make `light`"));
         assert!(why(&[end()]).contains("`tone map` needs `light`"));

@@ -5,7 +5,7 @@
 //! a texture here. Not here: the layout of panels.
 
 use super::error::PlanError;
-use super::graph::{self, Step, Target, Write};
+use super::graph::{self, PassStep, Target, Write};
 use super::passes::{
     AddressMode, Attribute, Blend, ColourFormat, Plan, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices,
 };
@@ -45,7 +45,7 @@ pub fn interface_step(
     primitives: Vec<UiPrimitive>,
     [width, height]: [u32; 2],
     provider: &impl ResourceProvider,
-) -> Result<Step, PlanError> {
+) -> Result<PassStep, PlanError> {
     let pixel_size = glam::Vec2::new(2.0 / width as f32, 2.0 / height as f32);
     let template = full_screen_draw(INTERFACE_MODULE, [width, height], provider, |w| w.vec2("pixel_size", pixel_size))?;
     let draws = primitives.into_iter().map(|primitive| {
@@ -65,7 +65,7 @@ pub fn interface_step(
     let black = [0.0, 0.0, 0.0, 1.0];
     let window =
         Target { resource: WINDOW_TARGET, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: black, depth: false };
-    Ok(Step { name: "interface", reads: vec![], writes: Write::New(window), draws: draws.collect() })
+    Ok(PassStep { name: "interface", reads: vec![], writes: Write::New(window), draws: draws.collect() })
 }
 
 /// The plan of a window.

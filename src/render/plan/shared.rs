@@ -4,7 +4,7 @@
 //! that [`modules`] returns are used. Not here: the draws of bodies; the choice of what is drawn (scene).
 
 use super::error::PlanError;
-use super::graph::{Read, Step, Target, Write};
+use super::graph::{PassStep, Read, Target, Write};
 use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
 use super::scissor::scissor;
@@ -287,10 +287,10 @@ fn linear_target(resource: &'static str, [width, height]: [u32; 2]) -> Target {
 }
 
 /// A step that draws over a new target. The resources `reads` are bound from [`FIRST_READ_BINDING`] on.
-pub(super) fn screen_step(name: &'static str, reads: &[&'static str], target: Target, draw: PlanDraw) -> Step {
+pub(super) fn screen_step(name: &'static str, reads: &[&'static str], target: Target, draw: PlanDraw) -> PassStep {
     let reads = (FIRST_READ_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
     let draw = PlanDraw { scissor: [0, 0, target.width, target.height], ..draw };
-    Step { name, reads, writes: Write::New(target), draws: vec![draw] }
+    PassStep { name, reads, writes: Write::New(target), draws: vec![draw] }
 }
 
 fn blur(scene: &Scene, provider: &impl ResourceProvider, axis: Vec2, sigma_px: f32) -> Result<PlanDraw, PlanError> {
@@ -302,7 +302,7 @@ fn blur(scene: &Scene, provider: &impl ResourceProvider, axis: Vec2, sigma_px: f
 }
 
 /// The steps of bloom: radiance above white, downsampled and blurred at two scales.
-pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: &'static str) -> Result<Vec<Step>, PlanError> {
+pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: &'static str) -> Result<Vec<PassStep>, PlanError> {
     let downsampled = |size: [u32; 2]| size.map(|s| s.div_ceil(DOWNSAMPLING));
     let quarter = downsampled([scene.camera.width, scene.camera.height]);
     let sixteenth = downsampled(quarter);
@@ -338,7 +338,7 @@ pub(super) fn tone_map_step(
     provider: &impl ResourceProvider,
     hdr: &'static str,
     display: &'static str,
-) -> Result<Step, PlanError> {
+) -> Result<PassStep, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let is_filmic = scene.pixel_view == PixelView::Final && scene.tone_map == ToneMap::Filmic;
     let (module, reads) = if scene.bloom { ("tone_map_bloom", &[hdr, NEAR_HALO[2], FAR_HALO[2]][..]) } else { ("tone_map", &[hdr][..]) };
@@ -370,15 +370,19 @@ pub(super) fn outline_steps(
     shape: PlanDraw,
     provider: &impl ResourceProvider,
     display: &'static str,
-) -> Result<Vec<Step>, PlanError> {
+) -> Result<Vec<PassStep>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let sigma_px = (OUTLINE_SIGMA * height as f32).max(OUTLINE_MIN_SIGMA_PX);
-    let reach = (BLUR_RADIUS_SIGMAS * sigma_px).ceil() as u32 + 1;
+    let margin_px = (BLUR_RADIUS_SIGMAS * sigma_px).ceil() as u32 + 1;
     let [x0, y0, x1, y1] = shape.scissor;
-    let blurred_rect =
-        [x0.saturating_sub(reach), y0.saturating_sub(reach), x1.saturating_add(reach).min(width), y1.saturating_add(reach).min(height)];
+    let blurred_rect = [
+        x0.saturating_sub(margin_px),
+        y0.saturating_sub(margin_px),
+        x1.saturating_add(margin_px).min(width),
+        y1.saturating_add(margin_px).min(height),
+    ];
     let mask = |resource| Target { resource, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: [0.0; 4], depth: false };
-    let blurred = |name, from, to, axis| -> Result<Step, PlanError> {
+    let blurred = |name, from, to, axis| -> Result<PassStep, PlanError> {
         let mut step = screen_step(name, &[from], mask(to), blur(scene, provider, axis, sigma_px)?);
         step.draws.iter_mut().for_each(|d| d.scissor = blurred_rect);
         Ok(step)
@@ -390,9 +394,9 @@ pub(super) fn outline_steps(
     let reads = [OUTLINE_RESOURCES[0], OUTLINE_RESOURCES[2]];
     let reads = (FIRST_READ_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
     Ok(vec![
-        Step { name: "outline, shape", reads: vec![], writes: Write::New(shape_target), draws: vec![shape] },
+        PassStep { name: "outline, shape", reads: vec![], writes: Write::New(shape_target), draws: vec![shape] },
         blurred("outline, blurred across", OUTLINE_RESOURCES[0], OUTLINE_RESOURCES[1], Vec2::X)?,
         blurred("outline, blurred", OUTLINE_RESOURCES[1], OUTLINE_RESOURCES[2], Vec2::Y)?,
-        Step { name: "outline", reads, writes: Write::Over(display), draws: vec![line] },
+        PassStep { name: "outline", reads, writes: Write::Over(display), draws: vec![line] },
     ])
 }

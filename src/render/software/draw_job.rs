@@ -2,7 +2,7 @@
 
 use super::fragment_plan::FragmentPlan;
 use super::math::Real;
-use super::raster::setup::Geometry;
+use super::raster::setup::RasterGeometry;
 use super::stage::{LANES, LaneProgram};
 use crate::render::plan::{Blend, Extent};
 
@@ -21,7 +21,7 @@ pub(super) struct Quad {
 
 /// A draw whose triangles are set up, ready to be shaded tile by tile.
 pub(crate) struct DrawJob<'a, R: Real> {
-    pub geometry: Geometry,
+    pub geometry: RasterGeometry,
     pub fragment: &'a dyn LaneProgram<R>,
     pub fragment_plan: FragmentPlan,
     pub blend: Blend,

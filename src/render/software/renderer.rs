@@ -20,6 +20,7 @@ use crate::memo::RecentMap;
 use crate::render::frame::Frame;
 use crate::render::plan::{ModuleProvider, Pass, Plan, PlanDraw, TextureSource};
 use crate::shader::ModuleId;
+use crate::shader::library::MODULES_KEPT;
 use parking_lot::Mutex;
 use std::collections::HashMap;
 use std::sync::{Arc, LazyLock};
@@ -73,9 +74,6 @@ pub(super) struct BoundStages<'a, R: Real> {
     pub fragment: TapeStage<'a, R>,
 }
 
-/// Largest number of modules whose programs are kept, as many as the library keeps modules.
-const PROGRAMS_KEPT: usize = 96;
-
 impl SoftwareRenderer {
     /// # Errors
     /// Kernels that this machine lacks, or no threads.
@@ -88,7 +86,7 @@ impl SoftwareRenderer {
             .thread_name(|k| format!("draw-{k}"))
             .build()
             .map_err(|e| RenderError::Threads(e.to_string()))?;
-        Ok(Self { pool, options, entry_points: Mutex::new(RecentMap::with_capacity(PROGRAMS_KEPT)) })
+        Ok(Self { pool, options, entry_points: Mutex::new(RecentMap::with_capacity(MODULES_KEPT)) })
     }
 
     /// Runs `work` inside the renderer's thread pool.

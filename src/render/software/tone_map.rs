@@ -8,11 +8,14 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::exec::LANES;
-use crate::shader::emit::emit_module;
-use crate::shader::{ModuleId, ShaderModule};
-use std::sync::{LazyLock, OnceLock};
+use crate::shader::{ModuleId, ShaderModule, generator};
+use sha2::{Digest, Sha256};
+use std::sync::LazyLock;
 
 const MODULE: &str = "tone_map";
+/// SHA-256 of the WGSL whose formula [`ToneMap::compress`] repeats. An edited fragment gives another text, and is executed as edited, until the
+/// formula here follows it and this digest is recorded anew.
+const FOLLOWED_SHA256: &str = "3cf1b819969d7233be52d29fda518ad308370bcafd5a2addd400f945105e0983";
 
 /// Offsets of the shipped tone map's uniforms, in bytes.
 #[derive(Clone, Copy, Debug)]
@@ -22,21 +25,23 @@ pub(super) struct ToneMapFields {
 }
 
 impl ToneMapFields {
-    /// `None` if the module is not the tone map, or not made of the built-in fragments.
+    /// `None` if the module is not the tone map, or its text is not the one that [`ToneMap::compress`] follows.
     pub(super) fn of(module: &ShaderModule) -> Option<Self> {
-        static SHIPPED: OnceLock<Option<String>> = OnceLock::new();
-        if module.id != ModuleId::Simple(MODULE) {
+        if module.id != ModuleId::Simple(MODULE) || sha256(&module.wgsl) != FOLLOWED_SHA256 {
             return None;
         }
-        let shipped = SHIPPED.get_or_init(|| emit_module(&ModuleId::Simple(MODULE)).ok().map(|emitted| emitted.wgsl)).as_ref()?;
         let offset = |name| module.layout.field(name).map(|field| field.offset as usize);
-        (module.wgsl == *shipped).then_some(Self { exposure: offset("exposure")?, true_to: offset("true_to")? })
+        Some(Self { exposure: offset("exposure")?, true_to: offset("true_to")? })
     }
 
     pub(super) fn bind(self, uniform_bytes: &[u8]) -> Option<ToneMap> {
         let read = |offset: usize| uniform_bytes.get(offset..)?.first_chunk().map(|bytes| f32::from_le_bytes(*bytes));
         Some(ToneMap { exposure: read(self.exposure)?, true_to: read(self.true_to)? })
     }
+}
+
+fn sha256(text: &str) -> String {
+    generator::hex(&Sha256::digest(text.as_bytes()))
 }
 
 /// The tone map with its uniforms.
@@ -274,6 +279,8 @@ mod tests {
             ShaderModule::build_with(fragments, &ModuleId::Simple(MODULE), &crate::shader::Lowering::none()).expect("builds")
         };
         let shipped = build(&crate::shader::fragments::Fragments::default());
+        let digest = sha256(&shipped.wgsl);
+        assert_eq!(digest, FOLLOWED_SHA256, "the tone map's WGSL was edited: let ToneMap::compress follow it, then record the digest");
         let bound = ToneMapFields::of(&shipped).and_then(|fields| fields.bind(&[2.0_f32, 0.8].map(f32::to_le_bytes).concat()));
         assert!(bound.is_some_and(|t| (t.exposure, t.true_to) == (2.0, 0.8)));
         let text = include_str!("../../../shaders/lib/display.wesl").replace("0.04", "0.05");

@@ -7,7 +7,7 @@ use super::RenderError;
 use super::exec::LaneMask;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
-use super::raster::setup::{Bounds, Geometry, Interpolation, set_up};
+use super::raster::setup::{Bounds, Interpolation, RasterGeometry, set_up};
 use super::stage::{LANES, LaneProgram, LaneRun};
 use crate::render::plan::{Attribute, Cull, PlanDraw, Vertices};
 use rayon::prelude::*;
@@ -19,7 +19,7 @@ const TRIANGLES_PER_PART: usize = 1024;
 /// The triangles of one draw, and the time that it took to prepare them.
 #[derive(Clone, Debug)]
 pub(crate) struct AssembledDraw {
-    pub geometry: Geometry,
+    pub geometry: RasterGeometry,
     /// Number of triangles before clipping and culling.
     pub submitted: usize,
     /// Wall time of the vertex program.
@@ -221,7 +221,7 @@ struct TriangleSetup<'a> {
 }
 
 impl TriangleSetup<'_> {
-    fn add(&self, rows: [&[f64]; 3], geometry: &mut Geometry) -> Result<(), RenderError> {
+    fn add(&self, rows: [&[f64]; 3], geometry: &mut RasterGeometry) -> Result<(), RenderError> {
         let positions = rows.map(|r| [r[0], r[1], r[2], r[3]]);
         let interpolated = self.varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
         geometry.reserve(self.varyings.len())?;
@@ -231,7 +231,7 @@ impl TriangleSetup<'_> {
 }
 
 /// Geometry of a part of a draw, and the seconds spent on its vertices and on its triangles.
-type Part = (Geometry, [f64; 2]);
+type DrawPart = (RasterGeometry, [f64; 2]);
 
 /// Runs the vertex program and sets up the draw's triangles for a target of the given size.
 ///
@@ -257,8 +257,8 @@ pub(crate) fn assemble<R: Real>(
             let triangles_per_instance = indices.len() / 3;
             let submitted = triangles_per_instance.saturating_mul(instances);
             let shading = start.elapsed().as_secs_f64();
-            let part = |range: std::ops::Range<usize>| -> Result<Part, RenderError> {
-                let (start, mut geometry) = (Instant::now(), Geometry::default());
+            let part = |range: std::ops::Range<usize>| -> Result<DrawPart, RenderError> {
+                let (start, mut geometry) = (Instant::now(), RasterGeometry::default());
                 for triangle in range {
                     let (instance, first) = (triangle / triangles_per_instance, triangle % triangles_per_instance * 3);
                     let row = |corner: usize| shaded.row(instance, indices[first + corner] as usize);
@@ -279,7 +279,7 @@ pub(crate) fn assemble<R: Real>(
             let submitted = triangles_per_instance.saturating_mul(instances);
             let row_length = stage.outputs.len();
             let part = |(run, rows): &mut (Box<dyn LaneRun<R> + Send + '_>, Vec<f64>), range: std::ops::Range<usize>| {
-                let (start, mut geometry) = (Instant::now(), Geometry::default());
+                let (start, mut geometry) = (Instant::now(), RasterGeometry::default());
                 // Vertices that do not form a complete triangle are skipped.
                 let first_vertex =
                     |triangle: usize| triangle / triangles_per_instance * stage.count + triangle % triangles_per_instance * 3;
@@ -307,7 +307,7 @@ pub(crate) fn assemble<R: Real>(
     let total_seconds: f64 = parts.iter().map(|(_, seconds)| seconds[0] + seconds[1]).sum();
     let geometry = match &mut parts[..] {
         [(only, _)] => std::mem::take(only),
-        parts => Geometry::joined(parts.iter().map(|(geometry, _)| geometry))?,
+        parts => RasterGeometry::joined(parts.iter().map(|(geometry, _)| geometry))?,
     };
     let wall = start.elapsed().as_secs_f64();
     // The wall time is divided in proportion to the times of the threads.
@@ -319,8 +319,8 @@ pub(crate) fn assemble<R: Real>(
 fn map_parts<B>(
     triangles: usize,
     buffers: impl Fn() -> B + Sync + Send,
-    part: impl Fn(&mut B, std::ops::Range<usize>) -> Result<Part, RenderError> + Sync + Send,
-) -> Result<Vec<Part>, RenderError> {
+    part: impl Fn(&mut B, std::ops::Range<usize>) -> Result<DrawPart, RenderError> + Sync + Send,
+) -> Result<Vec<DrawPart>, RenderError> {
     let range = |k: usize| k * TRIANGLES_PER_PART..((k + 1) * TRIANGLES_PER_PART).min(triangles);
     if triangles <= TRIANGLES_PER_PART {
         return Ok(vec![part(&mut buffers(), 0..triangles)?]);

@@ -119,14 +119,14 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBod
         sun_occluders::receiver(context, placed).and_then(|(receiver, sun, all)| Some((receiver, Axis::of(receiver, sun)?, all)));
     let Some((receiver, axis, candidates)) = receiver_axis_candidates else { return (Vec::new(), decided(false, reason!("lines-no-sun"))) };
     let mut cones = ConeBuilder { camera, placed, segments: Vec::new() };
-    let mut casters = vec![receiver.body.name.clone()];
+    let mut occluder_names = vec![receiver.body.name.clone()];
     target_shadow(&mut cones, axis, receiver);
     for occluder in candidates {
         let cone = ShadowCone::of(axis, occluder, receiver);
         if occluder.across.length() > 1.0 + cone.radius(ConeKind::Penumbra) {
             continue;
         }
-        casters.push(occluder.body.name.clone());
+        occluder_names.push(occluder.body.name.clone());
         for (kind, colour) in [(ConeKind::Penumbra, PENUMBRA_COLOUR), (ConeKind::Umbra, UMBRA_COLOUR)] {
             let to_target_centre = occluder.along;
             let length = |angle: f64| {
@@ -138,7 +138,7 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBod
         }
     }
     let on = !cones.segments.is_empty();
-    let reason = if on { reason!("lines-cones", bodies = casters) } else { reason!("lines-cones-outside", bodies = casters) };
+    let reason = if on { reason!("lines-cones", bodies = occluder_names) } else { reason!("lines-cones-outside", bodies = occluder_names) };
     (cones.segments, decided(on, reason))
 }
 

@@ -13,7 +13,7 @@ use glam::DVec2;
 /// Largest distance of a click from a mark that it selects, pixels.
 pub const REACH_PX: f64 = 14.0;
 
-/// The star that a click at `at_px` selects: the brightest within reach, as an index into the star catalogue.
+/// The star that a click at `at_px` selects: the brightest within the click radius, as an index into the star catalogue.
 pub fn hit_star(scene: &Scene, at_px: DVec2) -> Option<usize> {
     // Converts one click from the screen to the picture, instead of a million stars from the picture to the screen.
     let at_px = scene.geometry.picture_of_screen(at_px)?;
@@ -38,7 +38,7 @@ fn sprite_px(scene: &Scene, sprite: &StarSprite) -> DVec2 {
     scene.geometry.sprite_px(&scene.camera, sprite.centre.truncate().as_dvec2())
 }
 
-/// The body that a click at `at_px` selects: the nearest small body within reach, else the foremost disc under it.
+/// The body that a click at `at_px` selects: the nearest small body within the click radius, else the foremost disc under it.
 pub fn hit(marks: &[Label], scene: &Scene, at_px: DVec2) -> Option<NaifId> {
     let near = marks
         .iter()

@@ -27,8 +27,8 @@ pub(crate) const ROWS: usize = HEIGHTS + 1;
 pub use crate::scene::constants::SPREAD_COLUMNS as COLUMNS;
 pub const NODES: usize = ROWS * COLUMNS;
 /// Index of the first vector that contains the range of an occluder's columns, and the total number of vectors.
-pub(crate) const REACHES: usize = NODES * MAX_OCCLUDERS as usize;
-pub const TABLES: usize = REACHES + MAX_OCCLUDERS as usize;
+pub(crate) const FIRST_COLUMN_RANGE: usize = NODES * MAX_OCCLUDERS as usize;
+pub const TABLES: usize = FIRST_COLUMN_RANGE + MAX_OCCLUDERS as usize;
 
 /// Elevations of the paths.
 const SLOPES: usize = 32;
@@ -44,7 +44,7 @@ const ORDERS: usize = 4;
 /// Upper limit of the fraction of light that is scattered again, so that the series converges.
 const MAX_RESCATTERED: f64 = 0.98;
 /// Distance beyond which no light is spread into a shadow, km: eight mean free paths of red light.
-const REACH_KM: f64 = 600.0;
+const MAX_DISTANCE_KM: f64 = 600.0;
 /// Lower limit of the sine of the Sun's height; under a lower Sun the shadow leaves the planet.
 const MIN_SUN: f64 = 0.05;
 /// Samples of the visible fraction of the Sun across the occluder's limb.
@@ -81,7 +81,7 @@ impl Shadow {
         }
         let occluder = (shape.z * shape.w).sqrt() * per_radius;
         let km_per_solar_radius = body.radii_km.x / per_radius;
-        let margin = REACH_KM / km_per_solar_radius;
+        let margin = MAX_DISTANCE_KM / km_per_solar_radius;
         let limb_darkening = eclipse.limb.map(|l| l.truncate().as_dvec3());
         let visible_sun = (0..EDGE_NODES)
             .map(|k| visible_sun_fraction(occluder, -1.0 + 2.0 * k as f64 / (EDGE_NODES - 1) as f64, &limb_darkening))
@@ -281,8 +281,8 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
         for (to, root) in all[index * NODES..].iter_mut().zip(roots(&air, &shadow)) {
             *to = camera::narrow(root).extend(0.0);
         }
-        let reach = DVec3::new(shadow.from, 1.0 / (shadow.to - shadow.from), 0.0);
-        all[REACHES + index] = camera::narrow(reach).extend(0.0);
+        let column_range = DVec3::new(shadow.from, 1.0 / (shadow.to - shadow.from), 0.0);
+        all[FIRST_COLUMN_RANGE + index] = camera::narrow(column_range).extend(0.0);
     }
     all
 }

@@ -21,12 +21,12 @@ pub const NODES: usize = (HEIGHTS + 1) * SUNS;
 pub(crate) const SOURCES: [&str; 3] = [include_str!("air_table.rs"), include_str!("extinction.rs"), include_str!("../constants.rs")];
 
 /// Sampling with the Sun above the horizon.
-const BY_DAY: SamplingQuality = SamplingQuality { directions: 64, steps: 24 };
+const BY_DAY: SampleCounts = SampleCounts { directions: 64, steps: 24 };
 /// Sampling with the Sun below the horizon, which lights only a small part of the sky: with [`BY_DAY`] the ground's irradiance at 12 degrees of depression
 /// was a thirtieth of the light that the sky sends.
-const BY_DUSK: SamplingQuality = SamplingQuality { directions: 192, steps: 32 };
+const BY_DUSK: SampleCounts = SampleCounts { directions: 192, steps: 32 };
 /// Sampling of the row of the ground.
-const ON_GROUND: SamplingQuality = SamplingQuality { directions: 1024, steps: 48 };
+const ON_GROUND: SampleCounts = SampleCounts { directions: 1024, steps: 48 };
 /// Integration steps towards the Sun.
 const STEPS: usize = 24;
 /// Upper limit of the fraction of light that scatters again, so that the series converges.
@@ -35,7 +35,7 @@ use crate::scene::constants::{MULTIPLE_BEND as BEND, MULTIPLE_FIRST as FIRST};
 
 /// Number of directions over the sphere, and of integration steps along each.
 #[derive(Clone, Copy)]
-struct SamplingQuality {
+struct SampleCounts {
     directions: usize,
     steps: usize,
 }

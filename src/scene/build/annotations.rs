@@ -13,7 +13,7 @@ use crate::scene::annotation::{eclipse_lines, ground_lines, instrument_frames, l
 use crate::scene::decision::Decision;
 use crate::scene::draw::StarSprite;
 use crate::scene::draw::features::PixelView;
-use crate::scene::features::case::FrameContext;
+use crate::scene::features::inputs::FrameContext;
 use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::view_request::Position;

@@ -13,7 +13,7 @@ use crate::scene::camera::{Camera, Placement};
 use crate::scene::decision::{Decision, invented_text};
 use crate::scene::draw::features::{Detail, PixelView, Shape};
 use crate::scene::draw::{Draw, Point};
-use crate::scene::features::case::FrameContext;
+use crate::scene::features::inputs::FrameContext;
 use crate::scene::features::{self, DecidedBody};
 use crate::scene::in_view::{Appearance, BodyInView, SubPoint};
 use crate::scene::light::magnitude;

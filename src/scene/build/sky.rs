@@ -6,7 +6,7 @@ use crate::scene::annotation::orbits::OrbitArc;
 use crate::scene::decision::Decision;
 use crate::scene::draw::StarSprite;
 use crate::scene::draw::features::PixelView;
-use crate::scene::features::case::FrameContext;
+use crate::scene::features::inputs::FrameContext;
 use crate::scene::sky::background::{self, SkyBackground};
 use crate::scene::sky::comets::{self, Comets};
 use crate::scene::sky::images::{self, SkyImageDraw};

@@ -5,7 +5,7 @@ use crate::message::{Reason, reason};
 use crate::scene::decision::Decision;
 use crate::scene::draw::PixelView;
 use crate::scene::eclipse::refracted_limb::{self, RefractedLimb};
-use crate::scene::features::case::FrameContext;
+use crate::scene::features::inputs::FrameContext;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::corona::{self, Corona};
 use crate::scene::light::glow::{self, Glow};

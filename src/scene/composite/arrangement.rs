@@ -23,7 +23,7 @@ pub enum Arrangement {
 
 /// The frames of a picture.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Frames {
+pub struct CompositeFrames {
     /// The frame whose light is metered for the common exposure.
     pub meter: FrameRequest,
     pub frames: Vec<FrameRequest>,

@@ -5,7 +5,7 @@
 //! frames: each frame is wider than its picture by the parallax of infinity, rounded to a whole number of pixels, and the picture starts at one of the
 //! frame's columns. Always: no vertical parallax; the target has zero parallax, to within a quarter of a pixel if the separation was given.
 
-use super::arrangement::{Arrangement, Eyes, FrameRequest, Frames};
+use super::arrangement::{Arrangement, CompositeFrames, Eyes, FrameRequest};
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::camera::viewpoint::{self, Viewer};
@@ -21,7 +21,7 @@ const INFINITY_PARALLAX_OF_WIDTH: f64 = 1.0 / 30.0;
 /// The mean distance between human eyes, kilometres (63 mm: Dodgson 2004, SPIE 5291, 36).
 const HUMAN_EYE_SEPARATION_KM: f64 = 63e-6;
 
-pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewRequest, stereo: Stereo) -> Result<Frames, SceneError> {
+pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewRequest, stereo: Stereo) -> Result<CompositeFrames, SceneError> {
     // Caption, scale bar and compass are placed later, at the same position for both eyes.
     let layers = Layers { caption: false, scale_bar: false, compass: false, ..plain.layers };
     let mut request = ViewRequest { layers, ..plain.clone() };
@@ -65,7 +65,7 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewReque
     };
     let frames = vec![eye(-1.0)?, eye(1.0)?];
     let arrangement = Arrangement::Eyes(Eyes { layout: stereo.layout, separation_km, columns: [infinity_columns, 0] });
-    Ok(Frames { meter: FrameRequest { request, viewer }, frames, arrangement })
+    Ok(CompositeFrames { meter: FrameRequest { request, viewer }, frames, arrangement })
 }
 
 /// Distance from the camera to the target's centre.

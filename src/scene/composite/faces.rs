@@ -5,7 +5,7 @@
 //! face has that size, or the size that matches the fisheye's radial density if this is larger. The border lets the filter read pixels beyond the face's
 //! edge. The Sun's glare is off by default, because a picture of the entire sky always contains the Sun.
 
-use super::arrangement::{Arrangement, Faces, FrameRequest, Frames};
+use super::arrangement::{Arrangement, CompositeFrames, Faces, FrameRequest};
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::camera::Camera;
@@ -73,7 +73,12 @@ fn visible_bounds(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
     bounds.map(|p| p.map(|v| v.clamp(0.0, 1.0)))
 }
 
-pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest, plain: ViewRequest) -> Result<Frames, SceneError> {
+pub(super) fn frames(
+    catalog: &Catalog,
+    ephemeris: &Ephemeris,
+    request: &ViewRequest,
+    plain: ViewRequest,
+) -> Result<CompositeFrames, SceneError> {
     let composition = &request.composition;
     let fov_deg = request.fov_deg.unwrap_or(FISHEYE_DEG);
     if composition.projection == Projection::Fisheye && !FISHEYE_RANGE_DEG.contains(&fov_deg) {
@@ -140,7 +145,7 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewReq
     let half_fov = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
     let metered = Camera { is_part_of_composite: false, ..camera(AXES[0], half_fov.tan(), frame_px) };
     let meter = FrameRequest { request: face_request, viewer: Viewer { camera: metered, ..viewer } };
-    Ok(Frames { meter, frames, arrangement: Arrangement::Faces(Faces { picture, frame_of, face_px, visible_rects }) })
+    Ok(CompositeFrames { meter, frames, arrangement: Arrangement::Faces(Faces { picture, frame_of, face_px, visible_rects }) })
 }
 
 /// Right, up and forward axes of the picture. A fisheye has the line of sight or the zenith in its middle. An equirectangular picture is level: its poles

@@ -1,6 +1,6 @@
 //! Composed pictures: the frames of a composition, and the parts of their scenes that belong to the entire picture.
 //!
-//! In: a request whose [`Composition`](crate::scene::request::Composition) is not the default; later the frames' scenes. Out: [`Frames`], a request and a
+//! In: a request whose [`Composition`](crate::scene::request::Composition) is not the default; later the frames' scenes. Out: [`CompositeFrames`], a request and a
 //! viewer for each frame and for the light meter; from the scenes, a [`Composite`] for `render::plan`. Always: one exposure for all frames; stars and points
 //! of a dome or sphere are placed in the finished picture, so that no resampling blurs or moves them.
 
@@ -9,7 +9,7 @@ mod eyes;
 mod faces;
 pub mod sprites;
 
-pub use arrangement::{Arrangement, Eyes, Faces, FrameRequest, Frames};
+pub use arrangement::{Arrangement, CompositeFrames, Eyes, Faces, FrameRequest};
 pub(crate) use faces::BORDER_PX;
 
 use crate::catalog::Catalog;
@@ -27,7 +27,7 @@ use crate::scene::request::view_request::{ExposureRequest, ViewRequest};
 use crate::scene::request::{Composition, Projection, StereoLayout};
 use crate::scene::sky::comets::Comets;
 
-impl Frames {
+impl CompositeFrames {
     /// The frames of a request.
     ///
     /// # Errors

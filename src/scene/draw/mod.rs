@@ -21,7 +21,7 @@ pub use uniforms::{
 
 /// The part of a body that a draw shows. The variants are in the order in which parts of one body are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Part {
+pub enum BodyPart {
     /// The half of the ring behind the globe's centre.
     RingBehind,
     /// The atmosphere beyond the limb. It is drawn before the ground, so that the ground's antialiased edge blends over it.
@@ -32,7 +32,7 @@ pub enum Part {
     Ring,
 }
 
-impl Part {
+impl BodyPart {
     pub fn name(self) -> &'static str {
         match self {
             Self::RingBehind => "ring-behind",
@@ -48,7 +48,7 @@ impl Part {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draw {
     pub body: NaifId,
-    pub part: Part,
+    pub part: BodyPart,
     /// The body's name, for labels.
     pub name: String,
     pub features: DrawFeatures,

@@ -10,7 +10,7 @@ pub struct RingTable {
     pub height: u32,
     pub texels: Vec<f32>,
     /// Innermost and outermost radius, equatorial radii.
-    pub reach: [f64; 2],
+    pub radius_range: [f64; 2],
     /// Coefficients of the bin index, `bins[0] - bins[1] / radius`; `bins[2]` is the index of the last bin.
     pub bins: [f64; 3],
     /// Indices of the first and the last slope for which a ring's own table has rows.
@@ -30,7 +30,7 @@ impl RingTable {
 pub struct RingShine {
     pub texels: Vec<f32>,
     /// Height above the ring's plane (unit-sphere frame) from which no ring is visible.
-    pub reach: f64,
+    pub max_height: f64,
     /// The largest irradiance in the table, brightest channel.
     pub brightest: f64,
 }

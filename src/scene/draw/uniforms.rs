@@ -292,7 +292,7 @@ uniforms! {
     pub struct RingUniforms {
         pub table: Option<Arc<RingTable>>,
         /// Innermost and outermost radius, equatorial radii.
-        pub reach: Vec2 = "ring_radius_range",
+        pub radius_range: Vec2 = "ring_radius_range",
         /// Outermost radius of all rings of the body, drawn or not, equatorial radii.
         pub extent: f32 = "ring_extent",
         /// Most pieces into which a pixel's stretch of the ring is divided, at least 1.

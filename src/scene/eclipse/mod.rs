@@ -17,4 +17,4 @@ pub use occluders::{
     select_occluders,
 };
 pub use shadow_region::ReceiverShape;
-pub(crate) use uniforms::uniforms_of_casters;
+pub(crate) use uniforms::uniforms_of_occluders;

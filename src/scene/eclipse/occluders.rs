@@ -124,7 +124,7 @@ fn centre_over_mean(sun: &Body) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub struct ReceiverExtent {
     /// Farthest lit point from the centre, equatorial radii: 1 for the ground, more with air, clouds or rings.
-    pub reach: f64,
+    pub max_radius: f64,
     pub shape: ReceiverShape,
     /// Camera position from the centre, body axes, equatorial radii; `None`: every side is visible.
     pub camera: Option<DVec3>,
@@ -189,11 +189,11 @@ pub fn select_occluders<'a>(
     let mut occluders = Vec::new();
     let mut nearest: Option<(f64, &'a str)> = None;
     for occluder in candidates {
-        let occluder = occluder.for_reach(&axis, sun, extent.reach, receiver.radius_km());
+        let occluder = occluder.for_points_within(&axis, sun, extent.max_radius, receiver.radius_km());
         let body = occluder.body;
-        let gap = occluder.penumbra_gap(&axis, extent.reach);
+        let gap = occluder.penumbra_gap(&axis, extent.max_radius);
         if gap > 0.0 {
-            let share = gap / occluder.penumbra_radius(&axis, extent.reach);
+            let share = gap / occluder.penumbra_radius(&axis, extent.max_radius);
             if occluder.max_obscuration > VISIBLE_CHANGE && nearest.is_none_or(|(least, _)| share < least) {
                 nearest = Some((share, &body.name));
             }
@@ -267,17 +267,17 @@ impl<'a> Occluder<'a> {
         Some(Self { body, across, along, long_axis, semi, max_obscuration: 0.0, has_umbra: false })
     }
 
-    /// A copy with `max_obscuration` and `has_umbra` set for points within `reach` of the receiver's centre.
-    fn for_reach(&self, axis: &Axis, sun: &Body, reach: f64, unit_km: f64) -> Self {
+    /// A copy with `max_obscuration` and `has_umbra` set for points within `max_radius` of the receiver's centre.
+    fn for_points_within(&self, axis: &Axis, sun: &Body, max_radius: f64, unit_km: f64) -> Self {
         let radius = self.body.radii_km.max_element() / unit_km;
-        let max_obscuration = max_obscuration(radius, axis, sun, (self.along - reach).max(radius));
-        let has_umbra = self.across.length() < reach + self.semi.x - self.along / axis.cot_sun_radius;
+        let max_obscuration = max_obscuration(radius, axis, sun, (self.along - max_radius).max(radius));
+        let has_umbra = self.across.length() < max_radius + self.semi.x - self.along / axis.cot_sun_radius;
         Self { max_obscuration, has_umbra, ..self.clone() }
     }
 
     /// Radius of the penumbra at the receiver.
-    fn penumbra_radius(&self, axis: &Axis, reach: f64) -> f64 {
-        self.semi.x + (self.along + reach) / axis.cot_sun_radius
+    fn penumbra_radius(&self, axis: &Axis, max_radius: f64) -> f64 {
+        self.semi.x + (self.along + max_radius) / axis.cot_sun_radius
     }
 
     /// Area of the occluder's cross section. Umbra and penumbra together block at most the sunlight on an area of this size.
@@ -286,15 +286,15 @@ impl<'a> Occluder<'a> {
     }
 
     /// Distance by which the penumbra misses the receiver; 0 or less if it touches.
-    fn penumbra_gap(&self, axis: &Axis, reach: f64) -> f64 {
-        self.across.length() - reach - self.penumbra_radius(axis, reach)
+    fn penumbra_gap(&self, axis: &Axis, max_radius: f64) -> f64 {
+        self.across.length() - max_radius - self.penumbra_radius(axis, max_radius)
     }
 
     fn importance(&self, axis: &Axis, extent: ReceiverExtent) -> Importance {
         let mut pixel = extent.pixel;
         if let Some(frustum) = extent.frustum {
             let centre = axis.across[0] * self.across.x + axis.across[1] * self.across.y + axis.along * self.along;
-            let region = ShadowRegion::of(centre, self.semi.x, axis.along, 1.0 / axis.cot_sun_radius, extent.reach, extent.shape);
+            let region = ShadowRegion::of(centre, self.semi.x, axis.along, 1.0 / axis.cot_sun_radius, extent.max_radius, extent.shape);
             match region.filter(|r| r.meets(&frustum)) {
                 Some(region) => pixel = region.least_pixel(&frustum),
                 None => return Importance::Unseen,
@@ -311,11 +311,11 @@ impl<'a> Occluder<'a> {
     /// Whether a point that the occluder darkens may be on the side that the viewer sees. Tests points in and around the penumbra, and the point of the lit side that faces the
     /// camera most; a margin of 0.03 radii covers the gaps between these points.
     fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent) -> bool {
-        let Some(camera) = extent.camera.filter(|_| extent.shape == ReceiverShape::Ball && extent.reach < 1.2) else { return true };
+        let Some(camera) = extent.camera.filter(|_| extent.shape == ReceiverShape::Ball && extent.max_radius < 1.2) else { return true };
         let distance = camera.length();
-        let radius = self.penumbra_radius(axis, extent.reach) + 0.03;
+        let radius = self.penumbra_radius(axis, extent.max_radius) + 0.03;
         let towards = camera / distance;
-        let horizon = 1.0 / distance - 0.03 - (extent.reach - 1.0).max(0.0).sqrt() * 1.5;
+        let horizon = 1.0 / distance - 0.03 - (extent.max_radius - 1.0).max(0.0).sqrt() * 1.5;
         let is_visible = |across: DVec2| {
             let across = across.clamp_length_max(1.0);
             let inside = (across - self.across).length() <= radius * 1.001;

@@ -158,12 +158,12 @@ pub(crate) fn segments(p: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64)
     let x = (to_sun - to_body * to_body.dot(to_sun)).try_normalize().unwrap_or_else(|| to_body.any_orthonormal_vector());
     let y = to_body.cross(x);
     // Position angles at which a line from the body's centre crosses the Sun's disc, on the Sun's side and on the opposite side.
-    let reach = (sky.sun_radius / sky.separation.max(1e-300)).min(1.0).asin();
+    let half_arc = (sky.sun_radius / sky.separation.max(1e-300)).min(1.0).asin();
     let position_angles = (0..2 * SEGMENTS).map(|k| {
         let side = if k < SEGMENTS { 0.0 } else { std::f64::consts::PI };
-        side + reach * (2.0 * (f64::from(k % SEGMENTS) + 0.5) / f64::from(SEGMENTS) - 1.0)
+        side + half_arc * (2.0 * (f64::from(k % SEGMENTS) + 0.5) / f64::from(SEGMENTS) - 1.0)
     });
-    let step = 2.0 * reach / f64::from(SEGMENTS);
+    let step = 2.0 * half_arc / f64::from(SEGMENTS);
     let pixel = pixel_rad * sky.distance;
     let segment = |angle: f64| {
         let (sin, cos) = angle.sin_cos();

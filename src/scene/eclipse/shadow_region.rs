@@ -38,9 +38,9 @@ impl Frustum {
 /// The points of a receiver that an occluder may darken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReceiverShape {
-    /// Every point within the reach.
+    /// Every point within `max_radius`.
     Ball,
-    /// Points of the equatorial plane within the reach: rings.
+    /// Points of the equatorial plane within `max_radius`: rings.
     EquatorialPlane,
 }
 
@@ -54,18 +54,18 @@ pub(crate) struct ShadowRegion {
 impl ShadowRegion {
     /// The penumbra behind `centre`, an occluder of `radius`, as far as it touches the receiver; `None` if it misses it. `sunward`: unit vector to the Sun.
     /// `widening`: growth of the penumbra's radius with distance from the occluder.
-    pub(crate) fn of(centre: DVec3, radius: f64, sunward: DVec3, widening: f64, reach: f64, shape: ReceiverShape) -> Option<Self> {
+    pub(crate) fn of(centre: DVec3, radius: f64, sunward: DVec3, widening: f64, max_radius: f64, shape: ReceiverShape) -> Option<Self> {
         let radius_at = |behind: f64| (radius + behind * widening) * RADIUS_MARGIN;
         // Distances behind the occluder, along its axis, at which a cross section of the penumbra can contain a point of the receiver.
         let along = centre.dot(sunward);
-        let far_radius = radius_at((along + reach).max(0.0));
+        let far_radius = radius_at((along + max_radius).max(0.0));
         let from_axis_sq = (centre - sunward * along).length_squared();
-        let half_chord = ((reach + far_radius).powi(2) - from_axis_sq).max(0.0).sqrt();
-        if from_axis_sq > (reach + far_radius).powi(2) {
+        let half_chord = ((max_radius + far_radius).powi(2) - from_axis_sq).max(0.0).sqrt();
+        if from_axis_sq > (max_radius + far_radius).powi(2) {
             return None;
         }
-        // A cross section is perpendicular to the axis, so it holds no point of the receiver farther along than the reach.
-        let half = half_chord.min(reach);
+        // A cross section is perpendicular to the axis, so it holds no point of the receiver farther along than `max_radius`.
+        let half = half_chord.min(max_radius);
         let (mut from, mut to) = ((along - half).max(0.0), along + half);
         if shape == ReceiverShape::EquatorialPlane {
             // A cross section reaches as far from the plane as its radius times the cosine of the Sun's height over the plane.
@@ -202,6 +202,6 @@ mod tests {
         assert!(region(DVec3::new(2.0, 0.0, 0.0)).is_some(), "a moon in the plane");
         assert!(region(DVec3::new(2.0, 0.0, 0.3)).is_some(), "its shadow falls 0.6 farther in");
         assert!(region(DVec3::new(2.0, 0.0, -0.1)).is_none(), "the plane is between the Sun and the moon");
-        assert!(region(DVec3::new(8.0, 0.0, 0.01)).is_none(), "the shadow meets the plane beyond the reach");
+        assert!(region(DVec3::new(8.0, 0.0, 0.01)).is_none(), "the shadow meets the plane beyond the largest radius");
     }
 }

@@ -78,7 +78,7 @@ pub(crate) fn sun_occluders<'a>(
     let body = p.body;
     let (receiver, sun, candidates) = receiver(context, p)?;
     let receiver = *receiver;
-    let (reach, shape) = match part {
+    let (max_radius, shape) = match part {
         ReceivingPart::Rings { outer_km } => (outer_km / body.radii_km.x, ReceiverShape::EquatorialPlane),
         ReceivingPart::Body => {
             let clouds = body.clouds.as_ref().map_or(1.0, |c| clouds::shell_scale(body, c));
@@ -89,7 +89,7 @@ pub(crate) fn sun_occluders<'a>(
     };
     let viewer = p.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
     let frustum = camera.map(|c| Frustum::of(c, &p.placement));
-    let extent = ReceiverExtent { reach, shape, camera: Some(viewer), frustum, pixel: 2.0 / diameter_px.max(1e-9) };
+    let extent = ReceiverExtent { max_radius, shape, camera: Some(viewer), frustum, pixel: 2.0 / diameter_px.max(1e-9) };
     let include_all = context.request.effects.override_of(Effect::Eclipse) == Some(true) || context.request.purpose != Purpose::Display;
     let found = occluders::select_occluders(candidates, sun, &receiver, extent, include_all);
     Some(SunOccluders { receiver, sun, camera: viewer, occluders: found.occluders, reason: found.reason })

@@ -12,7 +12,12 @@ use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver, limb_law};
 use glam::{DVec2, DVec3};
 
 /// Uniforms of the occluders for a model.
-pub(crate) fn uniforms_of_casters(occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> EclipseUniforms {
+pub(crate) fn uniforms_of_occluders(
+    occluders: &[Occluder<'_>],
+    model: EclipseModel,
+    receiver: &Receiver<'_>,
+    sun: &Body,
+) -> EclipseUniforms {
     match Axis::of(receiver, sun) {
         Some(axis) => of(occluders, model, receiver, sun, &axis),
         None => EclipseUniforms::default(),

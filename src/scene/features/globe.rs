@@ -6,8 +6,8 @@ use crate::scene::camera::{self, AnchorForm, ClipRect};
 use crate::scene::draw::features::MapSet;
 use crate::scene::draw::uniforms::{DrawUniforms, EclipseUniforms, Light};
 use crate::scene::eclipse::occluders::limb_law;
-use crate::scene::features::case::BodyContext;
 use crate::scene::features::choice::Capabilities;
+use crate::scene::features::inputs::DecisionInputs;
 use crate::scene::light::lights::{self, LightOn};
 use crate::scene::light::photometry;
 use crate::scene::surface::detail;
@@ -19,25 +19,25 @@ const WAVE_SLOPE_SQ: f64 = 0.0286;
 
 /// The uniforms of a draw of the globe, or of a shell that has its own placement.
 pub(crate) fn uniforms(
-    case: &BodyContext<'_, '_>,
+    inputs: &DecisionInputs<'_, '_>,
     placement: &camera::Placement,
     rect: ClipRect,
     maps: MapSet,
     secondary_lights: &[LightOn],
 ) -> DrawUniforms {
-    uniforms_of_fraction(case, placement, rect, maps, secondary_lights, case.disc_fraction)
+    uniforms_of_fraction(inputs, placement, rect, maps, secondary_lights, inputs.disc_fraction)
 }
 
 /// Like [`uniforms`], for a draw that shows `fraction` of the body's light.
 pub(crate) fn uniforms_of_fraction(
-    case: &BodyContext<'_, '_>,
+    inputs: &DecisionInputs<'_, '_>,
     placement: &camera::Placement,
     rect: ClipRect,
     maps: MapSet,
     secondary_lights: &[LightOn],
     fraction: f64,
 ) -> DrawUniforms {
-    let (camera, p, body) = (case.frame.camera, case.placed, case.body());
+    let (camera, p, body) = (inputs.frame.camera, inputs.placed, inputs.body());
     let rays = camera.view_rays(placement, rect, AnchorForm::Auto);
     let gain = |map: &Option<Map>| map.as_ref().map_or(DVec3::ONE, |m| DVec3::from_array(m.gain));
     let emissive = matches!(body.photometry, Photometry::Emissive { .. });

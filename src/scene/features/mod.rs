@@ -3,9 +3,9 @@
 //! In: a frame and a placed body. Out: the body's draws, its point, and every decision with its reason. The module of each effect decides on its
 //! features; [`FEATURES`] lists the decisions in order. Always: a decision reads only the results of decisions before it.
 
-pub(crate) mod case;
 pub mod choice;
 pub(crate) mod globe;
+pub(crate) mod inputs;
 pub mod possible;
 
 use crate::catalog::Map;
@@ -16,7 +16,7 @@ use crate::scene::camera::{self, ClipRect};
 use crate::scene::decision::{Decision, DecisionLog};
 use crate::scene::draw::features::{AirPass, AtmosphereModel, DrawFeatures, PixelView, RingShadow, Shape};
 use crate::scene::draw::uniforms::{DrawUniforms, Light};
-use crate::scene::draw::{Draw, MapFiles, Part, Point};
+use crate::scene::draw::{BodyPart, Draw, MapFiles, Point};
 use crate::scene::in_view::Appearance;
 use crate::scene::light::lights;
 use crate::scene::placed::PlacedBody;
@@ -24,8 +24,8 @@ use crate::scene::point::{self, BLEND_FROM_PX, BLEND_TO_PX};
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::{ground, mesh_decision, meshes, overlays};
 use crate::scene::{atmosphere, eclipse, light, rings};
-use case::{BodyContext, Decisions, Feature, FrameContext, decide_in_order};
 use glam::{DVec3, Vec3};
+use inputs::{DecideFeature, DecisionInputs, Decisions, FrameContext, decide_in_order};
 use std::sync::Arc;
 
 /// Everything decided about one body.
@@ -39,7 +39,7 @@ pub(crate) struct DecidedBody {
 }
 
 /// The features of a body that is drawn as a disc, in the order in which they decide.
-const FEATURES: [Feature; 10] = [
+const FEATURES: [DecideFeature; 10] = [
     ground::decide,
     light::planet_shine::decide,
     eclipse::decision::decide,
@@ -53,110 +53,111 @@ const FEATURES: [Feature; 10] = [
 ];
 
 /// The features of a body of which only the atmosphere is in the picture.
-const AIR_ONLY_FEATURES: [Feature; 2] = [eclipse::decision::decide, atmosphere::decision::decide];
+const AIR_ONLY_FEATURES: [DecideFeature; 2] = [eclipse::decision::decide, atmosphere::decision::decide];
 
 /// The features that read maps.
-const MAP_FEATURES: [Feature; 3] = [ground::decide, overlays::decide, atmosphere::cloud_decision::decide];
+const MAP_FEATURES: [DecideFeature; 3] = [ground::decide, overlays::decide, atmosphere::cloud_decision::decide];
 
 /// Leaves out rare combinations of features that would multiply the number of shader keys.
-fn leave_out_rare_pairs<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
-    let chosen = &mut so_far.chosen;
+fn leave_out_rare_pairs<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
+    let chosen = &mut decisions.chosen;
     if chosen.air != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
         // All combinations of ring shadow, atmosphere tier, number of occluders and eclipse model would triple the number of these keys.
-        so_far.log.note(Effect::RingShadow.name(), false, reason!("left-out-under-air"));
+        decisions.log.note(Effect::RingShadow.name(), false, reason!("left-out-under-air"));
         chosen.ring_shadow = RingShadow::None;
     }
     if chosen.detail && chosen.eclipse.occluders > 0 {
-        so_far.log.note(Effect::Detail.name(), false, reason!("left-out-in-eclipse"));
+        decisions.log.note(Effect::Detail.name(), false, reason!("left-out-in-eclipse"));
         chosen.detail = false;
     }
-    if chosen.ring_shine && !so_far.secondary_lights.is_empty() {
+    if chosen.ring_shine && !decisions.secondary_lights.is_empty() {
         // Leaves out the light that causes the smaller irradiance of the ground.
         let of_rings =
-            so_far.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(case.placed.sun_from_body_km).irradiance.x;
-        let of_bodies = so_far.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
+            decisions.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(inputs.placed.sun_from_body_km).irradiance.x;
+        let of_bodies = decisions.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
         if of_bodies > of_rings {
-            so_far.log.note(Effect::RingShine.name(), false, reason!("rings-beside-shine"));
+            decisions.log.note(Effect::RingShine.name(), false, reason!("rings-beside-shine"));
             chosen.ring_shine = false;
-            so_far.ring.shine = None;
+            decisions.ring.shine = None;
         } else {
-            so_far.log.note(Effect::PlanetShine.name(), false, reason!("shine-beside-rings"));
-            so_far.secondary_lights.clear();
+            decisions.log.note(Effect::PlanetShine.name(), false, reason!("shine-beside-rings"));
+            decisions.secondary_lights.clear();
         }
     }
-    so_far
+    decisions
 }
 
 /// Decides on all features of one body. `camera_at_centre`: the camera is at the body's centre.
 pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_at_centre: bool) -> DecidedBody {
-    let case = BodyContext::of(frame, placed);
-    let mut log = case.log();
+    let inputs = DecisionInputs::of(frame, placed);
+    let mut log = inputs.log();
     if camera_at_centre {
-        return not_shown(&case, Decisions::new(log), reason!("camera-at-centre"));
+        return not_shown(&inputs, Decisions::new(log), reason!("camera-at-centre"));
     }
-    if case.rect.is_none() && case.ring_view.is_none() {
-        return decide_air_only(&case, Decisions::new(log));
+    if inputs.rect.is_none() && inputs.ring_view.is_none() {
+        return decide_air_only(&inputs, Decisions::new(log));
     }
-    let visible_part = if case.rect.is_some() { reason!("outline-meets") } else { reason!("rings-meet") };
+    let visible_part = if inputs.rect.is_some() { reason!("outline-meets") } else { reason!("rings-meet") };
     log.note("visible", true, visible_part);
-    let point = point_of(&case, &mut log);
-    let diameter_px = case.diameter_px;
-    if case.disc_fraction <= 0.0 {
+    let point = point_of(&inputs, &mut log);
+    let diameter_px = inputs.diameter_px;
+    if inputs.disc_fraction <= 0.0 {
         let appearance = if point.is_some() { Appearance::Point } else { Appearance::NotShown };
         return DecidedBody { appearance, diameter_px, decisions: log.decisions, draws: Vec::new(), point };
     }
-    let decided = decide_in_order(&FEATURES, &case, Decisions::new(log));
+    let decided = decide_in_order(&FEATURES, &inputs, Decisions::new(log));
     let appearance = if point.is_some() { Appearance::DiscAndPoint } else { Appearance::Disc };
-    let globe = case.rect.map(|rect| globe(&case, &decided, rect));
-    let (draws, decisions) = assemble(&case, globe, decided);
+    let globe = inputs.rect.map(|rect| globe(&inputs, &decided, rect));
+    let (draws, decisions) = assemble(&inputs, globe, decided);
     DecidedBody { appearance, diameter_px, decisions, draws, point }
 }
 
 /// The map files that the body's draws would read if all files were readable, and the shape of the globe's draw; `None` if the body is not drawn as a
 /// disc.
 pub(crate) fn required_maps(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -> Option<(MapFiles, Shape)> {
-    let case = BodyContext::of(frame, placed);
+    let inputs = DecisionInputs::of(frame, placed);
     let has_mesh = meshes::is_required(frame.context, frame.camera, placed);
-    if case.disc_fraction <= 0.0 || case.rect.is_none() && case.ring_view.is_none() && !has_mesh {
+    if inputs.disc_fraction <= 0.0 || inputs.rect.is_none() && inputs.ring_view.is_none() && !has_mesh {
         return None;
     }
-    let decided = decide_in_order(&MAP_FEATURES, &case, Decisions::new(case.log()));
-    let features = decided.chosen.features(case.body(), case.pixel_view());
-    let mut files = map_files(&case, &features, &decided);
+    let decided = decide_in_order(&MAP_FEATURES, &inputs, Decisions::new(inputs.log()));
+    let features = decided.chosen.features(inputs.body(), inputs.pixel_view());
+    let mut files = map_files(&inputs, &features, &decided);
     let cloud_draw_map = decided.clouds.and_then(|c| c.map_files.cloud);
     files.cloud = files.cloud.or(cloud_draw_map);
     Some((files, if has_mesh { Shape::Mesh } else { features.shape }))
 }
 
-fn not_shown(case: &BodyContext<'_, '_>, mut decided: Decisions<'_>, reason: Reason) -> DecidedBody {
+fn not_shown(inputs: &DecisionInputs<'_, '_>, mut decided: Decisions<'_>, reason: Reason) -> DecidedBody {
     decided.log.note("visible", false, reason);
     let (appearance, decisions) = (Appearance::NotShown, decided.log.decisions);
-    DecidedBody { appearance, diameter_px: case.diameter_px, decisions, draws: Vec::new(), point: None }
+    DecidedBody { appearance, diameter_px: inputs.diameter_px, decisions, draws: Vec::new(), point: None }
 }
 
 /// Decides on a body whose ground is outside the frame, but whose atmosphere may be in it.
-fn decide_air_only<'c>(case: &BodyContext<'c, '_>, so_far: Decisions<'c>) -> DecidedBody {
-    let features: &[Feature] = if case.body().atmosphere.is_some() { &AIR_ONLY_FEATURES } else { &[] };
-    let decided = decide_in_order(features, case, so_far);
+fn decide_air_only<'c>(inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>) -> DecidedBody {
+    let features: &[DecideFeature] = if inputs.body().atmosphere.is_some() { &AIR_ONLY_FEATURES } else { &[] };
+    let decided = decide_in_order(features, inputs, decisions);
     if decided.sky.is_none() {
-        let reason = if case.placed.outline == Outline::Behind { reason!("behind-camera") } else { reason!("outside-frame") };
-        return not_shown(case, decided, reason);
+        let reason = if inputs.placed.outline == Outline::Behind { reason!("behind-camera") } else { reason!("outside-frame") };
+        return not_shown(inputs, decided, reason);
     }
-    let (draws, decisions) = assemble(case, None, decided);
-    DecidedBody { appearance: Appearance::Disc, diameter_px: case.diameter_px, decisions, draws, point: None }
+    let (draws, decisions) = assemble(inputs, None, decided);
+    DecidedBody { appearance: Appearance::Disc, diameter_px: inputs.diameter_px, decisions, draws, point: None }
 }
 
 /// Decides on the point that replaces a small disc, or that has part of its light.
-fn point_of(case: &BodyContext<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
-    let (frame, p, share) = (case.frame, case.placed, case.disc_fraction);
+fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
+    let (frame, p, share) = (inputs.frame, inputs.placed, inputs.disc_fraction);
     // Points are drawn after the air, so its transmittance is applied here.
     let transmittance = frame.air.filter(|a| a.body.id != p.body.id).map_or(DVec3::ONE, |a| a.transmittance(p.placement.centre_km));
     let flux = point::flux(frame.camera, p) * (1.0 - share) * transmittance;
     // Eclipses are evaluated only for a point that would be visible without them.
     let is_visible = share < 1.0 && frame.threshold.is_exceeded_by(flux.max_element());
-    let flux = if is_visible { flux * eclipse::sun_occluders::visible_sunlight_fraction(frame.context, p, case.diameter_px) } else { flux };
-    let reason = reason!("point-size", size = format_args!("{:.3}", case.diameter_px), from = BLEND_FROM_PX, to = BLEND_TO_PX);
-    let flux = if case.pixel_view() == PixelView::Final { flux } else { DVec3::ZERO };
+    let flux =
+        if is_visible { flux * eclipse::sun_occluders::visible_sunlight_fraction(frame.context, p, inputs.diameter_px) } else { flux };
+    let reason = reason!("point-size", size = format_args!("{:.3}", inputs.diameter_px), from = BLEND_FROM_PX, to = BLEND_TO_PX);
+    let flux = if inputs.pixel_view() == PixelView::Final { flux } else { DVec3::ZERO };
     if !log.effect(Effect::Points, share < 1.0, reason) || share >= 1.0 {
         return None;
     }
@@ -169,8 +170,8 @@ fn point_of(case: &BodyContext<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Poi
 }
 
 /// The files of the maps that a set of features reads.
-fn map_files(case: &BodyContext<'_, '_>, features: &DrawFeatures, decided: &Decisions<'_>) -> MapFiles {
-    let body = case.body();
+fn map_files(inputs: &DecisionInputs<'_, '_>, features: &DrawFeatures, decided: &Decisions<'_>) -> MapFiles {
+    let body = inputs.body();
     let file = |on: bool, map: &Option<Map>| map.as_ref().filter(|_| on).map(|m| m.file.clone());
     MapFiles {
         albedo: file(features.maps.albedo, &body.maps.albedo),
@@ -183,26 +184,33 @@ fn map_files(case: &BodyContext<'_, '_>, features: &DrawFeatures, decided: &Deci
 }
 
 /// The draw of the globe or of its mesh.
-fn globe(case: &BodyContext<'_, '_>, decided: &Decisions<'_>, rect: ClipRect) -> Draw {
-    let (frame, p, body) = (case.frame, case.placed, case.body());
+fn globe(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: ClipRect) -> Draw {
+    let (frame, p, body) = (inputs.frame, inputs.placed, inputs.body());
     // The atmosphere around the camera reddens light from outside it.
     let tint = frame.air.filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.tint(p.placement.centre_km));
-    let features = decided.chosen.features(body, case.pixel_view());
-    let uniforms = globe::uniforms(case, &p.placement, rect, decided.chosen.maps, &decided.secondary_lights);
-    let factor = p.radiance_scale() * case.disc_fraction * tint;
+    let features = decided.chosen.features(body, inputs.pixel_view());
+    let uniforms = globe::uniforms(inputs, &p.placement, rect, decided.chosen.maps, &decided.secondary_lights);
+    let factor = p.radiance_scale() * inputs.disc_fraction * tint;
     let overlays = decided.overlays.iter().map(|o| overlays::uniforms(body, o, factor)).collect();
     let mut uniforms = DrawUniforms { ring: decided.ring.clone(), albedo: uniforms.albedo * camera::narrow(tint), overlays, ..uniforms };
-    if let Some(model) = case.model.filter(|_| features.shape == Shape::Mesh) {
-        mesh_decision::set(&mut uniforms, case, model, decided.self_shadow);
+    if let Some(model) = inputs.model.filter(|_| features.shape == Shape::Mesh) {
+        mesh_decision::set(&mut uniforms, inputs, model, decided.self_shadow);
     }
-    Draw { body: body.id, part: Part::Globe, name: body.name.clone(), features, uniforms, map_files: map_files(case, &features, decided) }
+    Draw {
+        body: body.id,
+        part: BodyPart::Globe,
+        name: body.name.clone(),
+        features,
+        uniforms,
+        map_files: map_files(inputs, &features, decided),
+    }
 }
 
 /// Completes the draws of a body and returns them, the globe first, with the decisions about it.
-fn assemble(case: &BodyContext<'_, '_>, globe: Option<Draw>, mut decided: Decisions<'_>) -> (Vec<Draw>, Vec<Decision>) {
+fn assemble(inputs: &DecisionInputs<'_, '_>, globe: Option<Draw>, mut decided: Decisions<'_>) -> (Vec<Draw>, Vec<Decision>) {
     let mut draws: Vec<Draw> = globe.into_iter().chain(decided.sky).chain(decided.clouds).collect();
     if draws.iter().any(|d| d.features.air.tier == AtmosphereModel::Table) && !decided.eclipse.places.is_empty() {
-        decided.eclipse.spread = air_spread::tables(case.body(), &decided.eclipse);
+        decided.eclipse.spread = air_spread::tables(inputs.body(), &decided.eclipse);
     }
     for draw in &mut draws {
         // The features may have more lights than actually shine on the body; the rest are black.
@@ -212,15 +220,15 @@ fn assemble(case: &BodyContext<'_, '_>, globe: Option<Draw>, mut decided: Decisi
             draw.uniforms.lights.push(dark);
         }
         draw.uniforms.eclipse.clone_from(&decided.eclipse);
-        if draw.part == Part::Sky && draw.features.ring_shadow != RingShadow::None {
+        if draw.part == BodyPart::Sky && draw.features.ring_shadow != RingShadow::None {
             draw.uniforms.ring.clone_from(&decided.ring);
         }
         draw.uniforms.air.blend_mode = decided.blend_mode;
         if draw.features.air_pass != AirPass::None {
-            atmosphere::air_pass::set_bound(&mut draw.uniforms, case);
+            atmosphere::air_pass::set_bound(&mut draw.uniforms, inputs);
         }
         if let Some(table) =
-            case.frame.context.resources.scattering_tables.get(&draw.body).filter(|_| draw.features.air.tier == AtmosphereModel::Table)
+            inputs.frame.context.resources.scattering_tables.get(&draw.body).filter(|_| draw.features.air.tier == AtmosphereModel::Table)
         {
             draw.uniforms.air.multi_scatter = Arc::clone(table);
         }

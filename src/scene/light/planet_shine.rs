@@ -2,21 +2,21 @@
 
 use crate::catalog::NaifId;
 use crate::message::reason;
-use crate::scene::features::case::{BodyContext, Decisions};
 use crate::scene::features::choice::Capabilities;
+use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
 
 /// Selects the bodies whose reflected light lights the ground.
-pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
-    let (body, p, threshold, reflectors) = (case.body(), case.placed, case.threshold(), case.frame.reflectors);
+pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
+    let (body, p, threshold, reflectors) = (inputs.body(), inputs.placed, inputs.threshold(), inputs.frame.reflectors);
     if Capabilities::of(body).emissive {
-        return so_far;
+        return decisions;
     }
-    let log = &mut so_far.log;
+    let log = &mut decisions.log;
     let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
     log.note("sunlight", true, reason!("irradiance", irradiance = format_args!("{irradiance:.3e}")));
-    let is_forced = case.effects().override_of(Effect::PlanetShine) == Some(true);
+    let is_forced = inputs.effects().override_of(Effect::PlanetShine) == Some(true);
     let (secondary_lights, strongest) =
         lights::planet_shine(body, p.position_km, reflectors, |radiance| is_forced || threshold.is_exceeded_by(radiance));
     let name_of = |id: NaifId| reflectors.iter().find(|r| r.body.id == id).map_or("?", |r| r.body.name.as_str());
@@ -25,8 +25,8 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
         None => reason!("shine-none"),
     };
     if log.effect(Effect::PlanetShine, !secondary_lights.is_empty(), reason) {
-        so_far.secondary_lights = secondary_lights;
+        decisions.secondary_lights = secondary_lights;
     }
-    so_far.chosen.secondary_light_count = so_far.secondary_lights.len() as u8;
-    so_far
+    decisions.chosen.secondary_light_count = decisions.secondary_lights.len() as u8;
+    decisions
 }

@@ -163,8 +163,8 @@ impl EffectOverrides {
                     return Err(SceneError::Request(format!("effect `{}`: one body before the colon, one effect after it", echo(part))));
                 }
                 let body = body.trim().to_lowercase();
-                let so_far = overrides.per_body.get(&body).map(Self::to_text).unwrap_or_default();
-                overrides.per_body.insert(body, Self::parse(&format!("{so_far},{rest}"))?);
+                let previous = overrides.per_body.get(&body).map(Self::to_text).unwrap_or_default();
+                overrides.per_body.insert(body, Self::parse(&format!("{previous},{rest}"))?);
                 continue;
             }
             let (on, name) = match (part.strip_prefix('+'), part.strip_prefix('-')) {

@@ -237,6 +237,8 @@ pub struct ViewRequest {
     pub pixel_view: PixelView,
     /// The purpose of the picture, which sets the threshold below which features are left out.
     pub purpose: Purpose,
+    /// Whether one evaluation of the air may serve several pixels. Without it each draw is complete by itself, for those who examine single draws.
+    pub coarse_air: bool,
 }
 
 /// Default field of view if the distance is not given either. It is that of a long lens, so that nearly a hemisphere of the target is visible.
@@ -268,6 +270,7 @@ impl ViewRequest {
             quality: Quality::default(),
             pixel_view: PixelView::Final,
             purpose: Purpose::Display,
+            coarse_air: true,
         }
     }
 

@@ -1,15 +1,15 @@
 //! Whether a body's rings are drawn, cast a shadow on it and light it, and by which models.
 //!
-//! In: the case of one body and its decisions so far. Out: the decisions, with the draws of the rings and the ring uniforms of the globe.
+//! In: the inputs of one body and the decisions made before. Out: the decisions, with the draws of the rings and the ring uniforms of the globe.
 
 use crate::catalog::Ring;
 use crate::message::reason;
 use crate::scene::camera;
 use crate::scene::draw::features::RingShadow;
 use crate::scene::draw::uniforms::{DrawUniforms, Light, RingUniforms};
-use crate::scene::draw::{Draw, MapFiles, Part};
+use crate::scene::draw::{BodyPart, Draw, MapFiles};
 use crate::scene::eclipse;
-use crate::scene::features::case::{BodyContext, Decisions};
+use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
 use crate::scene::rings::view::View;
@@ -17,64 +17,64 @@ use crate::scene::tiers;
 use glam::DVec3;
 
 /// Decides on the rings, their shadow and light on the globe, and the globe's shadow on them.
-pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
-    let Some(view) = &case.ring_view else { return so_far };
-    let is_forced = case.effects().override_of(Effect::Rings) == Some(true);
+pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
+    let Some(view) = &inputs.ring_view else { return decisions };
+    let is_forced = inputs.effects().override_of(Effect::Rings) == Some(true);
     let seen = view.visible_rings(is_forced);
-    let drawn = so_far.log.effect(Effect::Rings, seen.check.on, seen.check.reason);
+    let drawn = decisions.log.effect(Effect::Rings, seen.check.on, seen.check.reason);
     // Rings may cast a shadow on the globe even if they are not visible themselves.
     let all_rings = view.visible_rings(true).rings;
-    so_far.ring = for_globe(case, view, &all_rings, &mut so_far);
+    decisions.ring = for_globe(inputs, view, &all_rings, &mut decisions);
     if !drawn || seen.rings.is_empty() {
-        so_far.log.note(Effect::BodyShadow.name(), false, reason!("rings-not-drawn"));
-        return so_far;
+        decisions.log.note(Effect::BodyShadow.name(), false, reason!("rings-not-drawn"));
+        return decisions;
     }
-    so_far.rings = draws_of_halves(case, view, &seen.rings, &mut so_far);
-    so_far
+    decisions.rings = draws_of_halves(inputs, view, &seen.rings, &mut decisions);
+    decisions
 }
 
 /// Decides on the rings' shadow and light on the globe.
-fn for_globe(case: &BodyContext<'_, '_>, view: &View<'_>, all_rings: &[&Ring], so_far: &mut Decisions<'_>) -> RingUniforms {
-    let sun_radius_km = case.sun().map_or(0.0, |s| s.radii_km.x);
+fn for_globe(inputs: &DecisionInputs<'_, '_>, view: &View<'_>, all_rings: &[&Ring], decisions: &mut Decisions<'_>) -> RingUniforms {
+    let sun_radius_km = inputs.sun().map_or(0.0, |s| s.radii_km.x);
     let (check, model) = view.ring_shadow(all_rings, sun_radius_km);
-    if so_far.log.effect(Effect::RingShadow, check.on, check.reason) {
-        so_far.chosen.ring_shadow = model;
-        so_far.log.tier(Effect::RingShadow.name(), tiers::of_ring_shadow(model));
+    if decisions.log.effect(Effect::RingShadow, check.on, check.reason) {
+        decisions.chosen.ring_shadow = model;
+        decisions.log.tier(Effect::RingShadow.name(), tiers::of_ring_shadow(model));
     }
-    let user_choice = case.effects().override_of(Effect::RingShine);
+    let user_choice = inputs.effects().override_of(Effect::RingShine);
     let (check, shine) = view.ring_shine(all_rings, sun_radius_km, user_choice);
-    let no_shadow = so_far.chosen.ring_shadow == RingShadow::None;
-    let mut ring_uniforms = if no_shadow { RingUniforms::default() } else { view.shadow_uniforms(all_rings, case.sun(), model) };
-    if so_far.log.effect(Effect::RingShine, check.on, check.reason)
+    let no_shadow = decisions.chosen.ring_shadow == RingShadow::None;
+    let mut ring_uniforms = if no_shadow { RingUniforms::default() } else { view.shadow_uniforms(all_rings, inputs.sun(), model) };
+    if decisions.log.effect(Effect::RingShine, check.on, check.reason)
         && let Some(shine) = shine
     {
-        ring_uniforms.shine_axes = view.shine_axes(&shine, case.placed.phase_brightness());
+        ring_uniforms.shine_axes = view.shine_axes(&shine, inputs.placed.phase_brightness());
         ring_uniforms.shine = Some(shine);
-        so_far.chosen.ring_shine = true;
+        decisions.chosen.ring_shine = true;
     }
     ring_uniforms
 }
 
 /// The draws of the rings: the half behind the globe's centre, then the half in front of it.
-fn draws_of_halves(case: &BodyContext<'_, '_>, view: &View<'_>, seen: &[&Ring], so_far: &mut Decisions<'_>) -> Vec<Draw> {
-    let sun_radius_km = case.sun().map_or(0.0, |s| s.radii_km.x);
+fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &View<'_>, seen: &[&Ring], decisions: &mut Decisions<'_>) -> Vec<Draw> {
+    let sun_radius_km = inputs.sun().map_or(0.0, |s| s.radii_km.x);
     let (check, model) = view.body_shadow(seen, sun_radius_km);
-    if so_far.log.effect(Effect::BodyShadow, check.on, check.reason) {
-        so_far.chosen.body_shadow = model;
-        so_far.log.tier(Effect::BodyShadow.name(), tiers::of_body_shadow(model));
+    if decisions.log.effect(Effect::BodyShadow, check.on, check.reason) {
+        decisions.chosen.body_shadow = model;
+        decisions.log.tier(Effect::BodyShadow.name(), tiers::of_body_shadow(model));
     }
     let outer_km = seen.iter().map(|r| r.outer_km).fold(0.0, f64::max);
-    let eclipse = eclipse::decision::decide_for_rings(case, so_far, outer_km);
-    let Some(features) = so_far.chosen.ring_features(view.body, case.pixel_view()) else { return Vec::new() };
+    let eclipse = eclipse::decision::decide_for_rings(inputs, decisions, outer_km);
+    let Some(features) = decisions.chosen.ring_features(view.body, inputs.pixel_view()) else { return Vec::new() };
     let sunlight = lights::sunlight(view.sun * view.sun_km);
     let shared = DrawUniforms {
-        albedo: camera::narrow(DVec3::splat(case.disc_fraction)),
+        albedo: camera::narrow(DVec3::splat(inputs.disc_fraction)),
         lights: vec![Light { direction_in_body: camera::narrow(view.sun), irradiance: camera::narrow(sunlight.irradiance) }],
-        ring: view.uniforms(seen, case.sun(), case.pixel_view()),
+        ring: view.uniforms(seen, inputs.sun(), inputs.pixel_view()),
         eclipse,
         ..DrawUniforms::default()
     };
-    let half = |part: Part, side: f32| {
+    let half = |part: BodyPart, side: f32| {
         let rays = view.rays(view.half_rect(outer_km, side.into())?);
         let DrawUniforms { albedo, lights, mut ring, eclipse, .. } = shared.clone();
         ring.half = side;
@@ -88,5 +88,5 @@ fn draws_of_halves(case: &BodyContext<'_, '_>, view: &View<'_>, seen: &[&Ring], 
             map_files: MapFiles::default(),
         })
     };
-    [half(Part::RingBehind, -1.0), half(Part::Ring, 1.0)].into_iter().flatten().collect()
+    [half(BodyPart::RingBehind, -1.0), half(BodyPart::Ring, 1.0)].into_iter().flatten().collect()
 }

@@ -8,7 +8,7 @@
 use crate::catalog::Body;
 use crate::scene::rings::phase::{MIN_COSINE, forward, particle_phase};
 use crate::scene::rings::ring_shine::scattered;
-use crate::scene::rings::ring_table::{RingTables, Step};
+use crate::scene::rings::ring_table::{RingInterval, RingTables};
 use crate::units::luminance;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -39,7 +39,7 @@ impl RingLight {
         if body.rings.iter().all(|r| r.tau_normal <= 0.0) {
             return Self::NONE;
         }
-        let layer = tables.steps(body.rings.iter(), unit_km);
+        let layer = tables.intervals(body.rings.iter(), unit_km);
         let (Some(first), Some(last)) = (layer.first(), layer.last()) else { return Self::NONE };
         let (mu, mu0) = (viewer.z.abs().max(MIN_COSINE), sun.z.abs().max(MIN_COSINE));
         let same_side = viewer.z * sun.z > 0.0;
@@ -50,7 +50,7 @@ impl RingLight {
         let visible_at = |r: f64| visible_fractions[(((r - from) / width) as usize).min(RADII - 1)];
         let cos_phase = sun.dot(viewer).clamp(-1.0, 1.0);
         let (large_particle_phase, dust_phase) = (particle_phase(cos_phase), forward(cos_phase.acos()));
-        let reflected = |s: &Step| {
+        let reflected = |s: &RingInterval| {
             let scattered = scattered(s.tau, 1.0 / mu, 1.0 / mu0, same_side);
             let area = PI * (s.to - s.from) * (s.to + s.from) * viewer.z.abs();
             let phase = large_particle_phase * (1.0 - s.dust) + dust_phase * s.dust;
@@ -85,7 +85,7 @@ impl Globe {
     }
 
     /// Fraction of a Lambert globe's light that the rings transmit, on the way from the Sun and on the way to the viewer.
-    fn transmitted_fraction(&self, layer: &[Step], sun: DVec3, viewer: DVec3) -> f64 {
+    fn transmitted_fraction(&self, layer: &[RingInterval], sun: DVec3, viewer: DVec3) -> f64 {
         let (across, up) = viewer.any_orthonormal_pair();
         let (mut all, mut transmitted) = (0.0, 0.0);
         for k in 0..DISC * DISC {
@@ -108,7 +108,7 @@ impl Globe {
 }
 
 /// Transmittance of the rings to a ray from a point of the globe.
-fn transmittance(layer: &[Step], point: DVec3, towards: DVec3) -> f64 {
+fn transmittance(layer: &[RingInterval], point: DVec3, towards: DVec3) -> f64 {
     if point.z * towards.z >= 0.0 {
         return 1.0;
     }

@@ -15,7 +15,7 @@ use crate::scene::constants::{RING_SLOPES, RING_SLOPES_PER_OCTAVE};
 pub use crate::scene::draw::tables::RingShine;
 use crate::scene::numeric::gauss_legendre;
 use crate::scene::rings::phase::{MIN_COSINE, particle_phase};
-use crate::scene::rings::ring_table::{self, Step, steps};
+use crate::scene::rings::ring_table::{self, RingInterval, intervals};
 pub use crate::scene::rings::single_scatter::{halves, scattered};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -47,7 +47,7 @@ impl RingShine {
             (low, at - low as f64)
         };
         let (column, right) = place(hour, COLUMNS);
-        let (row, up) = place((height / self.reach).min(1.0).sqrt(), ROWS);
+        let (row, up) = place((height / self.max_height).min(1.0).sqrt(), ROWS);
         let first = if point.z * sun.z >= 0.0 { 0 } else { ROWS };
         let texel = |row: usize, column: usize| {
             let at = 4 * ((first + row) * COLUMNS + column);
@@ -90,26 +90,26 @@ impl Annulus {
 }
 
 /// Weight of an interval: the light that it removes from a path of slope 4, times its width and albedo.
-fn weight(step: &Step) -> f64 {
-    (step.to - step.from) * -(-4.0 * step.tau).exp_m1() * step.albedo.iter().sum::<f64>()
+fn weight(interval: &RingInterval) -> f64 {
+    (interval.to - interval.from) * -(-4.0 * interval.tau).exp_m1() * interval.albedo.iter().sum::<f64>()
 }
 
 /// Divides intervals of constant optical depth, and groups the parts into annuli of about equal weight.
 fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
-    let steps = steps(geometry.rings.iter().copied(), geometry.radius_km);
-    let total: f64 = steps.iter().map(weight).sum();
+    let intervals = intervals(geometry.rings.iter().copied(), geometry.radius_km);
+    let total: f64 = intervals.iter().map(weight).sum();
     if total.is_nan() || total <= 0.0 {
         return Vec::new();
     }
     let weight_per_annulus = total / ANNULI as f64;
-    let mut groups: Vec<Vec<Step>> = vec![Vec::new()];
+    let mut groups: Vec<Vec<RingInterval>> = vec![Vec::new()];
     let mut filled = 0.0;
-    for step in steps.into_iter().filter(|s| s.tau > 0.0) {
-        let parts = (weight(&step) / weight_per_annulus).ceil().max(1.0);
-        let width = (step.to - step.from) / parts;
+    for interval in intervals.into_iter().filter(|s| s.tau > 0.0) {
+        let parts = (weight(&interval) / weight_per_annulus).ceil().max(1.0);
+        let width = (interval.to - interval.from) / parts;
         for k in 0..parts as usize {
-            let from = step.from + width * k as f64;
-            let part = Step { from, to: from + width, ..step };
+            let from = interval.from + width * k as f64;
+            let part = RingInterval { from, to: from + width, ..interval };
             if filled >= weight_per_annulus {
                 groups.push(Vec::new());
                 filled -= weight_per_annulus;
@@ -121,19 +121,19 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
         }
     }
     let sun_halves = halves(geometry.sine.abs(), geometry.sun_tangent);
-    let annulus = |group: &Vec<Step>| {
+    let annulus = |group: &Vec<RingInterval>| {
         let weights: f64 = group.iter().map(weight).sum();
         let radius = group.iter().map(|s| weight(s) * 0.5 * (s.from + s.to)).sum::<f64>() / weights.max(1e-300);
         let light_at_slope = |side: usize, k: usize| {
             let x = (k as f64 / PER_OCTAVE).exp2();
-            let from_step = |step: &Step| {
+            let from_interval = |interval: &RingInterval| {
                 let from_half = |half: usize| {
                     let [part, sine] = sun_halves[half];
-                    if part > 0.0 { part * scattered(step.tau, x, 1.0 / sine.max(MIN_COSINE), half == side) } else { 0.0 }
+                    if part > 0.0 { part * scattered(interval.tau, x, 1.0 / sine.max(MIN_COSINE), half == side) } else { 0.0 }
                 };
-                DVec3::from_array(step.albedo) * ((step.to - step.from) * (from_half(0) + from_half(1)))
+                DVec3::from_array(interval.albedo) * ((interval.to - interval.from) * (from_half(0) + from_half(1)))
             };
-            group.iter().map(from_step).sum()
+            group.iter().map(from_interval).sum()
         };
         let light = [0, 1].map(|side| (0..SLOPES).map(|k| light_at_slope(side, k)).collect());
         Annulus { radius, light }
@@ -260,12 +260,12 @@ impl RingShineGeometry<'_> {
         if last <= 1.0 {
             return None;
         }
-        let reach = (1.0 - 1.0 / (last * last)).sqrt();
+        let max_height = (1.0 - 1.0 / (last * last)).sqrt();
         let gauss = gauss_legendre(ARC);
         let rows: Vec<Vec<(DVec3, f64)>> = (0..2 * ROWS)
             .into_par_iter()
             .map(|n| {
-                let height = reach * ((n % ROWS) as f64 / (ROWS - 1) as f64).powi(2);
+                let height = max_height * ((n % ROWS) as f64 / (ROWS - 1) as f64).powi(2);
                 let of = |column: usize| {
                     let hour = PI * column as f64 / (COLUMNS - 1) as f64;
                     (self.at(&annuli, &gauss, n / ROWS, height.max(EQUATOR), hour), height)
@@ -275,7 +275,7 @@ impl RingShineGeometry<'_> {
             .collect();
         let brightest = rows.iter().flatten().map(|(light, height)| light.max_element() * height).fold(0.0, f64::max);
         let texel = |(light, _): &(DVec3, f64)| [light.x, light.y, light.z, 0.0].map(narrow_scalar);
-        Some(RingShine { texels: rows.iter().flatten().flat_map(texel).collect(), reach, brightest })
+        Some(RingShine { texels: rows.iter().flatten().flat_map(texel).collect(), max_height, brightest })
     }
 
     /// The cached table. The Sun's height is rounded to eleven binary digits (5e-4 of the light), so that a view at rest keeps one table.
@@ -299,7 +299,7 @@ impl RingShineGeometry<'_> {
         let share = narrow_scalar((self.sine - below) / (above - below));
         let texels = low.texels.iter().zip(&high.texels).map(|(a, b)| a + (b - a) * share).collect();
         let brightest = low.brightest + (high.brightest - low.brightest) * f64::from(share);
-        Some(RingShine { texels, reach: low.reach, brightest })
+        Some(RingShine { texels, max_height: low.max_height, brightest })
     }
 
     /// The values that a table depends on, as a cache key.

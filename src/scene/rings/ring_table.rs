@@ -18,7 +18,7 @@ pub(crate) const MAX_NODES: usize = 4096;
 
 /// An interval of radius with constant optical depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Step {
+pub(crate) struct RingInterval {
     pub from: f64,
     pub to: f64,
     pub tau: f64,
@@ -27,7 +27,7 @@ pub(crate) struct Step {
     pub dust: f64,
 }
 
-impl Step {
+impl RingInterval {
     /// Fraction of light removed from a path of a slope (1 / cosine of the angle between path and normal).
     fn removed_fraction(&self, slope: f64) -> f64 {
         -(-self.tau * slope).exp_m1()
@@ -39,7 +39,7 @@ impl Step {
 }
 
 /// Cuts overlapping rings into intervals, each with the properties of the last ring that contains it.
-pub(crate) fn steps<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Vec<Step> {
+pub(crate) fn intervals<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Vec<RingInterval> {
     let mut edges: Vec<f64> = rings.clone().flat_map(|r| [r.inner_km, r.outer_km]).collect();
     edges.sort_by(f64::total_cmp);
     edges.dedup();
@@ -47,7 +47,7 @@ pub(crate) fn steps<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: 
         let middle = (pair[0] + pair[1]) / 2.0;
         let top_ring = rings.clone().filter(|r| r.inner_km <= middle && middle < r.outer_km).last();
         let (tau, albedo, dust) = top_ring.map_or((0.0, [0.0; 3], 0.0), |r| (r.tau_normal, r.albedo, r.dust));
-        Step { from: pair[0] / unit_km, to: pair[1] / unit_km, tau, albedo, dust }
+        RingInterval { from: pair[0] / unit_km, to: pair[1] / unit_km, tau, albedo, dust }
     };
     edges.windows(2).map(between).collect()
 }
@@ -64,22 +64,22 @@ const KEPT: usize = 6;
 /// Tables of rings, cached from frame to frame.
 #[derive(Debug)]
 pub(crate) struct RingTables {
-    steps: Memo<Numbers, Arc<Vec<Step>>>,
+    intervals: Memo<Numbers, Arc<Vec<RingInterval>>>,
     profiles: Memo<Numbers, Option<Arc<RingTable>>>,
     shadows: Memo<Numbers, Option<Arc<RingTable>>>,
 }
 
 impl Default for RingTables {
     fn default() -> Self {
-        Self { steps: Memo::with_capacity(KEPT), profiles: Memo::with_capacity(KEPT), shadows: Memo::with_capacity(KEPT) }
+        Self { intervals: Memo::with_capacity(KEPT), profiles: Memo::with_capacity(KEPT), shadows: Memo::with_capacity(KEPT) }
     }
 }
 
 impl RingTables {
-    /// [`steps`] of all rings of a body, cached: computing them takes a millisecond for Saturn's.
-    pub fn steps<'a>(&self, rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Arc<Vec<Step>> {
+    /// [`intervals`] of all rings of a body, cached: computing them takes a millisecond for Saturn's.
+    pub fn intervals<'a>(&self, rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Arc<Vec<RingInterval>> {
         let key = std::iter::once(unit_km).chain(rings.clone().flat_map(cache_key)).collect();
-        self.steps.get(key, || Arc::new(steps(rings, unit_km)))
+        self.intervals.get(key, || Arc::new(intervals(rings, unit_km)))
     }
 
     /// [`RingTable::of`] for some rings of a body, cached.
@@ -87,15 +87,15 @@ impl RingTables {
         let light = seen.sunlight.iter().flatten().flatten().copied();
         let inputs = std::iter::once(unit_km).chain(seen.slopes.map(f64::from)).chain(light);
         let key = inputs.chain(rings.iter().flat_map(|r| cache_key(r))).collect();
-        let steps = || self.steps(rings.iter().copied(), unit_km);
-        self.profiles.get(key, || RingTable::of_steps(&steps(), seen).map(Arc::new))
+        let intervals = || self.intervals(rings.iter().copied(), unit_km);
+        self.profiles.get(key, || RingTable::of_intervals(&intervals(), seen).map(Arc::new))
     }
 
     /// [`RingTable::of_shadow`] for some rings of a body, cached.
     pub(crate) fn shadow(&self, rings: &[&Ring], unit_km: f64, slopes: &[f64]) -> Option<Arc<RingTable>> {
         let key = std::iter::once(unit_km).chain(slopes.iter().copied()).chain(rings.iter().flat_map(|r| cache_key(r))).collect();
-        let steps = || self.steps(rings.iter().copied(), unit_km);
-        self.shadows.get(key, || RingTable::of_shadow_steps(&steps(), slopes).map(Arc::new))
+        let intervals = || self.intervals(rings.iter().copied(), unit_km);
+        self.shadows.get(key, || RingTable::of_shadow_intervals(&intervals(), slopes).map(Arc::new))
     }
 }
 
@@ -130,20 +130,20 @@ struct Bins {
 
 impl Bins {
     /// The index of intervals sorted from the innermost outwards, for a table with one column per interval and one more.
-    fn of(steps: &[Step]) -> Self {
-        let outer = steps.last().map_or(1.0, |s| s.to);
+    fn of(intervals: &[RingInterval]) -> Self {
+        let outer = intervals.last().map_or(1.0, |s| s.to);
         // Limits the number of bins of a ring that reaches the centre.
-        let inner = steps.first().map_or(1.0, |s| s.from).max(1e-3 * outer);
-        let columns = steps.len() + 1;
+        let inner = intervals.first().map_or(1.0, |s| s.from).max(1e-3 * outer);
+        let columns = intervals.len() + 1;
         let count = RING_BIN_ROWS as usize * columns;
         let per_inverse = count as f64 / (1.0 / inner - 1.0 / outer);
         let at_inner = per_inverse / inner;
-        let ends: Vec<f32> = ends(steps).collect();
+        let ends: Vec<f32> = ends(intervals).collect();
         let texel = |bin: usize| {
             let radius = per_inverse / (at_inner - (bin as f64 - BIN_MARGIN));
-            let step = if bin == 0 { 0 } else { steps.partition_point(|s| s.to <= radius).min(steps.len() - 1) };
-            let end = |k: usize| ends.get(step + k).copied().unwrap_or(f32::MAX);
-            [narrow_scalar(step as f64), end(0), end(1), end(2)]
+            let interval = if bin == 0 { 0 } else { intervals.partition_point(|s| s.to <= radius).min(intervals.len() - 1) };
+            let end = |k: usize| ends.get(interval + k).copied().unwrap_or(f32::MAX);
+            [narrow_scalar(interval as f64), end(0), end(1), end(2)]
         };
         // Consecutive bins lie in one column, in consecutive rows.
         let rows = RING_BIN_ROWS as usize;
@@ -153,15 +153,15 @@ impl Bins {
 }
 
 /// Outer radii of the intervals; for the last interval `f32::MAX`.
-fn ends(steps: &[Step]) -> impl Iterator<Item = f32> {
-    let last = steps.len().saturating_sub(1);
-    steps.iter().enumerate().map(move |(k, s)| if k == last { f32::MAX } else { narrow_scalar(s.to) })
+fn ends(intervals: &[RingInterval]) -> impl Iterator<Item = f32> {
+    let last = intervals.len().saturating_sub(1);
+    intervals.iter().enumerate().map(move |(k, s)| if k == last { f32::MAX } else { narrow_scalar(s.to) })
 }
 
 /// Innermost and outermost radius of the intervals; `None` if there are none or too many for a table.
-fn radial_range(steps: &[Step]) -> Option<[f64; 2]> {
-    let reach = [steps.first()?.from, steps.last()?.to];
-    (steps.len() < MAX_NODES).then_some(reach)
+fn radial_range(intervals: &[RingInterval]) -> Option<[f64; 2]> {
+    let radius_range = [intervals.first()?.from, intervals.last()?.to];
+    (intervals.len() < MAX_NODES).then_some(radius_range)
 }
 
 /// The light on a ring and the range of view rays that cross it, which all pixels share.
@@ -183,10 +183,10 @@ impl RingSeen {
     }
 
     /// Light that an interval scatters along a path of a slope, without the factors albedo and phase function / 4.
-    fn light(&self, step: &Step, slope: f64) -> f64 {
-        let Some(sunlight) = self.sunlight else { return step.removed_fraction(slope) };
+    fn light(&self, interval: &RingInterval, slope: f64) -> f64 {
+        let Some(sunlight) = self.sunlight else { return interval.removed_fraction(slope) };
         let from = |(half, [part, sine]): (usize, [f64; 2])| {
-            if part > 0.0 { part * scattered(step.tau, slope, 1.0 / sine.max(MIN_COSINE), half == 0) } else { 0.0 }
+            if part > 0.0 { part * scattered(interval.tau, slope, 1.0 / sine.max(MIN_COSINE), half == 0) } else { 0.0 }
         };
         sunlight.into_iter().enumerate().map(from).sum()
     }
@@ -195,40 +195,40 @@ impl RingSeen {
 impl RingTable {
     /// The table for the fragments of a ring. `None` without a ring, or with more than [`MAX_NODES`] edges. `unit_km`: the body's equatorial radius.
     pub fn of<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64, seen: &RingSeen) -> Option<Self> {
-        Self::of_steps(&steps(rings, unit_km), seen)
+        Self::of_intervals(&intervals(rings, unit_km), seen)
     }
 
-    fn of_steps(steps: &[Step], seen: &RingSeen) -> Option<Self> {
-        let reach = radial_range(steps)?;
-        let nodes = steps.len() + 1;
+    fn of_intervals(intervals: &[RingInterval], seen: &RingSeen) -> Option<Self> {
+        let radius_range = radial_range(intervals)?;
+        let nodes = intervals.len() + 1;
         let [first, last] = seen.slopes;
         let height = RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * (last - first + 1);
-        let bins = Bins::of(steps);
+        let bins = Bins::of(intervals);
         let mut texels = bins.texels;
         texels.reserve(nodes * height as usize * 4);
         let mut dusty = 0.0;
-        for (step, end) in steps.iter().zip(ends(steps)) {
-            let code = dusty + if step.has_dust() { 0.5 } else { 0.0 };
-            dusty += if step.has_dust() { 1.0 } else { 0.0 };
-            texels.extend([narrow_scalar(step.from), end, code, 0.0]);
+        for (interval, end) in intervals.iter().zip(ends(intervals)) {
+            let code = dusty + if interval.has_dust() { 0.5 } else { 0.0 };
+            dusty += if interval.has_dust() { 1.0 } else { 0.0 };
+            texels.extend([narrow_scalar(interval.from), end, code, 0.0]);
         }
-        texels.extend([narrow_scalar(reach[1]), f32::MAX, dusty, 0.0]);
+        texels.extend([narrow_scalar(radius_range[1]), f32::MAX, dusty, 0.0]);
         for k in first..=last {
             let slope = (f64::from(k) / f64::from(RING_SLOPES_PER_OCTAVE)).exp2();
             // Dust has rows of its own: it has another phase function, and its sums would lose precision if added to those of dense rings.
             let mut rows = [const { Vec::new() }; RING_ROWS_PER_SLOPE as usize];
             let mut sums = [[0.0; 4]; 2];
-            for step in steps {
-                let light = seen.light(step, slope);
-                let [red, green, blue] = step.albedo.map(|albedo| light * albedo);
-                let large = [red, green, blue].map(|v| v * (1.0 - step.dust));
-                let dust = [red, green, blue].map(|v| v * step.dust);
-                let means = [[large[0], large[1], large[2], step.removed_fraction(slope)], [dust[0], dust[1], dust[2], 0.0]];
+            for interval in intervals {
+                let light = seen.light(interval, slope);
+                let [red, green, blue] = interval.albedo.map(|albedo| light * albedo);
+                let large = [red, green, blue].map(|v| v * (1.0 - interval.dust));
+                let dust = [red, green, blue].map(|v| v * interval.dust);
+                let means = [[large[0], large[1], large[2], interval.removed_fraction(slope)], [dust[0], dust[1], dust[2], 0.0]];
                 for (k, mean) in means.into_iter().enumerate() {
                     rows[2 * k].extend(mean.map(narrow_scalar));
                     rows[2 * k + 1].extend(sums[k].map(narrow_scalar));
                     for (sum, value) in sums[k].iter_mut().zip(mean) {
-                        *sum += (step.to - step.from) * value;
+                        *sum += (interval.to - interval.from) * value;
                     }
                 }
             }
@@ -238,30 +238,37 @@ impl RingTable {
             }
             rows.iter_mut().for_each(|row| texels.append(row));
         }
-        Some(Self { width: nodes as u32, height, texels, reach, bins: bins.formula, slopes: seen.slopes })
+        Some(Self { width: nodes as u32, height, texels, radius_range, bins: bins.formula, slopes: seen.slopes })
     }
 
     /// The table for the fragments of a globe in the rings' shadow, for the slopes of sunlight of [`slopes_of_sunlight`]. `None` as in
     /// [`RingTable::of`].
     pub fn of_shadow<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64, slopes: &[f64]) -> Option<Self> {
-        Self::of_shadow_steps(&steps(rings, unit_km), slopes)
+        Self::of_shadow_intervals(&intervals(rings, unit_km), slopes)
     }
 
-    fn of_shadow_steps(steps: &[Step], slopes: &[f64]) -> Option<Self> {
-        let reach = radial_range(steps)?;
-        let nodes = steps.len() + 1;
-        let bins = Bins::of(steps);
+    fn of_shadow_intervals(intervals: &[RingInterval], slopes: &[f64]) -> Option<Self> {
+        let radius_range = radial_range(intervals)?;
+        let nodes = intervals.len() + 1;
+        let bins = Bins::of(intervals);
         let mut texels = bins.texels;
         for slope in slopes {
             let mut sum = 0.0;
-            for (step, end) in steps.iter().zip(ends(steps)) {
-                let removed_fraction = step.removed_fraction(*slope);
-                texels.extend([narrow_scalar(step.from), end, narrow_scalar(removed_fraction), narrow_scalar(sum)]);
-                sum += (step.to - step.from) * removed_fraction;
+            for (interval, end) in intervals.iter().zip(ends(intervals)) {
+                let removed_fraction = interval.removed_fraction(*slope);
+                texels.extend([narrow_scalar(interval.from), end, narrow_scalar(removed_fraction), narrow_scalar(sum)]);
+                sum += (interval.to - interval.from) * removed_fraction;
             }
-            texels.extend([narrow_scalar(reach[1]), f32::MAX, 0.0, narrow_scalar(sum)]);
+            texels.extend([narrow_scalar(radius_range[1]), f32::MAX, 0.0, narrow_scalar(sum)]);
         }
-        Some(Self { width: nodes as u32, height: slopes.len() as u32 + RING_BIN_ROWS, texels, reach, bins: bins.formula, slopes: [0, 1] })
+        Some(Self {
+            width: nodes as u32,
+            height: slopes.len() as u32 + RING_BIN_ROWS,
+            texels,
+            radius_range,
+            bins: bins.formula,
+            slopes: [0, 1],
+        })
     }
 }
 
@@ -278,7 +285,7 @@ mod tests {
 
     #[test]
     fn a_later_ring_lies_over_an_earlier_one() {
-        let cut = steps([ring(1.0, 4.0, 1.0), ring(2.0, 3.0, 0.0)].iter(), 1.0);
+        let cut = intervals([ring(1.0, 4.0, 1.0), ring(2.0, 3.0, 0.0)].iter(), 1.0);
         let taus: Vec<_> = cut.iter().map(|s| (s.from, s.to, s.tau)).collect();
         assert_eq!(taus, [(1.0, 2.0, 1.0), (2.0, 3.0, 0.0), (3.0, 4.0, 1.0)]);
     }
@@ -286,7 +293,7 @@ mod tests {
     #[test]
     fn rows_contain_the_removed_light_and_its_integral() {
         let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), 1.0, &COLOURS).expect("a table");
-        assert_eq!((table.width, table.height, table.reach), (4, RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * SLOPES, [1.0, 3.0]));
+        assert_eq!((table.width, table.height, table.radius_range), (4, RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * SLOPES, [1.0, 3.0]));
         let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
         for k in 0..SLOPES {
             let (value, integral) = (RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * k, RING_HEADER_ROWS + 1 + RING_ROWS_PER_SLOPE * k);
@@ -305,19 +312,19 @@ mod tests {
     fn a_bin_begins_at_or_before_the_interval_of_its_radii() {
         let catalog = crate::catalog::Catalog::embedded();
         for body in catalog.bodies().iter().filter(|b| !b.rings.is_empty()) {
-            let steps = steps(body.rings.iter(), body.radii_km.x);
-            let bins = Bins::of(&steps);
+            let intervals = intervals(body.rings.iter(), body.radii_km.x);
+            let bins = Bins::of(&intervals);
             let [at_inner, per_inverse, last] = bins.formula.map(narrow_scalar);
-            let (from, to) = (steps[0].from, steps[steps.len() - 1].to);
+            let (from, to) = (intervals[0].from, intervals[intervals.len() - 1].to);
             let (mut reads, mut most) = (0, 0);
             const SAMPLES: usize = 100_000;
             for k in 0..SAMPLES {
                 let radius = narrow_scalar(from + (to - from) * (k as f64 / SAMPLES as f64).powi(3));
                 let bin = (at_inner - per_inverse / radius).clamp(0.0, last) as usize;
                 let rows = RING_BIN_ROWS as usize;
-                let texel = &bins.texels[((bin % rows) * (steps.len() + 1) + bin / rows) * 4..][..4];
+                let texel = &bins.texels[((bin % rows) * (intervals.len() + 1) + bin / rows) * 4..][..4];
                 let first = texel[0] as usize + texel[1..].iter().filter(|end| **end <= radius).count();
-                let expected = steps.partition_point(|s| narrow_scalar(s.to) <= radius).min(steps.len() - 1);
+                let expected = intervals.partition_point(|s| narrow_scalar(s.to) <= radius).min(intervals.len() - 1);
                 assert!(first <= expected, "{}, {radius}: bin {bin} begins in interval {first}, past {expected}", body.name);
                 reads += expected - first;
                 most = most.max(expected - first);

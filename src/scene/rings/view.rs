@@ -177,8 +177,8 @@ impl<'a> View<'a> {
                 reason!("rings-strongest", ring = name, light = light)
             }
             Some((part, name)) => {
-                let reach = reason!("rings-out-to", distance = format_args!("{outer:.0}"), area = format_args!("{area_px:.1}"));
-                reason!("rings-change", ring = name, part = format_args!("{part:.2e}")).and(reach)
+                let extent = reason!("rings-out-to", distance = format_args!("{outer:.0}"), area = format_args!("{area_px:.1}"));
+                reason!("rings-change", ring = name, part = format_args!("{part:.2e}")).and(extent)
             }
         };
         VisibleRings { check: ThresholdCheck { on: !seen.is_empty() && area_px > 0.5, reason }, rings: seen }
@@ -319,7 +319,7 @@ impl<'a> View<'a> {
     /// divided out.
     pub(crate) fn shine_axes(&self, shine: &RingShine, phase_brightness: f64) -> Vec4 {
         let level = self.sun.truncate().try_normalize().unwrap_or(DVec2::X);
-        let [x, y, z, w] = [level.x, level.y, 1.0 / shine.reach, 1.0 / phase_brightness.max(1e-6)].map(camera::narrow_scalar);
+        let [x, y, z, w] = [level.x, level.y, 1.0 / shine.max_height, 1.0 / phase_brightness.max(1e-6)].map(camera::narrow_scalar);
         Vec4::new(x, y, z, w)
     }
 
@@ -363,7 +363,7 @@ impl<'a> View<'a> {
         let lobe = |k: usize| camera::narrow(DVec3::from_array(DUST_LOBES.map(|l| l[k])));
         let narrow = camera::narrow_scalar;
         RingUniforms {
-            reach: Vec2::new(narrow(table.reach[0]), narrow(table.reach[1])),
+            radius_range: Vec2::new(narrow(table.radius_range[0]), narrow(table.radius_range[1])),
             table: Some(table),
             extent: narrow(self.outermost_km() / self.body.radii_km.x),
             pieces: narrow(self.most_pieces()),

@@ -5,41 +5,41 @@
 
 use crate::message::{Reason, reason};
 use crate::scene::draw::features::{Detail, MapSet};
-use crate::scene::features::case::{BodyContext, Decisions};
 use crate::scene::features::choice::{Capabilities, flattening};
+use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::{lights, night_lights};
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::detail;
 
 /// Decides whether the body's oblateness is drawn, and which of its maps.
-pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
-    let (body, threshold) = (case.body(), case.threshold());
-    let log = &mut so_far.log;
+pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
+    let (body, threshold) = (inputs.body(), inputs.threshold());
+    let log = &mut decisions.log;
     let available = Capabilities::of(body);
     let normal_tilt_rad = flattening(body);
     // A normal tilted by an angle changes the cosine of incidence by at most this angle; the change is visible first on white ground at the terminator.
-    let changed = normal_tilt_rad * lights::sunlight(case.placed.sun_from_body_km).irradiance.max_element();
+    let changed = normal_tilt_rad * lights::sunlight(inputs.placed.sun_from_body_km).irradiance.max_element();
     let light = threshold.description(changed);
     let reason = reason!("ellipsoid-lean", lean = format_args!("{normal_tilt_rad:.2e}"), light = light);
-    so_far.chosen.ellipsoid = available.ellipsoid && log.effect(Effect::Ellipsoid, threshold.is_exceeded_by(changed), reason);
+    decisions.chosen.ellipsoid = available.ellipsoid && log.effect(Effect::Ellipsoid, threshold.is_exceeded_by(changed), reason);
     if !available.ellipsoid {
         log.note(Effect::Ellipsoid.name(), false, reason!("axes-equal"));
     }
-    let disc = || (true, reason!("albedo-disc", size = format_args!("{:.1}", case.diameter_px)));
+    let disc = || (true, reason!("albedo-disc", size = format_args!("{:.1}", inputs.diameter_px)));
     let albedo = log.map(Effect::Albedo, body.maps.albedo.as_ref(), disc);
     let mut maps = MapSet { albedo, ..MapSet::default() };
     if available.custom_surface > 0 {
-        so_far.chosen.custom_surface = log.effect(Effect::CustomSurface, true, reason!("by-surface"));
+        decisions.chosen.custom_surface = log.effect(Effect::CustomSurface, true, reason!("by-surface"));
     }
     if available.emissive {
         log.note("lights", false, reason!("emits-light"));
-        so_far.chosen.maps = maps;
-        return so_far;
+        decisions.chosen.maps = maps;
+        return decisions;
     }
     // Relief is drawn without sunlight too, because it is visible in planet-shine.
     maps.normal = log.map(Effect::Normal, body.maps.normal.as_ref(), || (true, reason!("slopes-show")));
-    let sunlit_ground = lit_ground(case);
-    let glint = || if sunlit_ground.0 { sunlit_ground.clone() } else { reflected_glint(case) };
+    let sunlit_ground = lit_ground(inputs);
+    let glint = || if sunlit_ground.0 { sunlit_ground.clone() } else { reflected_glint(inputs) };
     maps.specular = log.map(Effect::Specular, body.maps.specular.as_ref(), glint);
     maps.night = log.map(Effect::Night, body.maps.night.as_ref(), || {
         let brightest = night_lights::brightest(body);
@@ -53,13 +53,13 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
     if available.detail != Detail::None {
         // The fragment uses the texel size of the albedo map, or without one that of the normal map.
         let map = body.maps.albedo.as_ref().filter(|_| maps.albedo).or(body.maps.normal.as_ref().filter(|_| maps.normal));
-        let (span_deg, max_span_deg) = detail::ground_deg_per_px(case.frame.camera, &case.placed.placement, map);
+        let (span_deg, max_span_deg) = detail::ground_deg_per_px(inputs.frame.camera, &inputs.placed.placement, map);
         let sizes = reason!("detail-span", span = format_args!("{span_deg:.4}"), most = format_args!("{max_span_deg:.4}"));
         let reason = detail::law(available.detail).and(sizes);
-        so_far.chosen.detail = so_far.log.effect(Effect::Detail, span_deg < max_span_deg, reason);
+        decisions.chosen.detail = decisions.log.effect(Effect::Detail, span_deg < max_span_deg, reason);
     }
-    so_far.chosen.maps = maps;
-    so_far
+    decisions.chosen.maps = maps;
+    decisions
 }
 
 /// Upper limit of the ratio between the radiance of a light's glint on the sea and the radiance of ground under the same light: 1 / (4 s c), where s is the
@@ -67,10 +67,10 @@ pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) 
 const GLINT_OVER_GROUND: f64 = 100.0;
 
 /// Whether the glint of another body's light is visible; used if no sunlit ground is in view.
-fn reflected_glint(case: &BodyContext<'_, '_>) -> (bool, Reason) {
-    let (p, threshold) = (case.placed, case.threshold());
-    let shines = case.effects().override_of(Effect::PlanetShine) != Some(false);
-    let strongest = lights::planet_shine(case.body(), p.position_km, case.frame.reflectors, |_| false).1.filter(|_| shines);
+fn reflected_glint(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
+    let (p, threshold) = (inputs.placed, inputs.threshold());
+    let shines = inputs.effects().override_of(Effect::PlanetShine) != Some(false);
+    let strongest = lights::planet_shine(inputs.body(), p.position_km, inputs.frame.reflectors, |_| false).1.filter(|_| shines);
     let glint = strongest.map_or(0.0, |(_, radiance)| radiance * GLINT_OVER_GROUND);
     (threshold.is_exceeded_by(glint), reason!("no-lit-ground").and(reason!("glint-of-others", light = threshold.description(glint))))
 }
@@ -80,8 +80,8 @@ const TERMINATOR_MARGIN_DEG: f64 = 2.0;
 
 /// Whether sunlit ground is in view. This is so if the angle between sub-camera and sub-solar point is less than the sum of two angles: from the sub-camera
 /// point to the horizon, and from the sub-solar point to the terminator.
-fn lit_ground(case: &BodyContext<'_, '_>) -> (bool, Reason) {
-    let (body, p) = (case.body(), case.placed);
+fn lit_ground(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
+    let (body, p) = (inputs.body(), inputs.placed);
     let horizon_deg = (body.radii_km.min_element() / p.distance_km).min(1.0).acos().to_degrees();
     let (separation_deg, max_separation_deg) = (p.phase_angle.to_degrees(), 90.0 + horizon_deg + TERMINATOR_MARGIN_DEG);
     (

@@ -5,8 +5,8 @@ use crate::mesh::Model;
 use crate::message::reason;
 use crate::scene::decision::with_invented;
 use crate::scene::draw::uniforms::{DrawUniforms, MeshInstance};
-use crate::scene::features::case::{BodyContext, Decisions, FrameContext};
 use crate::scene::features::choice::Capabilities;
+use crate::scene::features::inputs::{DecisionInputs, Decisions, FrameContext};
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::meshes;
@@ -24,39 +24,39 @@ pub(crate) fn sun_over(frame: &FrameContext<'_>, p: &PlacedBody<'_>) -> Option<(
 }
 
 /// Decides on the mesh and on its self-shadowing.
-pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
-    let (name, body, log) = (Effect::Mesh.name(), case.body(), &mut so_far.log);
-    let resources = case.frame.context.resources;
+pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
+    let (name, body, log) = (Effect::Mesh.name(), inputs.body(), &mut decisions.log);
+    let resources = inputs.frame.context.resources;
     let Some(named) = &body.mesh else {
         log.note(name, false, reason!("not-available"));
-        return so_far;
+        return decisions;
     };
     if resources.is_unreadable(&named.file) {
         log.note(name, false, reason!("unreadable-mesh", file = &named.file));
-        return so_far;
+        return decisions;
     }
-    let Some(model) = case.model else {
+    let Some(model) = inputs.model else {
         log.effect(Effect::Mesh, false, reason!("unread-mesh", file = &named.file));
-        return so_far;
+        return decisions;
     };
     let reason = reason!("mesh-triangles", count = model.triangles(), file = &named.file, radii = format_args!("{:.3}", model.max_radius));
     log.effect(Effect::Mesh, true, with_invented(reason, named.invented.as_deref(), |how| reason!("shape-invented", how = how)));
-    so_far.chosen.mesh = Some(meshes::flags(body, model));
-    let Some((towards, radius_rad)) = sun_over(case.frame, case.placed) else { return so_far };
+    decisions.chosen.mesh = Some(meshes::flags(body, model));
+    let Some((towards, radius_rad)) = sun_over(inputs.frame, inputs.placed) else { return decisions };
     let reason = reason!("mesh-shadow", degrees = format_args!("{:.3}", 2.0 * radius_rad.to_degrees())).and(reason!("mesh-shadow-sharp"));
     let is_lit = !Capabilities::of(body).emissive;
     if log.effect(Effect::SelfShadow, is_lit, reason) {
-        so_far.self_shadow = Some((towards, radius_rad));
+        decisions.self_shadow = Some((towards, radius_rad));
     }
-    so_far
+    decisions
 }
 
 /// Sets the vertex transformation, and the height of the Sun at each vertex: above the mesh's own horizon if it casts shadows on itself.
-pub(crate) fn set(uniforms: &mut DrawUniforms, case: &BodyContext<'_, '_>, model: &Arc<Model>, self_shadow: Option<(DVec3, f64)>) {
-    let (centre, matrix) = meshes::clip_from_unit_sphere(case.frame.camera, &case.placed.placement);
+pub(crate) fn set(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_, '_>, model: &Arc<Model>, self_shadow: Option<(DVec3, f64)>) {
+    let (centre, matrix) = meshes::clip_from_unit_sphere(inputs.frame.camera, &inputs.placed.placement);
     uniforms.mesh_anchor = centre;
     uniforms.clip_from_unit_sphere = matrix;
-    let loaded = || case.frame.context.resources.sun_heights.get(&case.body().id).cloned();
+    let loaded = || inputs.frame.context.resources.sun_heights.get(&inputs.body().id).cloned();
     let sun_heights = match self_shadow {
         Some((towards, radius_rad)) => loaded().unwrap_or_else(|| Arc::new(model.sun_heights(towards, radius_rad))),
         None => Arc::new(vec![UNOBSTRUCTED_SUN_HEIGHT; model.vertices()]),

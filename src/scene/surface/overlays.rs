@@ -8,7 +8,7 @@ use crate::catalog::{Body, Overlay, OverlayProjection};
 use crate::message::{Reason, reason};
 use crate::scene::camera;
 use crate::scene::draw::uniforms::OverlayUniforms;
-use crate::scene::features::case::{BodyContext, Decisions};
+use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::purpose::Threshold;
 use crate::scene::request::effects::Effect;
 use glam::{DVec3, DVec4};
@@ -29,24 +29,24 @@ pub(crate) fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64,
 }
 
 /// Decides which overlays are drawn.
-pub(crate) fn decide<'c>(case: &BodyContext<'c, '_>, mut so_far: Decisions<'c>) -> Decisions<'c> {
-    let (body, name) = (case.body(), Effect::Overlays.name());
+pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
+    let (body, name) = (inputs.body(), Effect::Overlays.name());
     if body.overlays.is_empty() {
-        so_far.log.note(name, false, reason!("not-available"));
+        decisions.log.note(name, false, reason!("not-available"));
     }
-    let resources = case.frame.context.resources;
+    let resources = inputs.frame.context.resources;
     for overlay in &body.overlays {
         if resources.is_unreadable(&overlay.file) {
-            so_far.log.note(name, false, reason!("unreadable", file = &overlay.file));
+            decisions.log.note(name, false, reason!("unreadable", file = &overlay.file));
             continue;
         }
-        let (on, reason) = is_visible(body, overlay, case.ground_deg_per_px(), case.threshold());
-        if so_far.log.effect(Effect::Overlays, on, reason) {
-            so_far.overlays.push(overlay);
+        let (on, reason) = is_visible(body, overlay, inputs.ground_deg_per_px(), inputs.threshold());
+        if decisions.log.effect(Effect::Overlays, on, reason) {
+            decisions.overlays.push(overlay);
         }
     }
-    so_far.chosen.overlays = so_far.overlays.len() as u8;
-    so_far
+    decisions.chosen.overlays = decisions.overlays.len() as u8;
+    decisions
 }
 
 /// The uniforms of an overlay. `factor`: converts the image's colour to the albedo of the draw.

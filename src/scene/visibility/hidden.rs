@@ -10,7 +10,7 @@ use crate::catalog::NaifId;
 use crate::message::reason;
 use crate::scene::camera::{Camera, Placement, narrow, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
-use crate::scene::draw::{Draw, Part, Point, Shape, Surface};
+use crate::scene::draw::{BodyPart, Draw, Point, Shape, Surface};
 use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
@@ -175,9 +175,9 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         note(p, visible);
         point.flux *= narrow(visible);
     }
-    let drawn: Vec<_> = draws.iter().filter(|d| d.part == Part::Globe).map(|d| (d.body, d.features.shape)).collect();
+    let drawn: Vec<_> = draws.iter().filter(|d| d.part == BodyPart::Globe).map(|d| (d.body, d.features.shape)).collect();
     let moon_limb = draws.iter().find(|d| d.features.limb_heights).map(|d| d.uniforms.limb.clone());
-    for draw in draws.iter_mut().filter(|d| d.part == Part::Globe && d.features.surface == Surface::Emissive) {
+    for draw in draws.iter_mut().filter(|d| d.part == BodyPart::Globe && d.features.surface == Surface::Emissive) {
         let Some(farther) = placed_body(draw.body) else { continue };
         let Some(middle) = camera.clip(farther.placement.centre_km) else { continue };
         let margin_rad = 2.0 * camera.pixel_tangent();

@@ -13,7 +13,7 @@ use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{AnchorForm, Camera, Placement, narrow, narrow_scalar};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
 use crate::scene::decision::Decision;
-use crate::scene::draw::{Detail, Draw, LimbTable, LimbUniforms, Part, Shape, Surface};
+use crate::scene::draw::{BodyPart, Detail, Draw, LimbTable, LimbUniforms, Shape, Surface};
 use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
@@ -119,7 +119,7 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
     let Some(profile) = moon.limb_profile.as_deref() else { return };
     let [min_km, max_km] = profile.range_km();
     let span_px = (max_km - min_km) / (moon.distance_km * camera.pixel_tangent());
-    let draw = draws.iter_mut().find(|d| d.body == NaifId::MOON && d.part == Part::Globe);
+    let draw = draws.iter_mut().find(|d| d.body == NaifId::MOON && d.part == BodyPart::Globe);
     let supports_limb_profile = |d: &Draw| d.features.shape == Shape::Sphere && d.features.eclipse.occluders == 0;
     let on = span_px >= MIN_SPAN_PX && draw.as_ref().is_some_and(|d| supports_limb_profile(d));
     let reason = reason!(

@@ -3,11 +3,11 @@
 //! In: placed bodies and their draws. Out: the same draws in painter's order, so that visibility does not depend on the depth test: two layers of one body
 //! may be closer than depth can resolve. Two disjoint spheres are separated by the plane of equal tangent lengths (their radical plane); the sphere with
 //! the shorter tangent from the camera is in front. A body that does not cross the plane of a ring is entirely in front of the ring or entirely behind it,
-//! depending on whether it is on the camera's side of that plane. Both rules are valid at any distance. Within a body the layers follow [`Part`]. Not here:
+//! depending on whether it is on the camera's side of that plane. Both rules are valid at any distance. Within a body the layers follow [`BodyPart`]. Not here:
 //! bodies whose bounding spheres intersect, and moons that cross the ring's plane; the depth test decides between those.
 
 use crate::catalog::NaifId;
-use crate::scene::draw::{Draw, Part};
+use crate::scene::draw::{BodyPart, Draw};
 use crate::scene::placed::PlacedBody;
 use glam::DVec3;
 
@@ -84,18 +84,18 @@ fn step_among_rings(moon: &BoundingSphere, planet: &BoundingSphere, pole: DVec3)
 
 /// Sorts the draws of placed bodies.
 pub(crate) fn far_to_near(placed: &[PlacedBody<'_>], mut draws: Vec<Draw>) -> Vec<Draw> {
-    let ringed: Vec<NaifId> = draws.iter().filter(|d| d.part == Part::Ring).map(|d| d.body).collect();
+    let ringed: Vec<NaifId> = draws.iter().filter(|d| d.part == BodyPart::Ring).map(|d| d.body).collect();
     let placed_body = |id: NaifId| placed.iter().find(|p| p.body.id == id);
-    let order_of = |id: NaifId, part: Part| {
+    let order_of = |id: NaifId, part: BodyPart| {
         let Some(p) = placed_body(id) else {
             return DrawOrder { group_tangent_squared_km2: 0.0, step: DrawingStep::Globe, body_tangent_squared_km2: 0.0 };
         };
         let sphere = BoundingSphere::of(p);
         let body_tangent_squared_km2 = sphere.tangent_squared_km2();
         let step = match part {
-            Part::RingBehind => DrawingStep::FarHalf,
-            Part::Ring => DrawingStep::NearHalf,
-            Part::Sky | Part::Globe | Part::Clouds => DrawingStep::Globe,
+            BodyPart::RingBehind => DrawingStep::FarHalf,
+            BodyPart::Ring => DrawingStep::NearHalf,
+            BodyPart::Sky | BodyPart::Globe | BodyPart::Clouds => DrawingStep::Globe,
         };
         let planet = p.body.parent.filter(|parent| ringed.contains(parent)).and_then(placed_body);
         let moon_order = planet.and_then(|planet| {

@@ -39,8 +39,8 @@ fn shows_normal(f: &DrawFeatures) -> bool {
         && f.surface != Surface::Sky
 }
 /// Whether the draw fills the coarse picture of the air.
-fn draws_air_alone(n: &DrawFeatures) -> bool {
-    n.air_pass == AirPass::Drawn
+fn draws_air_alone(f: &DrawFeatures) -> bool {
+    f.air_pass == AirPass::Drawn
 }
 /// The draw of the air alone has none of the ground's features.
 const fn alone(dimension: &'static str) -> CanonicalRule {
@@ -212,31 +212,31 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "air-pass",
         value: "",
-        applies: |n| matches!(n.air.tier, AtmosphereModel::None | AtmosphereModel::Vertex),
+        applies: |f| matches!(f.air.tier, AtmosphereModel::None | AtmosphereModel::Vertex),
         because: "there is no air whose evaluation it would spare",
     },
     CanonicalRule {
         dimension: "air-pass",
         value: "",
-        applies: |n| n.surface == Surface::Sky || !shows_radiance(n),
+        applies: |f| f.surface == Surface::Sky || !shows_radiance(f),
         because: "a coarse picture holds the light before ground and clouds",
     },
     CanonicalRule {
         dimension: "air-pass",
         value: "",
-        applies: |n| n.ring_shadow != RingShadow::None,
+        applies: |f| f.ring_shadow != RingShadow::None,
         because: "a ring's shadow is finer than the coarse picture",
     },
     CanonicalRule {
         dimension: "surface",
         value: "lambert",
-        applies: |n| draws_air_alone(n) && n.surface != Surface::Cloud,
+        applies: |f| draws_air_alone(f) && f.surface != Surface::Cloud,
         because: "the air alone is drawn",
     },
     CanonicalRule {
         dimension: "lights",
         value: "sun1",
-        applies: |n| draws_air_alone(n) && n.lights > 1,
+        applies: |f| draws_air_alone(f) && f.lights > 1,
         because: "the air alone is drawn",
     },
     alone("albedo"),

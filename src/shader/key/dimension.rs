@@ -7,7 +7,7 @@ use crate::scene::draw::{
 
 /// A part of the text form. Dimensions of one part are joined by `-`, parts by `.`, both in the order of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Part {
+pub enum KeyPart {
     Surface,
     Maps,
     Overlays,
@@ -22,7 +22,7 @@ pub enum Part {
     View,
 }
 
-impl Part {
+impl KeyPart {
     pub fn name(self) -> &'static str {
         match self {
             Self::Surface => "surface",
@@ -44,7 +44,7 @@ impl Part {
 /// One dimension. A value is an index into `texts` and `features`.
 pub struct Dimension {
     pub name: &'static str,
-    pub part: Part,
+    pub part: KeyPart,
     /// Text of each value in the key; empty for the value that the key omits.
     pub texts: &'static [&'static str],
     /// The feature that each value enables in the fragments; empty: none.
@@ -81,7 +81,7 @@ macro_rules! switch {
 pub static DIMENSIONS: &[Dimension] = &[
     Dimension {
         name: "surface",
-        part: Part::Surface,
+        part: KeyPart::Surface,
         texts: &["emissive", "lambert", "lommel-seeliger", "lunar-lambert", "oren-nayar", "sky", "cloud", "ring"],
         features: &[
             "surface.emissive",
@@ -97,14 +97,14 @@ pub static DIMENSIONS: &[Dimension] = &[
         get: |f| index_of(&SURFACES, &f.surface),
         set: |f, v| f.surface = SURFACES[v],
     },
-    switch!("albedo", Part::Maps, "maps.albedo", maps.albedo),
-    switch!("normal", Part::Maps, "maps.normal", maps.normal),
-    switch!("specular", Part::Maps, "maps.specular", maps.specular),
-    switch!("night", Part::Maps, "maps.night", maps.night),
-    switch!("cloudshadow", Part::Maps, "maps.cloud-shadow", maps.cloud_shadow),
+    switch!("albedo", KeyPart::Maps, "maps.albedo", maps.albedo),
+    switch!("normal", KeyPart::Maps, "maps.normal", maps.normal),
+    switch!("specular", KeyPart::Maps, "maps.specular", maps.specular),
+    switch!("night", KeyPart::Maps, "maps.night", maps.night),
+    switch!("cloudshadow", KeyPart::Maps, "maps.cloud-shadow", maps.cloud_shadow),
     Dimension {
         name: "detail",
-        part: Part::Maps,
+        part: KeyPart::Maps,
         texts: &["", "detail", "hills", "billows"],
         features: &["", "detail.craters", "detail.hills", "detail.billows"],
         cumulative: false,
@@ -113,7 +113,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     },
     Dimension {
         name: "custom-surface",
-        part: Part::Maps,
+        part: KeyPart::Maps,
         texts: &["", "custom1", "custom2", "custom3", "custom4"],
         features: &["", "custom.1", "custom.2", "custom.3", "custom.4"],
         cumulative: false,
@@ -122,7 +122,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     },
     Dimension {
         name: "overlays",
-        part: Part::Overlays,
+        part: KeyPart::Overlays,
         texts: &["", "overlay1", "overlay2"],
         features: &["", "overlays.1", "overlays.2"],
         cumulative: true,
@@ -131,7 +131,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     },
     Dimension {
         name: "lights",
-        part: Part::Lights,
+        part: KeyPart::Lights,
         texts: &["sun0", "sun1", "sun2", "sun3"],
         features: &["", "lights.1", "lights.2", "lights.3"],
         cumulative: true,
@@ -140,7 +140,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     },
     Dimension {
         name: "occluders",
-        part: Part::Eclipse,
+        part: KeyPart::Eclipse,
         texts: &["", "eclipse1", "eclipse2", "eclipse3", "eclipse4"],
         features: &["", "eclipse.1", "eclipse.2", "eclipse.3", "eclipse.4"],
         cumulative: true,
@@ -149,7 +149,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     },
     Dimension {
         name: "eclipse-model",
-        part: Part::Eclipse,
+        part: KeyPart::Eclipse,
         texts: &["", "linear", "uniform-disc", "limb-darkened", "refracted"],
         features: &["", "eclipse.linear", "eclipse.uniform-disc", "eclipse.limb-darkened", "eclipse.refracted"],
         cumulative: false,
@@ -158,17 +158,17 @@ pub static DIMENSIONS: &[Dimension] = &[
     },
     Dimension {
         name: "ring-shadow",
-        part: Part::RingShadow,
+        part: KeyPart::RingShadow,
         texts: &["", "ringshadow-point-sun", "ringshadow-penumbra"],
         features: &["", "ring-shadow.point-sun", "ring-shadow.penumbra"],
         cumulative: false,
         get: |f| index_of(&RingShadow::ALL, &f.ring_shadow),
         set: |f, v| f.ring_shadow = RingShadow::ALL[v],
     },
-    switch!("ringshine", Part::RingShine, "ring-shine", ring_shine),
+    switch!("ringshine", KeyPart::RingShine, "ring-shine", ring_shine),
     Dimension {
         name: "body-shadow",
-        part: Part::BodyShadow,
+        part: KeyPart::BodyShadow,
         texts: &["", "bodyshadow-sphere", "bodyshadow-ellipsoid-penumbra"],
         features: &["", "body-shadow.sphere", "body-shadow.ellipsoid-penumbra"],
         cumulative: false,
@@ -177,40 +177,40 @@ pub static DIMENSIONS: &[Dimension] = &[
     },
     Dimension {
         name: "air",
-        part: Part::Air,
+        part: KeyPart::Air,
         texts: &["", "air-vertex", "air-pixel-8", "air-pixel-16", "air-pixel-32", "air-table"],
         features: &["", "air.vertex", "air.pixel-8", "air.pixel-16", "air.pixel-32", "air.table"],
         cumulative: false,
         get: |f| index_of(&AtmosphereModel::ALL, &f.air.tier),
         set: |f, v| f.air.tier = AtmosphereModel::ALL[v],
     },
-    switch!("mie", Part::Air, "air.mie", air.mie),
-    switch!("absorption", Part::Air, "air.absorption", air.absorption),
+    switch!("mie", KeyPart::Air, "air.mie", air.mie),
+    switch!("absorption", KeyPart::Air, "air.absorption", air.absorption),
     Dimension {
         name: "air-pass",
-        part: Part::Air,
+        part: KeyPart::Air,
         texts: &["", "coarse", "coarsedraw"],
         features: &["", "air-pass.read", "air-pass.drawn"],
         cumulative: false,
-        get: |n| index_of(&AirPass::ALL, &n.air_pass),
-        set: |n, v| n.air_pass = AirPass::ALL[v],
+        get: |f| index_of(&AirPass::ALL, &f.air_pass),
+        set: |f, v| f.air_pass = AirPass::ALL[v],
     },
     Dimension {
         name: "shape",
-        part: Part::Shape,
+        part: KeyPart::Shape,
         texts: &["sphere", "ellipsoid", "mesh"],
         features: &["shape.sphere", "shape.ellipsoid", "shape.mesh"],
         cumulative: false,
         get: |f| index_of(&SHAPES, &f.shape),
         set: |f, v| f.shape = SHAPES[v],
     },
-    switch!("limbheights", Part::Shape, "limb-heights", limb_heights),
-    switch!("twosided", Part::Flags, "flags.twosided", flags.two_sided),
-    switch!("alphatexture", Part::Flags, "flags.alphatexture", flags.alpha_texture),
-    switch!("vertexcolour", Part::Flags, "flags.vertexcolour", flags.vertex_colour),
+    switch!("limbheights", KeyPart::Shape, "limb-heights", limb_heights),
+    switch!("twosided", KeyPart::Flags, "flags.twosided", flags.two_sided),
+    switch!("alphatexture", KeyPart::Flags, "flags.alphatexture", flags.alpha_texture),
+    switch!("vertexcolour", KeyPart::Flags, "flags.vertexcolour", flags.vertex_colour),
     Dimension {
         name: "view",
-        part: Part::View,
+        part: KeyPart::View,
         texts: &["", "depth", "normalview", "albedoview", "uv", "sunlight", "eclipseview", "ringview", "opticaldepth", "cost"],
         features: &[
             "view.shaded",

@@ -16,7 +16,7 @@ mod text;
 
 pub use canonical::{CanonicalRule, RULES, canonical, reductions};
 pub use covering::{covering, nominal_size, sample, sample_features};
-pub use dimension::{DIMENSIONS, Dimension, Part, features};
+pub use dimension::{DIMENSIONS, Dimension, KeyPart, features};
 pub use text::KeyTextError;
 
 use crate::scene::draw::{DrawFeatures, INSTRUCTIONS_PER_READ, PixelView};
@@ -51,5 +51,5 @@ impl serde::Serialize for ShaderKey {
 
 /// The keys of these draws, each once, in order.
 pub fn keys_of(features: impl IntoIterator<Item = DrawFeatures>) -> std::collections::BTreeSet<ShaderKey> {
-    features.into_iter().map(|n| ShaderKey::for_draw(&n)).collect()
+    features.into_iter().map(|f| ShaderKey::for_draw(&f)).collect()
 }

@@ -6,7 +6,7 @@
 
 use super::ShaderKey;
 use super::canonical::{canonical, first_reduction};
-use super::dimension::{DIMENSIONS, Dimension, Part};
+use super::dimension::{DIMENSIONS, Dimension, KeyPart};
 use crate::scene::draw::DrawFeatures;
 use crate::wording::{did_you_mean, echo_within};
 use std::fmt;
@@ -42,18 +42,18 @@ impl KeyTextError {
 const KEY_ECHO_CHARS: usize = 80;
 const PART_ECHO_CHARS: usize = 40;
 
-fn parts() -> Vec<Part> {
-    let mut parts: Vec<Part> = DIMENSIONS.iter().map(|d| d.part).collect();
+fn parts() -> Vec<KeyPart> {
+    let mut parts: Vec<KeyPart> = DIMENSIONS.iter().map(|d| d.part).collect();
     parts.dedup();
     parts
 }
 
 /// Whether a part may be omitted: each of its dimensions has a value whose text is empty.
-fn optional(part: Part) -> bool {
+fn optional(part: KeyPart) -> bool {
     DIMENSIONS.iter().filter(|d| d.part == part).all(|d| d.texts.contains(&""))
 }
 
-fn allowed(part: Part) -> String {
+fn allowed(part: KeyPart) -> String {
     let texts: Vec<_> = DIMENSIONS.iter().filter(|d| d.part == part).flat_map(|d| d.texts).copied().filter(|t| !t.is_empty()).collect();
     format!("{} is one of {}", part.name(), texts.join(", "))
 }
@@ -78,7 +78,7 @@ impl fmt::Display for ShaderKey {
 
 /// The words of a part's text with their columns. Words are joined by `-` and may themselves contain `-`, so the longest known word is
 /// taken at each position.
-fn words(part: Part, text: &str, column: usize) -> Vec<(&str, usize)> {
+fn words(part: KeyPart, text: &str, column: usize) -> Vec<(&str, usize)> {
     let known = || DIMENSIONS.iter().filter(|d| d.part == part).flat_map(|d| d.texts).filter(|t| !t.is_empty());
     let mut found = Vec::new();
     let mut start = 0;
@@ -93,14 +93,14 @@ fn words(part: Part, text: &str, column: usize) -> Vec<(&str, usize)> {
 }
 
 /// The dimension of a part that has this word, and the index of its value.
-fn known(part: Part, word: &str) -> Option<(&'static Dimension, usize)> {
+fn known(part: KeyPart, word: &str) -> Option<(&'static Dimension, usize)> {
     let of_part = DIMENSIONS.iter().filter(|d| d.part == part);
     of_part.into_iter().find_map(|d| d.texts.iter().position(|t| !t.is_empty() && *t == word).map(|value| (d, value)))
 }
 
 /// The part to which a piece between two `.` belongs: the part to which most of its words belong. No word belongs to two parts.
-fn part_of(piece: &str) -> Option<Part> {
-    let knows = |part: Part| words(part, piece, 1).iter().filter(|(w, _)| known(part, w).is_some()).count();
+fn part_of(piece: &str) -> Option<KeyPart> {
+    let knows = |part: KeyPart| words(part, piece, 1).iter().filter(|(w, _)| known(part, w).is_some()).count();
     parts().into_iter().rev().max_by_key(|part| knows(*part)).filter(|part| knows(*part) > 0)
 }
 
@@ -118,7 +118,7 @@ impl FromStr for ShaderKey {
         let mut features = DrawFeatures::MINIMAL;
         // Dimension, word and column of each word, for messages about contradictions and repetitions.
         let mut positions: Vec<(&str, String, usize)> = Vec::new();
-        let mut found: Vec<Part> = Vec::new();
+        let mut found: Vec<KeyPart> = Vec::new();
         let mut column = 1;
         for piece in lower.split('.') {
             let unknown = |part: &str, column: usize, expected: String| KeyTextError::Unknown {
@@ -160,7 +160,7 @@ impl FromStr for ShaderKey {
 }
 
 /// A suggestion for a piece that belongs to no part: a similar word, or the words of a part that is still missing.
-fn suggestion(piece: &str, found: &[Part]) -> String {
+fn suggestion(piece: &str, found: &[KeyPart]) -> String {
     did_you_mean(piece, all_words()).unwrap_or_else(|| match parts().into_iter().find(|p| !found.contains(p)) {
         Some(part) => allowed(part),
         None => "every part is there already".into(),

@@ -123,8 +123,8 @@ impl Generator {
 }
 
 /// Largest number of modules in memory; they have a quarter of a megabyte each. A view of the whole system with all effects has some forty. One that made way
-/// is read again within a millisecond.
-const MODULES_KEPT: usize = 96;
+/// is read again within a millisecond. The software renderer keeps the programs of as many.
+pub(crate) const MODULES_KEPT: usize = 96;
 
 /// A cache of modules by name, in memory and on disk; shared between threads.
 pub struct ShaderLibrary {

@@ -7,7 +7,7 @@
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::{Observer, ObserverSky};
 use crate::ephemeris::{Ephemeris, EphemerisError};
-use crate::events::{self, LunarEclipse, LunarType, MoonEvent, MoonEventType, Place, SolarEclipse, SolarType, Transit};
+use crate::events::{self, GeodeticPosition, LunarEclipse, LunarType, MoonEvent, MoonEventType, SolarEclipse, SolarType, Transit};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 use crate::view::app::place_text::place_text;
@@ -298,7 +298,7 @@ impl SkyEvent {
     }
 
     /// The view of the event from a place on the Earth, where the observed body is at the given altitude.
-    pub(crate) fn view_from(&self, place: Place, altitude_deg: f64, base_view: &ViewState) -> ViewState {
+    pub(crate) fn view_from(&self, place: GeodeticPosition, altitude_deg: f64, base_view: &ViewState) -> ViewState {
         let (target, fov_deg) = match self {
             Self::Solar(_) => (NaifId::SUN, ECLIPSED_SUN_FOV_DEG),
             Self::Lunar(_) => (NaifId::MOON, 2.0 * MOON_FOV_DEG),
@@ -344,7 +344,7 @@ impl SkyEvent {
     /// # Errors
     /// If the ephemeris does not cover the event.
     pub fn seen_from(&self, catalog: &Catalog, ephemeris: &Ephemeris, home: Home) -> Result<(Vec<ContactLine>, bool), EphemerisError> {
-        let place = Place { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
+        let place = GeodeticPosition { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
         let seen = match self {
             Self::Solar(e) => e.seen_from(place),
             Self::Lunar(e) => Some(e.seen_from(place)),

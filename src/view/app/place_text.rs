@@ -2,11 +2,11 @@
 //!
 //! In: latitudes, longitudes. Out: text. Not here: times (`language::dates`).
 
-use crate::events::Place;
+use crate::events::GeodeticPosition;
 use crate::view::language::{decimal, named};
 
 /// `25.5° N, 33.2° E`.
-pub(crate) fn place_text(place: Place) -> String {
+pub(crate) fn place_text(place: GeodeticPosition) -> String {
     place_degrees(place.latitude_deg, place.longitude_deg, 1)
 }
 
@@ -25,7 +25,7 @@ mod tests {
 
     #[test]
     fn places_have_compass_directions() {
-        let place = |latitude_deg, longitude_deg| place_text(Place { latitude_deg, longitude_deg, height_km: 0.0 });
+        let place = |latitude_deg, longitude_deg| place_text(GeodeticPosition { latitude_deg, longitude_deg, height_km: 0.0 });
         assert_eq!(place(25.49, -104.13), "25.5° N, 104.1° W");
         assert_eq!(place(-33.0, 18.0), "33.0° S, 18.0° E");
     }

@@ -130,14 +130,16 @@ pub struct Settings {
     /// Outline of the selected body, unless it is the target.
     pub outline: bool,
     /// The device that presents the window if a GPU draws the picture.
-    pub shown_by: DisplayPreference,
+    #[serde(rename = "shown_by")]
+    pub display_preference: DisplayPreference,
     pub unit: Unit,
     pub home: Home,
     pub clock: Clock,
     pub hints: HintsUsed,
     pub panels: PanelLayout,
     /// `None`: the window was never closed.
-    pub place: Option<WindowPlacement>,
+    #[serde(rename = "place")]
+    pub window_placement: Option<WindowPlacement>,
     pub bookmarks: Vec<Bookmark>,
     /// Newest first.
     pub recent: Vec<Bookmark>,
@@ -152,13 +154,13 @@ impl Default for Settings {
             names: true,
             markers: true,
             outline: true,
-            shown_by: DisplayPreference::default(),
+            display_preference: DisplayPreference::default(),
             unit: Unit::default(),
             home: Home::default(),
             clock: Clock::default(),
             hints: HintsUsed::default(),
             panels: PanelLayout::default(),
-            place: None,
+            window_placement: None,
             bookmarks: Vec::new(),
             recent: Vec::new(),
         }

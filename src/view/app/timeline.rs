@@ -42,32 +42,32 @@ pub(crate) struct Tick {
 
 /// A calendar interval between ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Step {
+enum TickInterval {
     Hours(u32),
     Days(u32),
     Months(u32),
     Years(i32),
 }
 
-const STEPS: [Step; 18] = [
-    Step::Hours(1),
-    Step::Hours(3),
-    Step::Hours(6),
-    Step::Hours(12),
-    Step::Days(1),
-    Step::Days(5),
-    Step::Days(10),
-    Step::Months(1),
-    Step::Months(3),
-    Step::Months(6),
-    Step::Years(1),
-    Step::Years(2),
-    Step::Years(5),
-    Step::Years(10),
-    Step::Years(20),
-    Step::Years(50),
-    Step::Years(100),
-    Step::Years(200),
+const TICK_INTERVALS: [TickInterval; 18] = [
+    TickInterval::Hours(1),
+    TickInterval::Hours(3),
+    TickInterval::Hours(6),
+    TickInterval::Hours(12),
+    TickInterval::Days(1),
+    TickInterval::Days(5),
+    TickInterval::Days(10),
+    TickInterval::Months(1),
+    TickInterval::Months(3),
+    TickInterval::Months(6),
+    TickInterval::Years(1),
+    TickInterval::Years(2),
+    TickInterval::Years(5),
+    TickInterval::Years(10),
+    TickInterval::Years(20),
+    TickInterval::Years(50),
+    TickInterval::Years(100),
+    TickInterval::Years(200),
 ];
 
 /// A stored span clamped to [`SPANS_S`]; two years if the stored value is not finite.
@@ -117,8 +117,8 @@ impl TimeAxis {
 
     /// Ticks along the axis, in a time zone; empty if the axis starts outside the calendar.
     pub(crate) fn ticks(&self, clock: Clock) -> Vec<Tick> {
-        let is_wide_enough = |step: &&Step| step.seconds() / self.span_s * self.width >= TICK_POINTS;
-        let step = STEPS.iter().find(is_wide_enough).copied().unwrap_or(Step::Years(200));
+        let is_wide_enough = |step: &&TickInterval| step.seconds() / self.span_s * self.width >= TICK_POINTS;
+        let step = TICK_INTERVALS.iter().find(is_wide_enough).copied().unwrap_or(TickInterval::Years(200));
         let Some(first) = clock.shown(Instant::from_tdb_seconds_past_j2000(self.start_s())).and_then(|civil| step.floor(civil)) else {
             return Vec::new();
         };
@@ -131,7 +131,7 @@ impl TimeAxis {
     }
 }
 
-impl Step {
+impl TickInterval {
     fn seconds(self) -> f64 {
         match self {
             Self::Hours(n) => f64::from(n) * HOUR_S,

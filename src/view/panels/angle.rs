@@ -19,12 +19,12 @@ const SEGMENTS: u32 = 48;
 /// Directions of the clicked places, ICRF unit vectors: two at most.
 #[derive(Debug, Default)]
 pub(super) struct MeasuredAngle {
-    places: Vec<Place>,
+    places: Vec<MeasuredPoint>,
 }
 
 /// A clicked place.
 #[derive(Debug)]
-struct Place {
+struct MeasuredPoint {
     direction: DVec3,
     body: Option<SeenBody>,
 }
@@ -42,7 +42,7 @@ impl MeasuredAngle {
         if self.places.len() >= 2 {
             self.places.clear();
         }
-        self.places.push(Place { direction, body });
+        self.places.push(MeasuredPoint { direction, body });
         let Some(angle) = self.text() else { return text!("angle-second").into() };
         self.distance()
             .map_or_else(|| text!("angle", angle = angle), |distance| text!("angle-and-distance", angle = angle, distance = distance))
@@ -60,7 +60,7 @@ impl MeasuredAngle {
 
     /// Distance between the apparent centres of two bodies.
     fn distance(&self) -> Option<String> {
-        let [Place { body: Some(a), .. }, Place { body: Some(b), .. }] = &self.places[..] else { return None };
+        let [MeasuredPoint { body: Some(a), .. }, MeasuredPoint { body: Some(b), .. }] = &self.places[..] else { return None };
         (a != b).then(|| {
             text!(
                 "angle-distance",
@@ -76,7 +76,9 @@ impl MeasuredAngle {
         for place in self.places.iter().filter_map(|place| project(place.direction)) {
             painter.circle_stroke(place, 4.0, Stroke::new(1.5, COLOUR));
         }
-        let ([Place { direction: a, .. }, Place { direction: b, .. }], Some(text)) = (&self.places[..], self.text()) else { return };
+        let ([MeasuredPoint { direction: a, .. }, MeasuredPoint { direction: b, .. }], Some(text)) = (&self.places[..], self.text()) else {
+            return;
+        };
         let angle = angle_rad(*a, *b);
         let Some(tangent) = (b - a * a.dot(*b)).try_normalize() else { return };
         let on_arc = |part: f64| project(*a * (angle * part).cos() + tangent * (angle * part).sin());

@@ -19,7 +19,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             ui.selectable_value(&mut view.quality, quality, named("quality", quality.name())).on_hover_text(text!("effects-quality-hint"));
         }
     });
-    renderers(ui, worker, &mut interface.settings.shown_by);
+    renderers(ui, worker, &mut interface.settings.display_preference);
     let view = &mut interface.viewer.view;
     let mut automatic = view.exposure_stops.is_none();
     let drawn_stops = interface.viewport.shown.as_ref().map_or(0.0, |d| d.scene.exposure.stops);
@@ -151,7 +151,7 @@ fn measure_costs(
 }
 
 /// Shows the choice of the renderer, and of the device that presents the picture.
-fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut DisplayPreference) {
+fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, display_preference: &mut DisplayPreference) {
     let (choices, now) = worker.session().renderers();
     if choices.len() < 2 {
         return;
@@ -181,7 +181,7 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut Displa
             (DisplayPreference::Processor, text!("effects-display-cpu"), text!("effects-display-cpu-hint")),
         ];
         for (preference, name, hover) in variants {
-            ui.selectable_value(shown_by, preference, name).on_hover_text(hover);
+            ui.selectable_value(display_preference, preference, name).on_hover_text(hover);
         }
     });
 }

@@ -331,7 +331,8 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
         if ui.add_enabled(can_see, from_home).on_hover_text(text!("events-from-place-hint")).clicked() {
             let best = local.iter().flat_map(|(lines, _)| lines).find(|l| l.name == "maximum");
             let altitude_deg = best.map_or(45.0, |l| l.altitude_deg);
-            let place = crate::events::Place { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
+            let place =
+                crate::events::GeodeticPosition { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
             let mut view = event.view_from(place, altitude_deg, &interface.viewer.view);
             view.tdb_s = best.map_or(view.tdb_s, |l| l.time.tdb_seconds_past_j2000());
             actions.push(Action::Show(Box::new(view)));

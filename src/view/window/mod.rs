@@ -25,7 +25,7 @@ use egui_winit::accesskit_winit;
 use parking_lot::Mutex;
 use std::num::NonZeroU32;
 use std::sync::Arc;
-use std::time::{Duration, Instant as Moment};
+use std::time::{Duration, Instant as WallInstant};
 use winit::application::ApplicationHandler;
 use winit::dpi::{LogicalSize, PhysicalPosition};
 use winit::event::{StartCause, TouchPhase, WindowEvent};
@@ -40,9 +40,9 @@ pub(crate) enum WindowError {
     NoDisplay(String),
     #[error("the window stopped: {0}")]
     Stopped(String),
-    /// The settings could not be saved at the end: the error of `keep`.
+    /// The settings could not be saved at the end.
     #[error(transparent)]
-    NotKept(WriteError),
+    SettingsNotSaved(WriteError),
 }
 
 /// Delay before the next attempt if the system accepted no frame.
@@ -54,22 +54,22 @@ const SHUTDOWN_GRACE: Duration = Duration::from_millis(250);
 enum Wake {
     /// An image or an answer has arrived.
     Ready,
-    Access(accesskit_winit::Event),
+    Accessibility(accesskit_winit::Event),
 }
 
 impl From<accesskit_winit::Event> for Wake {
     fn from(event: accesskit_winit::Event) -> Self {
-        Self::Access(event)
+        Self::Accessibility(event)
     }
 }
 
-/// Opens the window and runs until it is closed. `watch`: a folder of fragments that are reloaded when they change. `keep` saves the settings:
+/// Opens the window and runs until it is closed. `watch`: a folder of fragments that are reloaded when they change. `save_settings` saves the settings:
 /// it is called after changes, and once more after the window is closed, even if work is still running.
 pub(crate) fn run(
     interface: &mut Interface,
     session: &Session,
     watch: Option<&ShaderWatcher>,
-    keep: impl Fn(&Settings) -> Result<(), WriteError> + Sync,
+    save_settings: impl Fn(&Settings) -> Result<(), WriteError> + Sync,
 ) -> Result<(), WindowError> {
     let event_loop = EventLoop::with_user_event().build().map_err(|e| WindowError::NoDisplay(without_source_line(&e.to_string())))?;
     let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();
@@ -80,12 +80,12 @@ pub(crate) fn run(
     });
     std::thread::scope(|scope| {
         let (keeper, changes) = SettingsKeeper::new(&interface.settings);
-        let keep = &keep;
+        let save_settings = &save_settings;
         let writer = scope.spawn(move || {
             // Reported only once, because a full disk would fail every write.
             let mut reported = false;
             write_changes(&changes, |settings| {
-                if let Err(e) = keep(settings)
+                if let Err(e) = save_settings(settings)
                     && !std::mem::replace(&mut reported, true)
                 {
                     session.notify(&format!("the settings could not be saved: {e}"));
@@ -102,9 +102,9 @@ pub(crate) fn run(
             proxy,
             egui: egui::Context::default(),
             painter: Painter::default(),
-            shown: None,
+            opened: None,
             gpu_failed: false,
-            due: None,
+            next_redraw: None,
             failure: None,
             keeper,
         };
@@ -114,9 +114,9 @@ pub(crate) fn run(
         let _ = writer.join();
         worker.close();
         ended.and(failure.map_or(Ok(()), Err))?;
-        keep(&interface.settings).map_err(WindowError::NotKept)?;
+        save_settings(&interface.settings).map_err(WindowError::SettingsNotSaved)?;
         let at_work = || workers.iter().any(|w| !w.is_finished()) || session.readiness() == Readiness::Preparing;
-        let closed = Moment::now();
+        let closed = WallInstant::now();
         while at_work() && closed.elapsed() < SHUTDOWN_GRACE {
             std::thread::sleep(Duration::from_millis(5));
         }
@@ -141,8 +141,8 @@ fn exit_now() -> ! {
 
 /// Removes winit's source location from the start of a message.
 fn without_source_line(message: &str) -> String {
-    let after_place = message.rsplit_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(message, |(_, reason)| reason);
-    after_place.trim_end_matches('.').to_owned()
+    let after_location = message.rsplit_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(message, |(_, reason)| reason);
+    after_location.trim_end_matches('.').to_owned()
 }
 
 /// All monitors, the primary one first.
@@ -160,8 +160,8 @@ fn monitor_info(monitor: &MonitorHandle) -> Monitor {
 /// monitor as of the last move event.)
 fn monitor_of(window: &Window) -> Option<MonitorHandle> {
     let (corner, size) = (window.outer_position().ok()?.into(), window.outer_size().into());
-    let shown = |m: &MonitorHandle| monitor_info(m).visible_px(corner, size);
-    window.available_monitors().filter(|m| shown(m) > 0).max_by_key(shown)
+    let visible_px = |m: &MonitorHandle| monitor_info(m).visible_px(corner, size);
+    window.available_monitors().filter(|m| visible_px(m) > 0).max_by_key(visible_px)
 }
 
 /// Sets the application name by which the desktop associates the window with the program's desktop file.
@@ -193,20 +193,20 @@ struct OpenWindow {
     title: String,
     /// The interface's last request; the desktop may change the actual state by itself.
     fullscreen: bool,
-    place: WindowPlacement,
+    placement: WindowPlacement,
 }
 
 impl OpenWindow {
     /// Records the window's placement. For a maximised, fullscreen or minimised window, the placement to which it returns is kept.
-    fn note_place(&mut self) {
+    fn record_placement(&mut self) {
         let size = self.window.inner_size().to_logical::<f64>(self.window.scale_factor());
-        self.place.maximised = self.window.is_maximized();
+        self.placement.maximised = self.window.is_maximized();
         let is_displaced = self.window.fullscreen().is_some() || self.window.is_minimized() == Some(true);
-        if self.place.maximised || is_displaced || size.width < 1.0 || size.height < 1.0 {
+        if self.placement.maximised || is_displaced || size.width < 1.0 || size.height < 1.0 {
             return;
         }
-        self.place.corner_px = self.window.outer_position().ok().map(Into::into);
-        self.place.size = [size.width, size.height];
+        self.placement.corner_px = self.window.outer_position().ok().map(Into::into);
+        self.placement.size = [size.width, size.height];
     }
 }
 
@@ -217,11 +217,11 @@ struct App<'a> {
     egui: egui::Context,
     /// The interface's textures, which survive the replacement of the window.
     painter: Painter,
-    shown: Option<OpenWindow>,
+    opened: Option<OpenWindow>,
     /// A GPU failed to present, so later windows do not try one.
     gpu_failed: bool,
     /// When the interface needs its next frame.
-    due: Option<Moment>,
+    next_redraw: Option<WallInstant>,
     failure: Option<WindowError>,
     keeper: SettingsKeeper,
 }
@@ -229,11 +229,11 @@ struct App<'a> {
 impl App<'_> {
     fn open(&self, event_loop: &ActiveEventLoop) -> Result<OpenWindow, String> {
         // The window is created hidden, because accessibility must be set up before it is shown.
-        let place = self.interface.settings.place.unwrap_or_default().on(&monitors(event_loop));
-        let [width, height] = place.size;
+        let placement = self.interface.settings.window_placement.unwrap_or_default().on(&monitors(event_loop));
+        let [width, height] = placement.size;
         let mut attributes = with_app_name(Window::default_attributes()).with_title("Orrery").with_visible(false);
         attributes = attributes.with_inner_size(LogicalSize::new(width, height));
-        if let Some([x, y]) = place.corner_px {
+        if let Some([x, y]) = placement.corner_px {
             attributes = attributes.with_position(PhysicalPosition::new(x, y));
         }
         let window = Arc::new(event_loop.create_window(attributes).map_err(|e| e.to_string())?);
@@ -243,33 +243,33 @@ impl App<'_> {
         input.init_accesskit(event_loop, &window, self.proxy.clone());
         window.set_visible(true);
         // A window manager accepts this only for an existing window.
-        if place.maximised {
+        if placement.maximised {
             window.set_maximized(true);
         }
-        Ok(OpenWindow { presenter, window, input, title: String::new(), fullscreen: false, place })
+        Ok(OpenWindow { presenter, window, input, title: String::new(), fullscreen: false, placement })
     }
 
     /// Ends the loop and records the window's placement.
-    fn leave(&mut self, event_loop: &ActiveEventLoop) {
-        if let Some(shown) = &mut self.shown {
-            shown.note_place();
-            self.interface.settings.place = Some(shown.place);
+    fn close(&mut self, event_loop: &ActiveEventLoop) {
+        if let Some(opened) = &mut self.opened {
+            opened.record_placement();
+            self.interface.settings.window_placement = Some(opened.placement);
         }
         event_loop.exit();
     }
 
     fn redraw(&mut self) -> Result<(), PresentError> {
-        let Some(shown) = &mut self.shown else { return Ok(()) };
-        let size = shown.window.inner_size();
+        let Some(opened) = &mut self.opened else { return Ok(()) };
+        let size = opened.window.inner_size();
         let (Some(width), Some(height)) = (NonZeroU32::new(size.width), NonZeroU32::new(size.height)) else { return Ok(()) };
-        if let Some(line) = shown.presenter.follow(self.worker.session(), self.interface.settings.shown_by)? {
-            self.worker.session().notify(&line);
+        if let Some(message) = opened.presenter.update_backend(self.worker.session(), self.interface.settings.display_preference)? {
+            self.worker.session().notify(&message);
         }
-        self.interface.on_gpu = shown.presenter.is_on_gpu();
-        let input = shown.input.take_egui_input(&shown.window);
-        let start = Moment::now();
+        self.interface.on_gpu = opened.presenter.is_on_gpu();
+        let input = opened.input.take_egui_input(&opened.window);
+        let start = WallInstant::now();
         let mut output = self.egui.run_ui(input, |ui| self.interface.ui(ui, self.worker));
-        shown.input.handle_platform_output(&shown.window, std::mem::take(&mut output.platform_output));
+        opened.input.handle_platform_output(&opened.window, std::mem::take(&mut output.platform_output));
         let mut textures = std::mem::take(&mut output.textures_delta);
         for (id, deltas) in textures.set.drain() {
             for delta in deltas {
@@ -277,30 +277,31 @@ impl App<'_> {
             }
         }
         let primitives = self.egui.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
-        let lost = self.interface.gpu_image().is_some_and(|p| !shown.presenter.holds(p));
-        if lost {
+        let image_lost = self.interface.gpu_image().is_some_and(|p| !opened.presenter.holds(p));
+        if image_lost {
             self.interface.drop_gpu_image();
         }
-        let sky = self.interface.gpu_image();
-        let drawn = shown.presenter.show(self.worker.session(), &self.painter, [width, height], output.pixels_per_point, &primitives, sky);
+        let scene_image = self.interface.gpu_image();
+        let presented =
+            opened.presenter.show(self.worker.session(), &self.painter, [width, height], output.pixels_per_point, &primitives, scene_image);
         self.interface.record_interface_time(start.elapsed());
         for id in textures.free.drain() {
             self.painter.free_texture(id);
         }
-        self.interface.settings.place = Some(shown.place);
+        self.interface.settings.window_placement = Some(opened.placement);
         self.keeper.note(&self.interface.settings);
-        let is_shown = drawn?;
+        let is_shown = presented?;
         let title = self.interface.title();
-        if title != shown.title {
-            shown.window.set_title(&title);
-            shown.title = title;
+        if title != opened.title {
+            opened.window.set_title(&title);
+            opened.title = title;
         }
-        if self.interface.fullscreen != shown.fullscreen {
-            shown.fullscreen = self.interface.fullscreen;
-            shown.window.set_fullscreen(shown.fullscreen.then(|| Fullscreen::Borderless(monitor_of(&shown.window))));
+        if self.interface.fullscreen != opened.fullscreen {
+            opened.fullscreen = self.interface.fullscreen;
+            opened.window.set_fullscreen(opened.fullscreen.then(|| Fullscreen::Borderless(monitor_of(&opened.window))));
         }
         let wait = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
-        self.due = Moment::now().checked_add(if lost {
+        self.next_redraw = WallInstant::now().checked_add(if image_lost {
             Duration::ZERO
         } else if is_shown {
             wait
@@ -316,31 +317,31 @@ impl App<'_> {
             self.gpu_failed = true;
             self.worker.session().notify(&format!("{why}: displaying via the CPU"));
         }
-        if let Some(mut shown) = self.shown.take() {
-            shown.note_place();
-            self.interface.settings.place = Some(shown.place);
+        if let Some(mut opened) = self.opened.take() {
+            opened.record_placement();
+            self.interface.settings.window_placement = Some(opened.placement);
         }
         self.interface.on_gpu = false;
-        self.shown = Some(self.open(event_loop)?);
+        self.opened = Some(self.open(event_loop)?);
         self.request_redraw();
         Ok(())
     }
 
     fn request_redraw(&self) {
-        if let Some(shown) = &self.shown {
-            shown.window.request_redraw();
+        if let Some(opened) = &self.opened {
+            opened.window.request_redraw();
         }
     }
 }
 
 impl ApplicationHandler<Wake> for App<'_> {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        if self.shown.is_some() {
+        if self.opened.is_some() {
             return;
         }
         match self.open(event_loop) {
-            Ok(shown) => {
-                self.shown = Some(shown);
+            Ok(opened) => {
+                self.opened = Some(opened);
                 self.request_redraw();
             }
             Err(e) => {
@@ -352,18 +353,18 @@ impl ApplicationHandler<Wake> for App<'_> {
 
     fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
         if matches!(cause, StartCause::ResumeTimeReached { .. }) {
-            self.due = None;
+            self.next_redraw = None;
             self.request_redraw();
         }
     }
 
     fn user_event(&mut self, _: &ActiveEventLoop, wake: Wake) {
-        if let Wake::Access(event) = wake {
+        if let Wake::Accessibility(event) = wake {
             match event.window_event {
                 accesskit_winit::WindowEvent::InitialTreeRequested => self.egui.enable_accesskit(),
                 accesskit_winit::WindowEvent::ActionRequested(request) => {
-                    if let Some(shown) = &mut self.shown {
-                        shown.input.on_accesskit_action_request(request);
+                    if let Some(opened) = &mut self.opened {
+                        opened.input.on_accesskit_action_request(request);
                     }
                 }
                 accesskit_winit::WindowEvent::AccessibilityDeactivated => self.egui.disable_accesskit(),
@@ -374,28 +375,28 @@ impl ApplicationHandler<Wake> for App<'_> {
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         if matches!(event, WindowEvent::RedrawRequested) {
-            let shown = match self.redraw() {
+            let result = match self.redraw() {
                 Err(PresentError::Gpu(why)) => self.reopen(event_loop, why),
                 Err(PresentError::Cpu(why)) => Err(why),
                 Ok(()) => Ok(()),
             };
-            if let Err(e) = shown {
+            if let Err(e) = result {
                 self.failure = Some(WindowError::Stopped(e));
                 event_loop.exit();
             }
             if self.interface.quit_requested {
-                self.leave(event_loop);
+                self.close(event_loop);
             }
             return;
         }
-        let Some(shown) = &mut self.shown else { return };
+        let Some(opened) = &mut self.opened else { return };
         let Some(event) = normalised_scroll(event) else { return };
-        let needs_repaint = shown.input.on_window_event(&shown.window, &event).repaint;
+        let needs_repaint = opened.input.on_window_event(&opened.window, &event).repaint;
         if matches!(event, WindowEvent::Resized(_) | WindowEvent::Moved(_)) {
-            shown.note_place();
+            opened.record_placement();
         }
         match event {
-            WindowEvent::CloseRequested => self.leave(event_loop),
+            WindowEvent::CloseRequested => self.close(event_loop),
             WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => self.request_redraw(),
             _ if needs_repaint => self.request_redraw(),
             _ => {}
@@ -404,11 +405,11 @@ impl ApplicationHandler<Wake> for App<'_> {
 
     /// Drops the presenter before the connection to the display server closes; a driver's surface on a closed connection ends the process.
     fn exiting(&mut self, _: &ActiveEventLoop) {
-        self.shown = None;
+        self.opened = None;
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        event_loop.set_control_flow(self.due.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
+        event_loop.set_control_flow(self.next_redraw.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 }
 

@@ -68,7 +68,7 @@ impl Presenter {
     ///
     /// # Errors
     /// The GPU no longer renders or should no longer present, so the window must be replaced.
-    pub(crate) fn follow(&mut self, session: &Session, preference: DisplayPreference) -> Result<Option<String>, PresentError> {
+    pub(crate) fn update_backend(&mut self, session: &Session, preference: DisplayPreference) -> Result<Option<String>, PresentError> {
         let screen = match &self.backend {
             Some(PresentBackend::Gpu(screen)) => Some(&**screen),
             _ => None,

@@ -14,7 +14,7 @@ use crate::view::language;
 use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::collections::VecDeque;
 use std::sync::Arc;
-use std::time::{Duration, Instant as Moment};
+use std::time::{Duration, Instant as WallInstant};
 
 /// One image to render.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,7 +105,7 @@ fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
 /// The reason why there is no image, in one line.
 pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, SessionError> {
     let before = session.report_of_this_thread().0;
-    let start = Moment::now();
+    let start = WallInstant::now();
     let drawn = session.draw_or_fall_back(&job.request, job.sampling, job.on_gpu)?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let (stages, library) = session.report_of_this_thread();
@@ -178,14 +178,14 @@ impl<'a> ThreadedWorker<'a> {
 
     /// Renders jobs until [`Self::close`] is called. Blocks, so it needs its own thread.
     pub fn draw(&self) {
-        let mut pages_returned = Moment::now();
+        let mut pages_returned = WallInstant::now();
         while let Some(job) = self.next(|work| work.job.take()) {
             let drawing = draw(self.session, job);
             locked(&self.work).done = Some(drawing);
             (self.wake)();
             if pages_returned.elapsed() > BETWEEN_RETURNS {
                 freed_memory::return_pages();
-                pages_returned = Moment::now();
+                pages_returned = WallInstant::now();
             }
         }
     }

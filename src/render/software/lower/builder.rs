@@ -3,7 +3,7 @@
 //! A value's rate states how often it is computed: constant; per draw (once, on the draw tape); uniform (one value for all lanes, on the lane tape
 //! because it may change in a loop); per lane. An operation has the highest rate among its operands.
 
-use super::step::{Label, Step, Val, Vals};
+use super::step::{Label, SsaStep, Val, Vals};
 use crate::render::software::kernels;
 use crate::render::software::program::Constant;
 use crate::render::software::tape::{Op, TextureOp, WordKind};
@@ -23,8 +23,8 @@ enum Computation {
 pub(crate) struct Builder {
     pub constants: Vec<Constant>,
     constant_index: HashMap<(u8, u64), u32>,
-    pub draw: Vec<Step>,
-    pub code: Vec<Step>,
+    pub draw: Vec<SsaStep>,
+    pub code: Vec<SsaStep>,
     last_value: u32,
     last_label: Label,
     draw_available: HashMap<Computation, Val>,
@@ -118,7 +118,7 @@ impl Builder {
         }
     }
 
-    fn emit(&mut self, dst: Val, key: Option<Computation>, step: Step) -> Val {
+    fn emit(&mut self, dst: Val, key: Option<Computation>, step: SsaStep) -> Val {
         if matches!(dst, Val::Draw(_)) {
             self.draw.push(step);
             if let Some(k) = key {
@@ -152,7 +152,7 @@ impl Builder {
         if let (Op::Select, Val::Lane(_), &[cond, yes, no]) = (op, dst, &args[..]) {
             self.selects.insert(dst, [cond, yes, no]);
         }
-        self.emit(dst, Some(key), Step::Op { dst, op, args })
+        self.emit(dst, Some(key), SsaStep::Op { dst, op, args })
     }
 
     pub(crate) fn un(&mut self, op: Op, a: Val) -> Val {
@@ -264,8 +264,8 @@ impl Builder {
                 }
             }
             (Op::BNot, &[a]) => {
-                let negated_operand = |s: &Step| match s {
-                    Step::Op { dst, op: Op::BNot, args } if *dst == a => Some(args[0]),
+                let negated_operand = |s: &SsaStep| match s {
+                    SsaStep::Op { dst, op: Op::BNot, args } if *dst == a => Some(args[0]),
                     _ => None,
                 };
                 // Valid because a negation is written only once; only the targets of `Assign` are written more often.
@@ -288,12 +288,12 @@ impl Builder {
             return v;
         }
         let dst = self.fresh_for(index.as_slice());
-        self.emit(dst, Some(key), Step::LoadUniform { dst, kind, offset, index, stride: 4, count })
+        self.emit(dst, Some(key), SsaStep::LoadUniform { dst, kind, offset, index, stride: 4, count })
     }
 
     pub(crate) fn texture(&mut self, op: TextureOp, texture: u16, args: &[Val], mask: Val) -> [Val; 4] {
         let dst = [(); 4].map(|()| self.fresh_lane());
-        self.code.push(Step::Texture { op, texture, dst, args: Vals::from_slice(args), mask });
+        self.code.push(SsaStep::Texture { op, texture, dst, args: Vals::from_slice(args), mask });
         dst
     }
 
@@ -307,7 +307,7 @@ impl Builder {
             return Some(v);
         }
         let dst = self.fresh_uniform();
-        Some(self.emit(dst, Some(key), Step::TextureSize { dst, texture, axis, level }))
+        Some(self.emit(dst, Some(key), SsaStep::TextureSize { dst, texture, axis, level }))
     }
 }
 

@@ -3,7 +3,7 @@
 //! In: the steps after all other passes. Out: the same steps with chains, and with as few kernels as `kernels/chains.rs` allows. Always: a chain
 //! replaces its last operation; its operations come from one basic block, and no loop variable that they read is assigned between them.
 
-use super::step::{Step, Val, Vals, reads};
+use super::step::{SsaStep, Val, Vals, reads};
 use crate::render::software::kernels::chains::{MAX_CHAIN_OPS, MAX_OPERANDS, find};
 use crate::render::software::tape::{FusedOp, Op};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
@@ -18,7 +18,7 @@ struct ChainOp {
     args: Vals,
 }
 
-pub(crate) fn fuse_chains(code: &mut Vec<Step>, outputs: &[Val]) {
+pub(crate) fn fuse_chains(code: &mut Vec<SsaStep>, outputs: &[Val]) {
     fold_negations(code, outputs);
     let uses = use_counts(code, outputs);
     // Chains of this basic block to which an operation may still be appended. Key: the chain's result, which exactly one operation reads.
@@ -26,12 +26,12 @@ pub(crate) fn fuse_chains(code: &mut Vec<Step>, outputs: &[Val]) {
     let mut closed_chains: Vec<Vec<ChainOp>> = Vec::new();
     for (index, step) in code.iter().enumerate() {
         match step {
-            Step::Assign { dst, .. } => {
+            SsaStep::Assign { dst, .. } => {
                 let stale: Vec<Val> =
                     open_chains.iter().filter(|(_, c)| c.iter().any(|op| op.args.contains(dst))).map(|(v, _)| *v).collect();
                 closed_chains.extend(stale.iter().filter_map(|v| open_chains.remove(v)));
             }
-            Step::Op { dst: dst @ Val::Lane(_), op, args } => {
+            SsaStep::Op { dst: dst @ Val::Lane(_), op, args } => {
                 let candidates = args.iter().enumerate().filter_map(|(position, v)| {
                     let mut chain = open_chains.get(v)?.clone();
                     let (op, args) = commuted(FusedOp { op: *op, chained_operand: position as u8 }, args);
@@ -53,7 +53,12 @@ pub(crate) fn fuse_chains(code: &mut Vec<Step>, outputs: &[Val]) {
                     closed_chains.push(chain);
                 }
             }
-            Step::SkipIfNoLane { .. } | Step::JumpIf { .. } | Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => {
+            SsaStep::SkipIfNoLane { .. }
+            | SsaStep::JumpIf { .. }
+            | SsaStep::Jump { .. }
+            | SsaStep::Label(_)
+            | SsaStep::LoopStart
+            | SsaStep::LoopEnd => {
                 closed_chains.extend(std::mem::take(&mut open_chains).into_values());
             }
             _ => {}
@@ -64,9 +69,9 @@ pub(crate) fn fuse_chains(code: &mut Vec<Step>, outputs: &[Val]) {
     for chain in &closed_chains {
         for piece in split(chain).into_iter().filter(|p| p.len() > 1) {
             let (Some((operands, _)), Some(last)) = (operands(piece), piece.last()) else { continue };
-            let Step::Op { dst, .. } = code[last.index] else { continue };
+            let SsaStep::Op { dst, .. } = code[last.index] else { continue };
             let ops = fused_ops(piece);
-            code[last.index] = Step::FusedKernel { dst, ops, args: operands };
+            code[last.index] = SsaStep::FusedKernel { dst, ops, args: operands };
             removed.extend(piece[..piece.len() - 1].iter().map(|op| op.index));
         }
     }
@@ -77,7 +82,7 @@ pub(crate) fn fuse_chains(code: &mut Vec<Step>, outputs: &[Val]) {
     });
 }
 
-fn use_counts(code: &[Step], outputs: &[Val]) -> HashMap<Val, u32> {
+fn use_counts(code: &[SsaStep], outputs: &[Val]) -> HashMap<Val, u32> {
     let mut uses: HashMap<Val, u32> = HashMap::default();
     for v in code.iter().flat_map(reads).chain(outputs.iter().copied()) {
         *uses.entry(v).or_default() += 1;
@@ -86,27 +91,32 @@ fn use_counts(code: &[Step], outputs: &[Val]) -> HashMap<Val, u32> {
 }
 
 /// Folds the negation of a factor into the fused multiply-add that reads it, because -a * b + c is exactly c - a * b.
-fn fold_negations(code: &mut Vec<Step>, outputs: &[Val]) {
+fn fold_negations(code: &mut Vec<SsaStep>, outputs: &[Val]) {
     let uses = use_counts(code, outputs);
     // Index of the negation and its operand, by result.
     let mut negated: HashMap<Val, (usize, Val)> = HashMap::default();
     let mut removed = HashSet::default();
     for (index, step) in code.iter_mut().enumerate() {
         match step {
-            Step::Assign { dst, .. } => negated.retain(|_, (_, a)| *a != *dst),
-            Step::Op { dst: dst @ Val::Lane(_), op: Op::Neg, args } if uses.get(dst) == Some(&1) => {
+            SsaStep::Assign { dst, .. } => negated.retain(|_, (_, a)| *a != *dst),
+            SsaStep::Op { dst: dst @ Val::Lane(_), op: Op::Neg, args } if uses.get(dst) == Some(&1) => {
                 negated.insert(*dst, (index, args[0]));
             }
-            Step::Op { dst: dst @ Val::Lane(_), op: Op::Fma, args } => {
+            SsaStep::Op { dst: dst @ Val::Lane(_), op: Op::Fma, args } => {
                 let found = (0..2).find_map(|position| Some((position, *negated.get(&args[position])?)));
                 let Some((position, (negation, factor))) = found else { continue };
                 // A value common to all lanes comes first, as in the table of chains.
                 let mut factors = [factor, args[1 - position]];
                 factors.sort();
                 removed.insert(negation);
-                *step = Step::Op { dst: *dst, op: Op::Fnma, args: smallvec![factors[0], factors[1], args[2]] };
+                *step = SsaStep::Op { dst: *dst, op: Op::Fnma, args: smallvec![factors[0], factors[1], args[2]] };
             }
-            Step::SkipIfNoLane { .. } | Step::JumpIf { .. } | Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => {
+            SsaStep::SkipIfNoLane { .. }
+            | SsaStep::JumpIf { .. }
+            | SsaStep::Jump { .. }
+            | SsaStep::Label(_)
+            | SsaStep::LoopStart
+            | SsaStep::LoopEnd => {
                 negated.clear();
             }
             _ => {}

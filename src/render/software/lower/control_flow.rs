@@ -5,7 +5,7 @@
 
 use super::error::Result;
 use super::lowerer::{LoopFlags, Lowerer, OpenLoop};
-use super::step::{Label, Step, Val};
+use super::step::{Label, SsaStep, Val};
 use crate::render::software::tape::Op;
 use naga::{Block, Expression, Handle, SwitchValue};
 use rustc_hash::FxHashMap as HashMap;
@@ -31,15 +31,15 @@ impl<'m> Lowerer<'m> {
     /// Leaves the innermost loop by a jump if the (uniform) flag `exited` is set. Afterwards no flag is set.
     pub(super) fn leave_loop_if(&mut self, exited: Val) {
         let no_exit = self.builder.label();
-        self.builder.code.push(Step::JumpIf { cond: exited, when: false, label: no_exit });
+        self.builder.code.push(SsaStep::JumpIf { cond: exited, when: false, label: no_exit });
         let env = self.env.clone();
         if let Some(open_loop) = self.open_loops.last_mut() {
             open_loop.exit_envs.push(env.clone());
             let (variables, exit) = (open_loop.variables.clone(), open_loop.exit);
             self.assign(&variables, &env);
-            self.builder.code.push(Step::Jump { label: exit });
+            self.builder.code.push(SsaStep::Jump { label: exit });
         }
-        self.builder.code.push(Step::Label(no_exit));
+        self.builder.code.push(SsaStep::Label(no_exit));
         self.clear_flags();
     }
 
@@ -51,11 +51,11 @@ impl<'m> Lowerer<'m> {
             if moves[..i].iter().any(|(phi, _)| *phi == from) {
                 let copy = if matches!(from, Val::Lane(_)) { self.builder.fresh_lane() } else { self.builder.fresh_uniform() };
                 moves[i].1 = copy;
-                self.builder.code.push(Step::Assign { dst: copy, from });
+                self.builder.code.push(SsaStep::Assign { dst: copy, from });
             }
         }
         for (dst, from) in moves {
-            self.builder.code.push(Step::Assign { dst, from });
+            self.builder.code.push(SsaStep::Assign { dst, from });
         }
     }
 
@@ -87,9 +87,9 @@ impl<'m> Lowerer<'m> {
         let label = self.builder.label();
         if matches!(cond, Val::Lane(_)) {
             self.active_mask = self.builder.bin(Op::And, outer_mask, cond);
-            self.builder.code.push(Step::SkipIfNoLane { mask: self.active_mask, label: elsewhere.unwrap_or(label) });
+            self.builder.code.push(SsaStep::SkipIfNoLane { mask: self.active_mask, label: elsewhere.unwrap_or(label) });
         } else {
-            self.builder.code.push(Step::JumpIf { cond, when: false, label });
+            self.builder.code.push(SsaStep::JumpIf { cond, when: false, label });
         }
         let start = self.builder.code.len();
         self.builder.open_region();
@@ -98,11 +98,11 @@ impl<'m> Lowerer<'m> {
         self.condition_depth -= 1;
         self.builder.close_region();
         let region = &self.builder.code[start..];
-        let needs_no_skip = region.len() < MIN_SKIPPED_STEPS && region.iter().all(|s| matches!(s, Step::Op { op, .. } if is_cheap(*op)));
+        let needs_no_skip = region.len() < MIN_SKIPPED_STEPS && region.iter().all(|s| matches!(s, SsaStep::Op { op, .. } if is_cheap(*op)));
         if needs_no_skip && matches!(cond, Val::Lane(_)) {
             self.builder.code.remove(start - 1);
         } else {
-            self.builder.code.push(Step::Label(label));
+            self.builder.code.push(SsaStep::Label(label));
         }
         self.active_mask = outer_mask;
         self.is_directly_in_loop = was_directly_in_loop;
@@ -257,7 +257,7 @@ impl<'m> Lowerer<'m> {
         for scalar in scalars {
             let is_per_lane = changing[&scalar].is_per_lane || matches!(self.env[scalar], Val::Lane(_));
             let phi = if is_per_lane { self.builder.fresh_lane() } else { self.builder.fresh_uniform() };
-            self.builder.code.push(Step::Assign { dst: phi, from: self.env[scalar] });
+            self.builder.code.push(SsaStep::Assign { dst: phi, from: self.env[scalar] });
             // If `return` always leaves the loop by a jump, its flag is never set inside the loop.
             if scalar != return_flag || changing[&scalar].when_repeating {
                 self.env[scalar] = phi;
@@ -265,8 +265,8 @@ impl<'m> Lowerer<'m> {
             variables.push((scalar, phi));
         }
         let (head, exit) = (self.builder.label(), self.builder.label());
-        self.builder.code.push(Step::LoopStart);
-        self.builder.code.push(Step::Label(head));
+        self.builder.code.push(SsaStep::LoopStart);
+        self.builder.code.push(SsaStep::Label(head));
         self.builder.open_region();
         let start_env = self.env.clone();
         let iteration_start = (Vec::new(), usize::MAX);
@@ -319,17 +319,17 @@ impl<'m> Lowerer<'m> {
         let repeat_condition = if matches!(exited, Val::Lane(_)) { self.builder.bin(Op::And, outer_mask, remaining) } else { remaining };
         self.assign(&variables, &end_env);
         match (self.builder.known_bool(exited), repeat_condition) {
-            (Some(false), _) => self.builder.code.push(Step::Jump { label: head }),
+            (Some(false), _) => self.builder.code.push(SsaStep::Jump { label: head }),
             (Some(true), _) => {}
             (None, Val::Lane(_)) => {
-                self.builder.code.push(Step::SkipIfNoLane { mask: repeat_condition, label: exit });
-                self.builder.code.push(Step::Jump { label: head });
+                self.builder.code.push(SsaStep::SkipIfNoLane { mask: repeat_condition, label: exit });
+                self.builder.code.push(SsaStep::Jump { label: head });
             }
-            (None, _) => self.builder.code.push(Step::JumpIf { cond: repeat_condition, when: true, label: head }),
+            (None, _) => self.builder.code.push(SsaStep::JumpIf { cond: repeat_condition, when: true, label: head }),
         }
         self.builder.close_region();
-        self.builder.code.push(Step::LoopEnd);
-        self.builder.code.push(Step::Label(exit));
+        self.builder.code.push(SsaStep::LoopEnd);
+        self.builder.code.push(SsaStep::Label(exit));
         let exit_envs = self.open_loops.pop().map(|o| o.exit_envs).unwrap_or_default();
         let is_endless = exit_envs.is_empty() && self.builder.known_bool(exited) == Some(false);
         let mut changes = Vec::new();

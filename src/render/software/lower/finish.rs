@@ -5,7 +5,7 @@
 
 use super::builder::Builder;
 use super::error::LowerError;
-use super::step::{Label, Step, Val, reads, writes};
+use super::step::{Label, SsaStep, Val, reads, writes};
 use crate::render::software::tape::{Instr, Op, Operand};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use smallvec::smallvec;
@@ -33,7 +33,7 @@ fn eliminate_dead_code(b: &mut Builder, outputs: &[Val]) {
             break;
         }
     }
-    let keep = |s: &Step| {
+    let keep = |s: &SsaStep| {
         let written = writes(s);
         written.is_empty() || written.iter().any(|v| live.contains(v))
     };
@@ -42,8 +42,10 @@ fn eliminate_dead_code(b: &mut Builder, outputs: &[Val]) {
     // Remove jumps to the next step.
     loop {
         let jump_to_next = b.code.windows(2).position(|pair| {
-            let (Step::SkipIfNoLane { label, .. } | Step::JumpIf { label, .. } | Step::Jump { label }) = &pair[0] else { return false };
-            matches!(&pair[1], Step::Label(next) if label == next)
+            let (SsaStep::SkipIfNoLane { label, .. } | SsaStep::JumpIf { label, .. } | SsaStep::Jump { label }) = &pair[0] else {
+                return false;
+            };
+            matches!(&pair[1], SsaStep::Label(next) if label == next)
         });
         match jump_to_next {
             Some(i) => {
@@ -78,25 +80,25 @@ fn fuse_multiply_add(b: &mut Builder, outputs: &[Val]) {
     let mut last_region = 0u32;
     for i in 0..b.code.len() {
         match &b.code[i] {
-            Step::SkipIfNoLane { label, .. } | Step::JumpIf { label, .. } => {
+            SsaStep::SkipIfNoLane { label, .. } | SsaStep::JumpIf { label, .. } => {
                 open_jumps.push((region, *label));
                 last_region += 1;
                 region = last_region;
             }
-            Step::Label(l) => {
+            SsaStep::Label(l) => {
                 while let Some(k) = open_jumps.iter().rposition(|(_, label)| label == l) {
                     region = open_jumps[k].0;
                     open_jumps.truncate(k);
                 }
             }
-            Step::LoopStart | Step::LoopEnd | Step::Jump { .. } => {
+            SsaStep::LoopStart | SsaStep::LoopEnd | SsaStep::Jump { .. } => {
                 last_region += 1;
                 region = last_region;
             }
-            Step::Op { dst: dst @ Val::Lane(_), op: Op::Mul, args } if uses.get(dst) == Some(&1) => {
+            SsaStep::Op { dst: dst @ Val::Lane(_), op: Op::Mul, args } if uses.get(dst) == Some(&1) => {
                 products.insert(*dst, Product { index: i, region, factors: [args[0], args[1]] });
             }
-            Step::Op { dst: dst @ Val::Lane(_), op: op @ (Op::Add | Op::Sub), args } => {
+            SsaStep::Op { dst: dst @ Val::Lane(_), op: op @ (Op::Add | Op::Sub), args } => {
                 let product_of = |v: Val| products.get(&v).filter(|p| p.region == region).copied();
                 let (product, op, addend) = match (op, product_of(args[0]), product_of(args[1])) {
                     (Op::Add, Some(p), _) => (p, Op::Fma, args[1]),
@@ -107,7 +109,7 @@ fn fuse_multiply_add(b: &mut Builder, outputs: &[Val]) {
                 };
                 let dst = *dst;
                 removed.insert(product.index);
-                b.code[i] = Step::Op { dst, op, args: smallvec![product.factors[0], product.factors[1], addend] };
+                b.code[i] = SsaStep::Op { dst, op, args: smallvec![product.factors[0], product.factors[1], addend] };
             }
             _ => {}
         }
@@ -120,15 +122,15 @@ fn fuse_multiply_add(b: &mut Builder, outputs: &[Val]) {
 }
 
 /// Live range of every value: its first and last position, extended to the end of loops that use it.
-fn live_ranges(code: &[Step], inputs: &[Val], outputs: &[Val]) -> HashMap<Val, (usize, usize)> {
+fn live_ranges(code: &[SsaStep], inputs: &[Val], outputs: &[Val]) -> HashMap<Val, (usize, usize)> {
     // Inputs are live from the start of the program.
     let mut ranges: HashMap<Val, (usize, usize)> = inputs.iter().map(|v| (*v, (0, 0))).collect();
     let mut loops: Vec<(usize, usize)> = Vec::new();
     let mut open_loops: Vec<usize> = Vec::new();
     for (i, step) in code.iter().enumerate() {
         match step {
-            Step::LoopStart => open_loops.push(i),
-            Step::LoopEnd => loops.extend(open_loops.pop().map(|start| (start, i))),
+            SsaStep::LoopStart => open_loops.push(i),
+            SsaStep::LoopEnd => loops.extend(open_loops.pop().map(|start| (start, i))),
             _ => {}
         }
         for v in reads(step).into_iter().chain(writes(step)) {
@@ -211,7 +213,7 @@ pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bo
                 continue;
             }
             // A copy of a value that nothing reads later takes over its slot.
-            if let Step::Assign { from: from @ Val::Lane(_), .. } = step
+            if let SsaStep::Assign { from: from @ Val::Lane(_), .. } = step
                 && matches!(v, Val::Lane(_))
                 && let Some(Operand::Slot(s)) = allocation.get(from).copied()
                 && let Some(at) = freed_after[i].iter().position(|freed| *freed == s)
@@ -235,15 +237,15 @@ pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bo
         let operand = |v: Val| operand_of(&allocation, v);
         let operands = |vs: &[Val]| vs.iter().map(|v| operand(*v)).collect::<Vec<_>>();
         match step {
-            Step::Op { dst: dst @ Val::Lane(_), op, args } => {
+            SsaStep::Op { dst: dst @ Val::Lane(_), op, args } => {
                 lane_tape.push(Instr::Lane { op: *op, dst: number(operand(*dst)), args: operands(args) })
             }
-            Step::Assign { dst: dst @ Val::Lane(_), from } => {
+            SsaStep::Assign { dst: dst @ Val::Lane(_), from } => {
                 if operand(*dst) != operand(*from) {
                     lane_tape.push(Instr::Lane { op: Op::Copy, dst: number(operand(*dst)), args: vec![operand(*from)] });
                 }
             }
-            Step::LoadUniform { dst: dst @ Val::Lane(_), kind, offset, index: Some(k), stride, count } => {
+            SsaStep::LoadUniform { dst: dst @ Val::Lane(_), kind, offset, index: Some(k), stride, count } => {
                 lane_tape.push(Instr::GatherUniform {
                     dst: number(operand(*dst)),
                     kind: *kind,
@@ -253,26 +255,26 @@ pub(crate) fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], chains: bo
                     count: *count,
                 })
             }
-            Step::FusedKernel { dst, ops, args } => {
+            SsaStep::FusedKernel { dst, ops, args } => {
                 lane_tape.push(Instr::FusedKernel { ops: ops.clone(), dst: number(operand(*dst)), args: operands(args) })
             }
-            Step::Op { .. } | Step::Assign { .. } | Step::LoadUniform { .. } | Step::TextureSize { .. } => {
+            SsaStep::Op { .. } | SsaStep::Assign { .. } | SsaStep::LoadUniform { .. } | SsaStep::TextureSize { .. } => {
                 lane_tape.push(scalar_instr(step, &operand));
             }
-            Step::Texture { op, texture, dst, args, mask } => lane_tape.push(Instr::Texture {
+            SsaStep::Texture { op, texture, dst, args, mask } => lane_tape.push(Instr::Texture {
                 op: *op,
                 texture: *texture,
                 dst: dst.map(|d| number(operand(d))),
                 args: operands(args),
                 mask: operand(*mask),
             }),
-            Step::SkipIfNoLane { mask, label } => lane_tape.push(Instr::SkipIfNoLane { mask: operand(*mask), target: *label }),
-            Step::JumpIf { cond, when, label } => lane_tape.push(Instr::JumpIf { cond: operand(*cond), when: *when, target: *label }),
-            Step::Jump { label } => lane_tape.push(Instr::Jump { target: *label }),
-            Step::Label(l) => {
+            SsaStep::SkipIfNoLane { mask, label } => lane_tape.push(Instr::SkipIfNoLane { mask: operand(*mask), target: *label }),
+            SsaStep::JumpIf { cond, when, label } => lane_tape.push(Instr::JumpIf { cond: operand(*cond), when: *when, target: *label }),
+            SsaStep::Jump { label } => lane_tape.push(Instr::Jump { target: *label }),
+            SsaStep::Label(l) => {
                 target_of.insert(*l, lane_tape.len() as u32);
             }
-            Step::LoopStart | Step::LoopEnd => {}
+            SsaStep::LoopStart | SsaStep::LoopEnd => {}
         }
         slots.free.extend(std::mem::take(&mut freed_after[i]));
     }
@@ -298,13 +300,13 @@ fn number(o: Operand) -> u16 {
 }
 
 /// The instruction of a step whose result is a register.
-fn scalar_instr(step: &Step, operand: &dyn Fn(Val) -> Operand) -> Instr {
+fn scalar_instr(step: &SsaStep, operand: &dyn Fn(Val) -> Operand) -> Instr {
     match step {
-        Step::Op { dst, op, args } => {
+        SsaStep::Op { dst, op, args } => {
             Instr::Scalar { op: *op, dst: number(operand(*dst)), args: args.iter().map(|v| operand(*v)).collect() }
         }
-        Step::Assign { dst, from } => Instr::Scalar { op: Op::Copy, dst: number(operand(*dst)), args: vec![operand(*from)] },
-        Step::LoadUniform { dst, kind, offset, index: k, stride, count } => Instr::LoadUniform {
+        SsaStep::Assign { dst, from } => Instr::Scalar { op: Op::Copy, dst: number(operand(*dst)), args: vec![operand(*from)] },
+        SsaStep::LoadUniform { dst, kind, offset, index: k, stride, count } => Instr::LoadUniform {
             dst: number(operand(*dst)),
             kind: *kind,
             offset: *offset,
@@ -312,7 +314,7 @@ fn scalar_instr(step: &Step, operand: &dyn Fn(Val) -> Operand) -> Instr {
             stride: *stride,
             count: *count,
         },
-        Step::TextureSize { dst, texture, axis, level } => {
+        SsaStep::TextureSize { dst, texture, axis, level } => {
             Instr::TextureSize { dst: number(operand(*dst)), texture: *texture, axis: *axis, level: operand(*level) }
         }
         // No other step has a register as its result; `Program::check` would refuse this target.

@@ -4,18 +4,18 @@
 //! with one jump instead of two at exits from loops. Only steps that every iteration runs are moved. A step that may be skipped is not moved, since
 //! running it once for every loop may cost more than running it only when it is needed.
 
-use super::step::{Label, Step, Val, reads, writes};
+use super::step::{Label, SsaStep, Val, reads, writes};
 use crate::render::software::tape::Op;
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 
 /// Moves loop-invariant steps before their loop, from the innermost loops outward.
-pub(crate) fn hoist(code: &mut [Step]) {
+pub(crate) fn hoist(code: &mut [SsaStep]) {
     let mut loop_starts = Vec::new();
     let mut index = 0;
     while index < code.len() {
         match &code[index] {
-            Step::LoopStart => loop_starts.push(index),
-            Step::LoopEnd => {
+            SsaStep::LoopStart => loop_starts.push(index),
+            SsaStep::LoopEnd => {
                 if let Some(start) = loop_starts.pop() {
                     hoist_from_loop(code, start, index);
                 }
@@ -27,23 +27,23 @@ pub(crate) fn hoist(code: &mut [Step]) {
 }
 
 /// Hoists steps out of the loop that begins at `start` and ends at `end`. They are placed directly before the loop, so `end` does not change.
-fn hoist_from_loop(code: &mut [Step], start: usize, end: usize) {
+fn hoist_from_loop(code: &mut [SsaStep], start: usize, end: usize) {
     let mut changing: HashSet<Val> = code[start..end].iter().flat_map(writes).collect();
     let labels_inside: HashSet<Label> =
-        code[start..end].iter().filter_map(|step| if let Step::Label(l) = step { Some(*l) } else { None }).collect();
+        code[start..end].iter().filter_map(|step| if let SsaStep::Label(l) = step { Some(*l) } else { None }).collect();
     // Labels of the skips over the current step. A jump out of the loop is not a skip: every iteration that continues runs the steps after it.
     let mut skips: Vec<Label> = Vec::new();
     let mut inner_depth = 0;
     let mut hoisted = HashSet::default();
     for (index, step) in code.iter().enumerate().take(end).skip(start + 1) {
         match step {
-            Step::SkipIfNoLane { label, .. } | Step::JumpIf { label, .. } | Step::Jump { label } => {
+            SsaStep::SkipIfNoLane { label, .. } | SsaStep::JumpIf { label, .. } | SsaStep::Jump { label } => {
                 skips.extend(labels_inside.get(label));
             }
-            Step::Label(label) => skips.retain(|l| l != label),
-            Step::LoopStart => inner_depth += 1,
-            Step::LoopEnd => inner_depth -= 1,
-            Step::Op { dst, .. } | Step::LoadUniform { dst, .. }
+            SsaStep::Label(label) => skips.retain(|l| l != label),
+            SsaStep::LoopStart => inner_depth += 1,
+            SsaStep::LoopEnd => inner_depth -= 1,
+            SsaStep::Op { dst, .. } | SsaStep::LoadUniform { dst, .. }
                 if inner_depth == 0 && skips.is_empty() && reads(step).iter().all(|v| !changing.contains(v)) =>
             {
                 changing.remove(dst);
@@ -63,30 +63,30 @@ fn hoist_from_loop(code: &mut [Step], start: usize, end: usize) {
 }
 
 /// Replaces a conditional jump over a jump by one jump with the opposite condition, and a jump on `!x` by the opposite jump on `x`.
-pub(crate) fn merge_jumps(code: &mut Vec<Step>) {
+pub(crate) fn merge_jumps(code: &mut Vec<SsaStep>) {
     let operand_of_not: HashMap<Val, Val> = code
         .iter()
         .filter_map(|step| match step {
-            Step::Op { dst: dst @ Val::Uniform(_), op: Op::BNot, args } => Some((*dst, args[0])),
+            SsaStep::Op { dst: dst @ Val::Uniform(_), op: Op::BNot, args } => Some((*dst, args[0])),
             _ => None,
         })
         .collect();
     let assigned: HashSet<Val> =
-        code.iter().filter_map(|step| if let Step::Assign { dst, .. } = step { Some(*dst) } else { None }).collect();
+        code.iter().filter_map(|step| if let SsaStep::Assign { dst, .. } = step { Some(*dst) } else { None }).collect();
     for step in code.iter_mut() {
-        if let Step::JumpIf { cond, when, .. } = step
+        if let SsaStep::JumpIf { cond, when, .. } = step
             && let Some(negated) = operand_of_not.get(cond).filter(|v| !assigned.contains(v))
         {
             (*cond, *when) = (*negated, !*when);
         }
     }
-    let is_jump_over_jump = |w: &[Step]| match w {
-        [Step::JumpIf { label, .. }, Step::Jump { .. }, Step::Label(next)] => label == next,
+    let is_jump_over_jump = |w: &[SsaStep]| match w {
+        [SsaStep::JumpIf { label, .. }, SsaStep::Jump { .. }, SsaStep::Label(next)] => label == next,
         _ => false,
     };
     while let Some(jump) = code.windows(3).position(is_jump_over_jump) {
-        if let (Step::JumpIf { cond, when, .. }, Step::Jump { label }) = (&code[jump], &code[jump + 1]) {
-            code[jump] = Step::JumpIf { cond: *cond, when: !*when, label: *label };
+        if let (SsaStep::JumpIf { cond, when, .. }, SsaStep::Jump { label }) = (&code[jump], &code[jump + 1]) {
+            code[jump] = SsaStep::JumpIf { cond: *cond, when: !*when, label: *label };
             code.remove(jump + 1);
         }
     }

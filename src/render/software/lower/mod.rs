@@ -116,7 +116,7 @@ fn lower_entry_point(
     for v in &mut outputs {
         if !matches!(v, Val::Lane(_)) || interface.input_values.contains(v) || !seen.insert(*v) {
             let dst = builder.fresh_lane();
-            builder.code.push(step::Step::Op { dst, op: super::tape::Op::Copy, args: smallvec::smallvec![*v] });
+            builder.code.push(step::SsaStep::Op { dst, op: super::tape::Op::Copy, args: smallvec::smallvec![*v] });
             *v = dst;
         }
     }

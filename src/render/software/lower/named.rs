@@ -7,7 +7,7 @@
 
 use super::error::Result;
 use super::lowerer::Lowerer;
-use super::step::{Step, Val};
+use super::step::{SsaStep, Val};
 use super::value::Value;
 use super::watch::CapturedValue;
 use crate::render::software::tape::Op;
@@ -97,7 +97,7 @@ impl<'m> Lowerer<'m> {
         for (dst, v) in lanes.into_iter().zip(numbers) {
             // Inactive lanes keep their earlier value.
             let from = self.builder.select(self.active_mask, v, dst);
-            self.builder.code.push(Step::Assign { dst, from });
+            self.builder.code.push(SsaStep::Assign { dst, from });
         }
         Ok(())
     }

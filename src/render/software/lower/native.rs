@@ -8,7 +8,7 @@
 use super::builder::Builder;
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
-use super::step::{Step, Val};
+use super::step::{SsaStep, Val};
 use super::value::Value;
 use crate::render::software::program::Constant;
 use crate::render::software::tape::TextureOp;
@@ -25,7 +25,7 @@ const RESOURCES: &str = "@group(0) @binding(0) var shipped_map: texture_2d<f32>;
 #[derive(PartialEq)]
 struct Body {
     /// Steps that run once per draw, and steps that run per batch of lanes.
-    steps: [Vec<Step>; 2],
+    steps: [Vec<SsaStep>; 2],
     result: Vec<Val>,
 }
 

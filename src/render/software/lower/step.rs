@@ -22,7 +22,7 @@ pub(crate) type Vals = SmallVec<[Val; 4]>;
 
 /// One step before slots and registers are assigned. The rate of `dst` (see `builder.rs`) determines how often the step runs.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Step {
+pub(crate) enum SsaStep {
     Op {
         dst: Val,
         op: Op,
@@ -78,28 +78,28 @@ pub(crate) enum Step {
 }
 
 /// The values that a step reads.
-pub(crate) fn reads(step: &Step) -> Vals {
+pub(crate) fn reads(step: &SsaStep) -> Vals {
     match step {
-        Step::Op { args, .. } | Step::FusedKernel { args, .. } => args.clone(),
-        Step::Assign { from, .. } => smallvec![*from],
-        Step::LoadUniform { index, .. } => index.iter().copied().collect(),
-        Step::Texture { args, mask, .. } => args.iter().copied().chain([*mask]).collect(),
-        Step::TextureSize { level, .. } => smallvec![*level],
-        Step::SkipIfNoLane { mask, .. } => smallvec![*mask],
-        Step::JumpIf { cond, .. } => smallvec![*cond],
-        Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => smallvec![],
+        SsaStep::Op { args, .. } | SsaStep::FusedKernel { args, .. } => args.clone(),
+        SsaStep::Assign { from, .. } => smallvec![*from],
+        SsaStep::LoadUniform { index, .. } => index.iter().copied().collect(),
+        SsaStep::Texture { args, mask, .. } => args.iter().copied().chain([*mask]).collect(),
+        SsaStep::TextureSize { level, .. } => smallvec![*level],
+        SsaStep::SkipIfNoLane { mask, .. } => smallvec![*mask],
+        SsaStep::JumpIf { cond, .. } => smallvec![*cond],
+        SsaStep::Jump { .. } | SsaStep::Label(_) | SsaStep::LoopStart | SsaStep::LoopEnd => smallvec![],
     }
 }
 
 /// The values that a step writes.
-pub(crate) fn writes(step: &Step) -> Vals {
+pub(crate) fn writes(step: &SsaStep) -> Vals {
     match step {
-        Step::Op { dst, .. }
-        | Step::FusedKernel { dst, .. }
-        | Step::Assign { dst, .. }
-        | Step::LoadUniform { dst, .. }
-        | Step::TextureSize { dst, .. } => smallvec![*dst],
-        Step::Texture { dst, .. } => Vals::from_slice(dst),
+        SsaStep::Op { dst, .. }
+        | SsaStep::FusedKernel { dst, .. }
+        | SsaStep::Assign { dst, .. }
+        | SsaStep::LoadUniform { dst, .. }
+        | SsaStep::TextureSize { dst, .. } => smallvec![*dst],
+        SsaStep::Texture { dst, .. } => Vals::from_slice(dst),
         _ => smallvec![],
     }
 }

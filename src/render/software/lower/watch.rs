@@ -1,7 +1,7 @@
 //! Collects the named values that a program outputs in addition to its own outputs.
 
 use super::builder::Builder;
-use super::step::{Step, Val};
+use super::step::{SsaStep, Val};
 use crate::render::software::program::LaneOutput;
 use crate::render::software::tape::Op;
 use std::collections::HashMap;
@@ -33,7 +33,7 @@ impl NamedValueCapture {
     /// Initialises every captured value with NaN.
     pub(crate) fn initialise(&self, b: &mut Builder) {
         let nan = b.float(f64::NAN);
-        let copies = self.lanes().map(|dst| Step::Op { dst, op: Op::Copy, args: smallvec::smallvec![nan] }).collect::<Vec<_>>();
+        let copies = self.lanes().map(|dst| SsaStep::Op { dst, op: Op::Copy, args: smallvec::smallvec![nan] }).collect::<Vec<_>>();
         b.code.splice(0..0, copies);
     }
     /// The lanes of all named values.

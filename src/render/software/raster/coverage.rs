@@ -315,8 +315,9 @@ mod tests {
     fn quads_are_covered_where_their_samples_lie_inside() {
         let (mut seed, mut partly) = (1, 0);
         for round in 0..400_u32 {
-            let reach = [3, 12, 60, 200][round as usize % 4];
-            let corner = |seed: &mut u64| [100 * SUBPIXEL, 90 * SUBPIXEL].map(|c| c + random(seed, reach * 4096) - reach as i64 * 2048);
+            let extent_px = [3, 12, 60, 200][round as usize % 4];
+            let corner =
+                |seed: &mut u64| [100 * SUBPIXEL, 90 * SUBPIXEL].map(|c| c + random(seed, extent_px * 4096) - extent_px as i64 * 2048);
             let p = [corner(&mut seed), corner(&mut seed), corner(&mut seed)];
             let edge = |a: [i64; 2], b: [i64; 2]| {
                 let (dx, dy) = (b[0] - a[0], b[1] - a[1]);

@@ -66,15 +66,15 @@ pub(crate) struct SourceTriangle {
     /// Whether all three w are equal, so that varyings are linear in screen space.
     pub is_affine: bool,
     pub is_front_facing: bool,
-    /// Index of its first plane in [`Geometry::planes`]: one per interpolated scalar, of value / w, or of the value itself if `is_affine`.
+    /// Index of its first plane in [`RasterGeometry::planes`]: one per interpolated scalar, of value / w, or of the value itself if `is_affine`.
     pub first_plane: usize,
-    /// Index of its first value in [`Geometry::flat_values`]: one per flat scalar.
+    /// Index of its first value in [`RasterGeometry::flat_values`]: one per flat scalar.
     pub first_flat_value: usize,
 }
 
 /// All triangles of one draw, in drawing order.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Geometry {
+pub(crate) struct RasterGeometry {
     pub triangles: Vec<RasterTriangle>,
     pub source_triangles: Vec<SourceTriangle>,
     pub planes: Vec<Plane>,
@@ -88,7 +88,7 @@ pub(crate) struct Geometry {
 /// corners consists of eight triangles.
 const MAX_PARTS: usize = 8;
 
-impl Geometry {
+impl RasterGeometry {
     /// Reserves memory for one more triangle with this many varying scalars.
     ///
     /// # Errors
@@ -133,7 +133,7 @@ impl Geometry {
 #[cfg(target_arch = "x86_64")]
 const PREFETCH_DISTANCES: [usize; 3] = [12, 8, 4];
 
-impl Geometry {
+impl RasterGeometry {
     /// Prefetches the data of triangles that will be drawn soon, because a tile's triangles are scattered in memory. `upcoming`: triangles in drawing
     /// order.
     #[inline(always)]
@@ -214,7 +214,7 @@ pub(crate) fn set_up(
     clip_positions: [[f64; 4]; 3],
     varyings: impl Iterator<Item = (Interpolation, [f64; 3])>,
     bounds: &Bounds,
-    geometry: &mut Geometry,
+    geometry: &mut RasterGeometry,
 ) {
     let mut corners = clip_positions.map(|p| Corner::from_clip(p, bounds.width, bounds.height));
     let Some(polygon) = clip(&corners) else { return };
@@ -247,7 +247,7 @@ pub(crate) fn set_up(
         let sum = |k: usize| (v[0] * adjugate[0][k] + v[1] * adjugate[1][k] + v[2] * adjugate[2][k]) / determinant;
         Plane { dx: sum(0), dy: sum(1), at_origin: sum(2) }
     };
-    let Geometry { triangles, source_triangles, planes, flat_values, clipped } = geometry;
+    let RasterGeometry { triangles, source_triangles, planes, flat_values, clipped } = geometry;
     let source_triangle = source_triangles.len() as u32;
     let triangles_before = triangles.len();
     let points = polygon.corners();
@@ -292,7 +292,7 @@ mod tests {
     const BOUNDS: Bounds = Bounds { width: 64, height: 64, scissor: [0, 0, 64, 64], cull_back: false };
 
     fn set_up_one(clip: [[f64; 4]; 3], values: [f64; 3], bounds: &Bounds) -> Option<(SourceTriangle, Plane)> {
-        let mut g = Geometry::default();
+        let mut g = RasterGeometry::default();
         set_up(clip, [(Interpolation::Perspective, values)].into_iter(), bounds, &mut g);
         Some((g.source_triangles.pop()?, g.planes.pop()?))
     }
@@ -334,7 +334,7 @@ mod tests {
     fn joined_parts_equal_the_geometry_set_up_at_once() {
         let triangle = |k: f64| [[-0.9, -0.5, 0.5, 1.0], [0.3 + 0.1 * k, -0.5, 0.5, 1.0], [0.0, 0.5, 0.1, 1.0 - 0.8 * k]];
         let set_up_all = |range: std::ops::Range<u32>| {
-            let mut g = Geometry::default();
+            let mut g = RasterGeometry::default();
             for k in range.map(f64::from) {
                 g.reserve(2).expect("memory");
                 let varyings = [(Interpolation::Flat, [k; 3]), (Interpolation::Perspective, [k, 1.0, 2.0])];
@@ -344,7 +344,7 @@ mod tests {
         };
         let whole = set_up_all(0..4);
         let parts = [0..1, 1..1, 1..4].map(set_up_all);
-        let parts = Geometry::joined(parts.iter()).expect("memory");
+        let parts = RasterGeometry::joined(parts.iter()).expect("memory");
         assert!(whole.source_triangles.len() == 4 && whole.triangles.len() > 4, "some triangles must be clipped into several parts");
         assert_eq!(parts.triangles, whole.triangles);
         assert_eq!(parts.source_triangles, whole.source_triangles);

@@ -56,8 +56,10 @@ impl MeteredFrame<'_, '_> {
             return tally;
         }
         let unit_km = p.body.radii_km.x;
-        let steps = self.meter.context.caches.ring_tables.steps(p.body.rings.iter(), unit_km);
-        let (Some(outer), sun) = (steps.last().map(|s| s.to), (p.body_from_icrf * p.sun_from_body_km).normalize()) else { return tally };
+        let intervals = self.meter.context.caches.ring_tables.intervals(p.body.rings.iter(), unit_km);
+        let (Some(outer), sun) = (intervals.last().map(|s| s.to), (p.body_from_icrf * p.sun_from_body_km).normalize()) else {
+            return tally;
+        };
         let view = self.ring_view(p);
         let Some(rect) = view.rect(outer * unit_km) else { return tally };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
@@ -93,20 +95,20 @@ impl MeteredFrame<'_, '_> {
             let cos_phase = (-along.dot(sun)).clamp(-1.0, 1.0);
             let (of_bodies, of_dust) = (phase::particle_phase(cos_phase), phase::forward(cos_phase.acos()));
             let x = 1.0 / cos_emission;
-            let light: f64 = steps
+            let light: f64 = intervals
                 .iter()
-                .map(|step| {
-                    let overlap = (step.to.min(radius + blur) - step.from.max(radius - blur)).max(0.0) / (2.0 * blur);
-                    if overlap <= 0.0 || step.tau <= 0.0 {
+                .map(|interval| {
+                    let overlap = (interval.to.min(radius + blur) - interval.from.max(radius - blur)).max(0.0) / (2.0 * blur);
+                    if overlap <= 0.0 || interval.tau <= 0.0 {
                         return 0.0;
                     }
                     let scattered_from = |half: usize| {
                         let [fraction, sine] = halves[half];
                         let y = 1.0 / sine.max(phase::MIN_COSINE);
-                        if fraction > 0.0 { fraction * ring_shine::scattered(step.tau, x, y, half == side) } else { 0.0 }
+                        if fraction > 0.0 { fraction * ring_shine::scattered(interval.tau, x, y, half == side) } else { 0.0 }
                     };
-                    let phase = of_bodies * (1.0 - step.dust) + of_dust * step.dust;
-                    let albedo = step.albedo.iter().copied().fold(0.0, f64::max);
+                    let phase = of_bodies * (1.0 - interval.dust) + of_dust * interval.dust;
+                    let albedo = interval.albedo.iter().copied().fold(0.0, f64::max);
                     overlap * phase * albedo * (scattered_from(0) + scattered_from(1))
                 })
                 .sum();

@@ -104,6 +104,7 @@ reason-air-spread = gestreut von der beleuchteten Luft und dem Boden ringsum, au
 reason-air-in-colours = die Farben seiner Scheibe enthalten die Luft schon
 reason-air-where-brighter = wo sie heller als die Scheibe ist, deren Farben die Luft schon enthalten
 reason-air-ring-shadow = einmal je Strahl und mit punktförmiger Sonne: der Rand ist { $height } px hoch gegen { $least }
+reason-air-pass-single-draws = jeder Zeichenaufruf wird für sich untersucht
 reason-air-pass-view = diese Ansicht zeigt kein Licht der Luft
 reason-air-pass-vertex = die Luft hat so wenige Stützstellen wie möglich
 reason-air-pass-ring-shadow = der Ringschatten in der Luft ist feiner als ein grobes Bild

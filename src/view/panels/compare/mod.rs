@@ -20,7 +20,7 @@ use crate::view::language::{named, plain, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{ComboBox, ScrollArea, TextEdit};
 use std::sync::Arc;
-use std::time::Instant as Moment;
+use std::time::Instant as WallInstant;
 
 /// The renderer of a variant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -236,7 +236,7 @@ fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<C
     // Planning loads modules and maps, so that the measured time does not include loading.
     session.plan(request, sampling).map_err(failed)?;
     let double = if variant.renderer == Renderer::Double { Some(session.renderer_in(true).map_err(|e| e.to_string())?) } else { None };
-    let start = Moment::now();
+    let start = WallInstant::now();
     let (frame, by) = if variant.renderer == Renderer::Window {
         let drawn = session.draw_in_background(request, sampling, false).map_err(failed)?;
         (drawn.frame, drawn.by.renderer)

@@ -25,7 +25,7 @@ use egui::{TextureHandle, TextureOptions};
 use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant as Moment;
+use std::time::Instant as WallInstant;
 
 /// A module and its cost.
 pub(crate) struct LoadedModule {
@@ -233,7 +233,7 @@ fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>
         }
     }
     let plan = plan::plan(&scene, session, sampling).map_err(|e| text!("swap-no-uniforms", e = e.to_string()))?;
-    let start = Moment::now();
+    let start = WallInstant::now();
     let (frame, _) = session.background_renderer().render(&plan, session.library(), false).map_err(|e| e.to_string())?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let picture = DisplayImage { width: frame.width, height: frame.height, rgba: frame.display };

@@ -28,14 +28,14 @@ pub(crate) struct Format {
 }
 
 /// The views of an export's frames.
-pub enum Frames {
+pub enum FrameViews {
     /// One view at times at an interval of `step_s`.
     Steps { view: Box<ViewState>, step_s: f64 },
     /// A tour at `rate` frames per second, with the quality of the window.
     Tour { tour: Arc<Tour>, rate: u32, base_view: Box<ViewState> },
 }
 
-impl Frames {
+impl FrameViews {
     fn view(&self, frame: u32) -> ViewState {
         match self {
             Self::Steps { view, step_s } => ViewState { tdb_s: view.tdb_s + f64::from(frame) * step_s, ..(**view).clone() },
@@ -65,7 +65,7 @@ type FrameResult = Result<(Option<PathBuf>, Option<Box<AnimationInProgress>>), S
 
 /// A running export.
 pub(crate) struct Export {
-    frames: Arc<Frames>,
+    frames: Arc<FrameViews>,
     output: Output,
     format: Format,
     done: u32,
@@ -79,7 +79,7 @@ impl Export {
     ///
     /// # Errors
     /// If the name has no valid place for the frame number; the message explains how to write one.
-    pub(crate) fn of_files(frames: Frames, name: &str, count: u32, format: Format) -> Result<Self, String> {
+    pub(crate) fn of_files(frames: FrameViews, name: &str, count: u32, format: Format) -> Result<Self, String> {
         let files = NumberedName::of_sequence(name, count).map_err(|e| e.to_string())?;
         Ok(Self::of(frames, Output::Files(files), count, format))
     }
@@ -88,7 +88,7 @@ impl Export {
     ///
     /// # Errors
     /// If the extension is not that of an animation format, or the format does not support the size or the rate.
-    pub(crate) fn of_animation(frames: Frames, name: &str, count: u32, rate: u32, format: Format) -> Result<Self, String> {
+    pub(crate) fn of_animation(frames: FrameViews, name: &str, count: u32, rate: u32, format: Format) -> Result<Self, String> {
         let form = animation_format(Path::new(name)).ok_or_else(|| text!("export-ending", name = name))?;
         let [width, height] = format.size;
         if f64::from(width) * f64::from(height) * f64::from(count) > MAX_PIXELS {
@@ -100,7 +100,7 @@ impl Export {
         Ok(Self::of(frames, Output::Animation(Some(Box::new(animation))), count, format))
     }
 
-    fn of(frames: Frames, output: Output, count: u32, format: Format) -> Self {
+    fn of(frames: FrameViews, output: Output, count: u32, format: Format) -> Self {
         Self { frames: Arc::new(frames), output, format, done: 0, count, began_s: f64::NAN, frame: Pending::default() }
     }
 

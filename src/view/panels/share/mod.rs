@@ -8,7 +8,7 @@ mod export;
 mod pictures;
 
 use self::dialog::FileField;
-use self::export::{Export, Format, Frames};
+use self::export::{Export, Format, FrameViews};
 use super::Interface;
 use super::icons::{self, Icon};
 use crate::files::{FileAccess, read_text, write_new};
@@ -208,7 +208,7 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
     let panel = &interface.share;
     let Animation { file, format, rate, is_centred } = &panel.animation;
     let view = interface.viewer.shareable();
-    let steps = |view: ViewState| Frames::Steps { view: Box::new(view), step_s: panel.step_s };
+    let steps = |view: ViewState| FrameViews::Steps { view: Box::new(view), step_s: panel.step_s };
     match kind {
         ExportKind::Sequence => Export::of_files(steps(view), &panel.picture, panel.frames, panel.picture_format),
         ExportKind::Animation => {
@@ -219,7 +219,7 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
         ExportKind::Tour => {
             let tour = interface.tour.playing_tour().ok_or(text!("share-no-tour"))?;
             let count = ((tour.length_s() * f64::from(*rate)).ceil() as u32).max(1);
-            Export::of_animation(Frames::Tour { tour, rate: *rate, base_view: Box::new(view) }, file, count, *rate, *format)
+            Export::of_animation(FrameViews::Tour { tour, rate: *rate, base_view: Box::new(view) }, file, count, *rate, *format)
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The inputs and the results of the decisions about one body.
 //!
-//! In: a frame and a placed body. Out: [`BodyContext`], the input of every feature's decision; [`Decisions`], which each feature extends and passes on to
+//! In: a frame and a placed body. Out: [`DecisionInputs`], the input of every feature's decision; [`Decisions`], which each feature extends and passes on to
 //! the next.
 
 use crate::catalog::{Body, NaifId, Overlay, Photometry};
@@ -37,7 +37,7 @@ pub(crate) struct FrameContext<'a> {
 }
 
 /// One body of a frame, with the inputs of the decisions about it.
-pub(crate) struct BodyContext<'c, 'a> {
+pub(crate) struct DecisionInputs<'c, 'a> {
     pub frame: &'c FrameContext<'c>,
     pub placed: &'c PlacedBody<'a>,
     /// Diameter of a circle with the area of the body's outline.
@@ -52,7 +52,7 @@ pub(crate) struct BodyContext<'c, 'a> {
     pub disc_fraction: f64,
 }
 
-impl<'c, 'a> BodyContext<'c, 'a> {
+impl<'c, 'a> DecisionInputs<'c, 'a> {
     pub(crate) fn of(frame: &'c FrameContext<'c>, placed: &'c PlacedBody<'a>) -> Self {
         let camera = frame.camera;
         let diameter_px = match placed.outline {
@@ -157,9 +157,9 @@ impl<'c> Decisions<'c> {
 }
 
 /// Decides on one feature, given the decisions before it, and returns them all.
-pub(crate) type Feature = for<'c> fn(&BodyContext<'c, '_>, Decisions<'c>) -> Decisions<'c>;
+pub(crate) type DecideFeature = for<'c> fn(&DecisionInputs<'c, '_>, Decisions<'c>) -> Decisions<'c>;
 
 /// Runs the decisions of a list of features in order; each reads the decisions before it.
-pub(crate) fn decide_in_order<'c>(features: &[Feature], case: &BodyContext<'c, '_>, so_far: Decisions<'c>) -> Decisions<'c> {
-    features.iter().fold(so_far, |so_far, feature| feature(case, so_far))
+pub(crate) fn decide_in_order<'c>(features: &[DecideFeature], inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>) -> Decisions<'c> {
+    features.iter().fold(decisions, |decisions, feature| feature(inputs, decisions))
 }
