@@ -220,6 +220,13 @@ impl<R: Real> Executor<R> {
     }
 
     fn mask_of(&self, slot: u32) -> LaneMask {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(lanes) = R::as_f32(&self.arena[slot as usize].0).and_then(|lanes| lanes.first_chunk())
+            && is_x86_feature_detected!("avx2")
+        {
+            // SAFETY: AVX2 was detected.
+            return unsafe { textures::mask_avx2(lanes) };
+        }
         let mut bits = 0u128;
         for (k, lanes) in self.arena[slot as usize].0.chunks_exact(32).enumerate() {
             let mut part = 0u32;

@@ -1,7 +1,21 @@
 //! The texture interface of the executor, and an implementation for programs that read no texture.
 
-use super::LaneMask;
+use super::{LANES, LaneMask};
 use crate::render::software::math::Real;
+
+/// The lanes whose bits are not all zero.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+pub(super) fn mask_avx2(lanes: &[f32; LANES]) -> LaneMask {
+    use std::arch::x86_64::{__m256i, _mm256_castsi256_ps, _mm256_cmpeq_epi32, _mm256_movemask_ps, _mm256_setzero_si256};
+    let mut zeros = [0u8; LANES / 8];
+    for (zeros, lanes) in zeros.iter_mut().zip(lanes.as_chunks::<8>().0) {
+        // SAFETY: an array and a register have eight words each.
+        let lanes = unsafe { std::mem::transmute::<[f32; 8], __m256i>(*lanes) };
+        *zeros = _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(lanes, _mm256_setzero_si256()))) as u8;
+    }
+    !LaneMask::from_le_bytes(zeros)
+}
 
 /// Reads textures for a batch. `texture` indexes [`Program::textures`](crate::render::software::program::Program::textures). Slices contain one
 /// value per lane; lanes outside `active` may contain any bits, NaN included, and their results are not used. `out`: red, green, blue, alpha, with

@@ -2,7 +2,7 @@
 //!
 //! In: up to [`MAX_OPERANDS`] operands: those of the first operation, then the remaining operands of each further operation. Out: the same bits as
 //! from single kernels run in order, because each operation still rounds separately. The table contains the chains that occur most often in the
-//! atmosphere, eclipse, map and tone-map code; the lowering calls [`find`] and splits every other chain into chains of the table.
+//! atmosphere, eclipse, ring, map and tone-map code; the lowering calls [`find`] and splits every other chain into chains of the table.
 
 use super::input::{Input, reference};
 use super::ops::Eval;
@@ -33,6 +33,50 @@ pub const fn kind_bits(kinds: &str) -> u8 {
 macro_rules! with_chains {
     ($m:ident) => {
         $m! {
+            "LLL" = Add > Mul 1,
+            "LL" = Add > IFromF 0,
+            "LRL" = Div > Div 0,
+            "LLLR" = Div > Select 1,
+            "LLL" = FEq > And 1,
+            "LRLL" = FLt > Select 0,
+            "RLRR" = FLt > Select 0,
+            "LL" = Floor > FLt 0,
+            "RLRLL" = Fma > Fms 1,
+            "RLLR" = Fms > Div 0,
+            "LR" = IFromF > And 1,
+            "LRL" = Max > Div 1,
+            "LRR" = Max > Div 1,
+            "LLL" = Max > Min 0,
+            "LLL" = Min > Add 1,
+            "RLL" = Mul > Div 0,
+            "RLR" = Mul > Div 0,
+            "LLLL" = Mul > Fms 2,
+            "LLRL" = Mul > Fms 2,
+            "RLLL" = Mul > Fms 2,
+            "RLRL" = Mul > Fms 2,
+            "RL" = Mul > IFromF 0,
+            "LLRL" = Select > Add 1,
+            "LL" = Sub > Abs 0,
+            "RLR" = Sub > Div 0,
+            "LLLL" = Sub > Fma 1,
+            "LLLR" = Sub > Select 2,
+            "LLRL" = Add > Max 0 > Div 1,
+            "LRRR" = Div > Max 0 > Min 0,
+            "LLLR" = Fms > Max 0 > Sqrt 0,
+            "LRR" = IFromF > IMul 1 > IAdd 1,
+            "RLRLR" = Mul > Fma 2 > Add 1,
+            "RLRLRL" = Mul > Fma 2 > Fnma 2,
+            "LLLL" = Mul > Fma 2 > Sqrt 0,
+            "LLLLL" = Sub > Fma 1 > Mul 1,
+            "RLRR" = Sub > Max 0 > Min 0,
+            "LLLLLLLL" = Mul > Fma 2 > Fma 2 > Fma 1,
+            "LLLLLLL" = Mul > Fma 2 > Fma 2 > Mul 1,
+            "LLLLLLL" = Mul > Fma 2 > Fma 2 > Sub 0,
+            "LLLLLLL" = Mul > Fma 2 > Fma 2 > Sub 1,
+            "LLLRL" = Sub > Sub 0 > Max 0 > Mul 1,
+            "LRRRRR" = Max > Div 1 > Sub 1 > Max 0 > Min 0,
+            "RLRRRR" = Div > Log2 0 > Fms 1 > Max 0 > Min 0,
+            "LLRRLLL" = FLe > Select 0 > Add 1 > Add 1 > Add 1 > IFromF 0,
             "LLL" = Add > Sub 0,
             "RLL" = Add > Sub 0,
             "LL" = BNot > And 1,

@@ -39,6 +39,7 @@ pub trait Real:
     fn f64(self) -> f64;
     /// The same slice if the elements are f32.
     fn as_f32(values: &[Self]) -> Option<&[f32]>;
+    fn as_f32_mut(values: &mut [Self]) -> Option<&mut [f32]>;
     /// Bitwise operations on all bits of the element, for masks and integers.
     fn bit_and(self, b: Self) -> Self;
     fn bit_or(self, b: Self) -> Self;
@@ -295,12 +296,20 @@ impl Real for f32 {
     fn as_f32(values: &[Self]) -> Option<&[f32]> {
         Some(values)
     }
+    #[inline(always)]
+    fn as_f32_mut(values: &mut [Self]) -> Option<&mut [f32]> {
+        Some(values)
+    }
 }
 
 impl Real for f64 {
     common!(f64, u64, double, 4_503_599_627_370_496.0);
     #[inline(always)]
     fn as_f32(_: &[Self]) -> Option<&[f32]> {
+        None
+    }
+    #[inline(always)]
+    fn as_f32_mut(_: &mut [Self]) -> Option<&mut [f32]> {
         None
     }
 }

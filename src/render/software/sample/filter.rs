@@ -10,6 +10,8 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::footprint::{Footprint, floor};
+#[cfg(target_arch = "x86_64")]
+use super::registers::{self, SortedLanes};
 use super::texels::{Decode, TexelLevel};
 use crate::render::plan::{AddressMode, SamplerState};
 use crate::render::software::exec::LaneMask;
@@ -51,7 +53,9 @@ impl<'a, R: Real> FilterRequest<'a, R> {
     #[inline(always)]
     pub(crate) fn set_footprints(&mut self, size: [u32; 2], g: [&[R; BATCH]; 4], max_taps: Option<&[R; BATCH]>) {
         let size = [R::from_u32(size[0]), R::from_u32(size[1])];
-        let Some(max_taps) = max_taps else {
+        // With one tap the footprint is as long as the longer gradient.
+        let is_isotropic = max_taps.is_none_or(|max_taps| max_taps.iter().fold(true, |all, taps| all & (*taps <= R::ONE)));
+        let Some(max_taps) = max_taps.filter(|_| !is_isotropic) else {
             for i in 0..BATCH {
                 self.level[i] = Footprint::isotropic(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]]).level;
             }
@@ -77,15 +81,15 @@ impl<R> LazyArray<R> {
 }
 
 /// The active lanes sorted by mip level, then from many taps to few.
-struct LaneOrder {
+pub(super) struct LaneOrder {
     /// The active lanes in sorted order; `count` entries are valid.
     lane: [u8; BATCH],
     count: usize,
     /// All lanes are active and have the same key, so that the order is that of the batch.
-    is_identity: bool,
+    pub(super) is_identity: bool,
     /// `starts[key]`: the position of the first lane with that key or a greater one; key = level * `MAX_TAPS` + (`MAX_TAPS` - taps).
     starts: [u8; (MAX_LEVELS + 1) * MAX_TAPS + 1],
-    levels: std::ops::Range<usize>,
+    pub(super) levels: std::ops::Range<usize>,
     /// Whether some lane, active or not, has more than one tap.
     has_several_taps: bool,
 }
@@ -146,19 +150,28 @@ impl LaneOrder {
 
     /// Writes the first `count` values of a chunk, which begins at a sorted position, to their lanes.
     #[inline(always)]
-    fn store<R: Real>(&self, value: &[[R; CHUNK]; 4], start: usize, count: usize, out: &mut Channels<'_, R>) {
-        for (out, value) in out.iter_mut().zip(value) {
-            let Some(out) = out else { continue };
-            if self.is_identity {
-                if let Some(out) = out[start..].first_chunk_mut::<CHUNK>() {
+    pub(super) fn store<R: Real, const N: usize>(&self, value: &[[R; N]; 4], start: usize, count: usize, out: &mut Channels<'_, R>) {
+        if self.is_identity {
+            for (out, value) in out.iter_mut().zip(value) {
+                if let Some(out) = out.as_mut().and_then(|out| out[start..].first_chunk_mut::<N>()) {
                     *out = *value;
                 }
-            } else if let Some(lanes) = self.lane.get(start..(start + count).min(start + CHUNK)) {
-                for (lane, value) in lanes.iter().zip(value) {
-                    out[usize::from(lane & 127)] = *value;
-                }
+            }
+            return;
+        }
+        let lanes = self.lane.get(start..(start + count).min(start + N)).unwrap_or_default();
+        for (out, value) in out.iter_mut().zip(value) {
+            let Some(out) = out else { continue };
+            for (lane, value) in lanes.iter().zip(value) {
+                out[usize::from(lane & 127)] = *value;
             }
         }
+    }
+
+    /// The sorted positions of a level's lanes.
+    #[inline(always)]
+    pub(super) fn positions(&self, level: usize) -> (usize, usize) {
+        (usize::from(self.starts[level * MAX_TAPS]), usize::from(self.starts[(level + 1) * MAX_TAPS]))
     }
 
     /// Writes sorted values back to their lanes.
@@ -399,11 +412,23 @@ pub(crate) fn sample<R: Real, D: Decode>(
     let (mut buffer_u, mut buffer_v, mut buffer_fraction, mut buffer_step_u, mut buffer_step_v, mut buffer_taps) =
         (LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new());
     let (u, v) = (order.gather(request.u, &mut buffer_u), order.gather(request.v, &mut buffer_v));
+    #[cfg(target_arch = "x86_64")]
+    if D::IN_REGISTERS && state.linear && R::as_f32(&[]).is_some() {
+        let fraction = order.gather(&level_fraction, &mut buffer_fraction);
+        let taps = order.has_several_taps.then(|| {
+            let (step_u, step_v) = (order.gather(&request.step_u, &mut buffer_step_u), order.gather(&request.step_v, &mut buffer_step_v));
+            [step_u, step_v, order.gather(&request.taps, &mut buffer_taps)].map(|values| R::as_f32(values).unwrap_or_default())
+        });
+        let [u, v, fraction] = [u, v, fraction].map(|values| R::as_f32(values).unwrap_or_default());
+        let out = out.map(|lanes| R::as_f32_mut(lanes?)?.first_chunk_mut());
+        // SAFETY: decoders in registers exist only on machines with AVX2.
+        return unsafe { registers::filter(decode, &levels[..=last], &order, &SortedLanes { u, v, fraction, taps }, state, out) };
+    }
     if state.linear && !order.has_several_taps {
         let level_fraction = order.gather(&level_fraction, &mut buffer_fraction);
         let mut out = out;
         for level in order.levels.clone() {
-            let (from, to) = (usize::from(order.starts[level * MAX_TAPS]), usize::from(order.starts[(level + 1) * MAX_TAPS]));
+            let (from, to) = order.positions(level);
             for start in (from..to).step_by(CHUNK) {
                 let value =
                     trilinear(decode, levels, level, last, chunk(u, start), chunk(v, start), chunk(level_fraction, start), state, channels);
@@ -418,10 +443,10 @@ pub(crate) fn sample<R: Real, D: Decode>(
     }
     if !state.linear {
         for level in order.levels.clone() {
-            let (from, to) = (order.starts[level * MAX_TAPS], order.starts[(level + 1) * MAX_TAPS]);
-            for start in (usize::from(from)..usize::from(to)).step_by(CHUNK) {
+            let (from, to) = order.positions(level);
+            for start in (from..to).step_by(CHUNK) {
                 let value = nearest(decode, &levels[level], chunk(u, start), chunk(v, start), state);
-                accumulate(&mut sum, start, usize::from(to) - start, &value);
+                accumulate(&mut sum, start, to - start, &value);
             }
         }
     } else {

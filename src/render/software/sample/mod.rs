@@ -1,6 +1,6 @@
 //! Texture sampling for the executor, batch by batch.
 //!
-//! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates, and `single` reads single texels.
+//! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates (`registers`: with AVX2), and `single` reads single texels.
 //! [`Textures`] binds textures to the texture uses of one program and samples them with the kernels of one instruction set (a kernel class). Weights have
 //! the type of the lanes; texels are f32, exact to f32 rounding.
 //!
@@ -10,6 +10,8 @@
 
 pub mod filter;
 pub mod footprint;
+#[cfg(target_arch = "x86_64")]
+mod registers;
 mod single;
 pub mod texels;
 
@@ -77,17 +79,21 @@ fn filter_batch<R: Real, D: Decode>(
     request: Request<'_, R>,
     out: Channels<'_, R>,
 ) {
-    // Buffers that pad a partial batch to all lanes; a request has either a level or gradients, so these share one.
-    let [u, v, level_or_du_dx, dv_dx, du_dy, dv_dy, taps] = &mut [const { None }; 7];
-    let mut filter = FilterRequest::new(full_batch(request.u, u), full_batch(request.v, v));
+    // Buffers that pad a partial batch to all lanes; a request has either a level or gradients, so these share one. Not one array, which would be cleared.
+    let (mut u, mut v, mut level_or_du_dx, mut dv_dx, mut du_dy, mut dv_dy, mut taps) = (None, None, None, None, None, None, None);
+    let mut filter = FilterRequest::new(full_batch(request.u, &mut u), full_batch(request.v, &mut v));
     match request.level_source {
-        LevelSource::Explicit(level) => filter.level = *full_batch(level, level_or_du_dx),
+        LevelSource::Explicit(level) => filter.level = *full_batch(level, &mut level_or_du_dx),
         LevelSource::Isotropic(g) | LevelSource::Anisotropic(g, _) => {
             let size = [levels[0].width, levels[0].height];
             let max_taps =
-                if let LevelSource::Anisotropic(_, max_taps) = request.level_source { Some(full_batch(max_taps, taps)) } else { None };
-            let gradients =
-                [full_batch(g.du_dx, level_or_du_dx), full_batch(g.dv_dx, dv_dx), full_batch(g.du_dy, du_dy), full_batch(g.dv_dy, dv_dy)];
+                if let LevelSource::Anisotropic(_, max_taps) = request.level_source { Some(full_batch(max_taps, &mut taps)) } else { None };
+            let gradients = [
+                full_batch(g.du_dx, &mut level_or_du_dx),
+                full_batch(g.dv_dx, &mut dv_dx),
+                full_batch(g.du_dy, &mut du_dy),
+                full_batch(g.dv_dy, &mut dv_dy),
+            ];
             filter.set_footprints(size, gradients, max_taps);
         }
     }

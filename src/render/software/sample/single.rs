@@ -35,7 +35,8 @@ pub(super) fn load<R: Real, D: Decode>(
     }
     let Some(level) = levels.get(first_level as usize) else { return out.iter_mut().for_each(|lanes| lanes.fill(R::ZERO)) };
     let active = if count == BATCH { active } else { active & ((1 << count) - 1) };
-    let [mut column_buffer, mut row_buffer] = [const { None }; 2];
+    // Not one array, which would be cleared.
+    let (mut column_buffer, mut row_buffer) = (None, None);
     let x = full_batch(x, &mut column_buffer);
     // Filled in place: returned from a function, they would be copied.
     let (mut index, mut mask) = ([0; BATCH], [u32::MAX; BATCH]);
@@ -110,21 +111,21 @@ fn read_masked<R: Real, D: Decode, const MASKED: bool>(
             let [r, g, b, a] = [r, g, b, a].map(|lanes| lanes.as_chunks_mut::<CHUNK>().0);
             for (((((index, mask), to_r), to_g), to_b), to_a) in chunks.zip(r).zip(g).zip(b).zip(a) {
                 // SAFETY: `find_texels` keeps indices inside the level.
-                let [r, g, b, a] = unsafe { decode.channels_of_eight(level, index) };
-                write::<R, MASKED>(to_r, &r, mask);
-                write::<R, MASKED>(to_g, &g, mask);
-                write::<R, MASKED>(to_b, &b, mask);
-                write::<R, MASKED>(to_a, &a, mask);
+                let [r, g, b, a] = unsafe { decode.channels_of_eight::<MASKED>(level, index, mask) };
+                write::<R, false>(to_r, &r, mask);
+                write::<R, false>(to_g, &g, mask);
+                write::<R, false>(to_b, &b, mask);
+                write::<R, false>(to_a, &a, mask);
             }
         }
         [Some(r), Some(g), Some(b), None] => {
             let [r, g, b] = [r, g, b].map(|lanes| lanes.as_chunks_mut::<CHUNK>().0);
             for ((((index, mask), to_r), to_g), to_b) in chunks.zip(r).zip(g).zip(b) {
                 // SAFETY: as above.
-                let [r, g, b, _] = unsafe { decode.channels_of_eight(level, index) };
-                write::<R, MASKED>(to_r, &r, mask);
-                write::<R, MASKED>(to_g, &g, mask);
-                write::<R, MASKED>(to_b, &b, mask);
+                let [r, g, b, _] = unsafe { decode.channels_of_eight::<MASKED>(level, index, mask) };
+                write::<R, false>(to_r, &r, mask);
+                write::<R, false>(to_g, &g, mask);
+                write::<R, false>(to_b, &b, mask);
             }
         }
         [r, g, b, a] => {
@@ -138,10 +139,10 @@ fn read_masked<R: Real, D: Decode, const MASKED: bool>(
             let mut out = [r, g, b, a];
             for (k, (index, mask)) in chunks.enumerate() {
                 // SAFETY: as above.
-                let values = unsafe { decode.channels_of_eight(level, index) };
+                let values = unsafe { decode.channels_of_eight::<MASKED>(level, index, mask) };
                 for (out, values) in out.iter_mut().zip(&values) {
                     if let Some(to) = out.as_mut().and_then(|out| out.as_chunks_mut::<CHUNK>().0.get_mut(k)) {
-                        write::<R, MASKED>(to, values, mask);
+                        write::<R, false>(to, values, mask);
                     }
                 }
             }

@@ -3,7 +3,14 @@
 //! sRGB is decoded with a table of 256 f32, exact to f32 rounding. `Texels::new` checks once that each level has as many bytes as its size
 //! requires, so that reads check only the coordinates.
 
+#[cfg(target_arch = "x86_64")]
+mod gather;
+
+#[cfg(target_arch = "x86_64")]
+use super::registers::Corners;
 use crate::image::{TexelFormat, Texture};
+#[cfg(target_arch = "x86_64")]
+use std::arch::x86_64::__m256;
 use std::sync::LazyLock;
 
 /// Linear value of each sRGB byte, by IEC 61966-2-1.
@@ -87,6 +94,21 @@ pub(crate) trait Decode: Copy {
         out
     }
 
+    /// Whether maps are filtered by [`super::registers`]: only for decoders that exist on machines with AVX2 alone.
+    #[cfg(target_arch = "x86_64")]
+    const IN_REGISTERS: bool = false;
+
+    /// The channels of eight points between texels; those that are not needed are unspecified.
+    /// # Safety
+    /// `IN_REGISTERS`; the corners lie inside the level.
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    unsafe fn interpolate_eight(self, level: &TexelLevel<'_>, corners: &Corners, needed: [bool; 4]) -> [__m256; 4] {
+        let _ = (level, corners, needed);
+        // SAFETY: all bits are floats.
+        unsafe { std::mem::zeroed() }
+    }
+
     /// Texels of several lanes.
     /// # Safety
     /// As [`Decode::texel`], for every lane.
@@ -112,19 +134,27 @@ pub(crate) trait Decode: Copy {
         self.channel_of_each::<K, 8>(&unsafe { self.fetch(level, index) })
     }
 
-    /// The four channels of eight lanes' texels.
+    /// The four channels of eight lanes' texels. `MASKED`: zero where the mask is zero; a mask is all ones or zero.
     /// # Safety
     /// As [`Decode::texel`], for every lane.
     #[inline(always)]
-    unsafe fn channels_of_eight(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [[f32; 8]; 4] {
+    unsafe fn channels_of_eight<const MASKED: bool>(self, level: &TexelLevel<'_>, index: &[u32; 8], mask: &[u32; 8]) -> [[f32; 8]; 4] {
         // SAFETY: the caller guarantees it.
         let t = unsafe { self.fetch(level, index) };
-        [
+        let mut out = [
             self.channel_of_each::<0, 8>(&t),
             self.channel_of_each::<1, 8>(&t),
             self.channel_of_each::<2, 8>(&t),
             self.channel_of_each::<3, 8>(&t),
-        ]
+        ];
+        if MASKED {
+            for channel in &mut out {
+                for (value, mask) in channel.iter_mut().zip(mask) {
+                    *value = f32::from_bits(value.to_bits() & mask);
+                }
+            }
+        }
+        out
     }
 }
 
@@ -232,177 +262,5 @@ impl Decode for Float {
         let words = level.bytes.as_ptr().cast::<UnalignedWord>();
         // SAFETY: as in `texel`.
         index.map(|i| f32::from_bits(u32::from_le(unsafe { (*words.wrapping_add(i as usize * 4 + (K & 3))).0 })))
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-mod gather {
-    //! Texels of four bytes are read with gather instructions, eight at a time. Texels of sixteen bytes are read with one load each and transposed
-    //! into channels in registers.
-    //!
-    //! In: indices of texels, each below the level's number of texels. Out: the same bits as from reading texel by texel. Requires AVX2.
-
-    use super::{Decode, Float, Srgb, TexelLevel, Unorm, unorm};
-    use std::arch::x86_64::{
-        __m128, __m256, __m256i, _mm256_castps128_ps256, _mm256_i32gather_epi32, _mm256_insertf128_ps, _mm256_shuffle_ps,
-        _mm256_unpackhi_ps, _mm256_unpacklo_ps,
-    };
-    use std::mem::transmute;
-
-    /// Four floats at any alignment. Debug builds check vector loads through pointers, which takes ten times as long as the load; they do not check
-    /// reads of a packed value.
-    #[derive(Clone, Copy)]
-    #[repr(C, packed)]
-    struct Unaligned(__m128);
-
-    /// A format of four bytes read with gather instructions; sRGB also gathers from its decoding table. Only [`Decode::gathering`] creates it.
-    #[derive(Clone, Copy)]
-    pub(crate) struct Gathering<D>(pub(super) D);
-
-    /// Formats of four bytes per texel, with the table that decodes red, green and blue (`None`: not by a table).
-    trait FourBytes: Decode<Texel = u32> {
-        fn table(self) -> Option<&'static [f32; 256]>;
-    }
-
-    impl FourBytes for Srgb {
-        #[inline(always)]
-        fn table(self) -> Option<&'static [f32; 256]> {
-            Some(self.0)
-        }
-    }
-
-    impl FourBytes for Unorm {
-        #[inline(always)]
-        fn table(self) -> Option<&'static [f32; 256]> {
-            None
-        }
-    }
-
-    /// The words at the indices `index` from `base`, gathered eight at a time.
-    /// # Safety
-    /// Every index is below 2^31, `base` points to more than that many words, and the machine has AVX2.
-    #[inline(always)]
-    unsafe fn gather<const N: usize>(base: *const u8, index: &[u32; N]) -> [u32; N] {
-        const { assert!(N.is_multiple_of(8)) };
-        let mut out = [0; N];
-        for (to, indices) in out.as_chunks_mut::<8>().0.iter_mut().zip(index.as_chunks::<8>().0) {
-            // SAFETY: the caller guarantees the indices and AVX2; both arrays have eight words.
-            unsafe {
-                let indices = transmute::<[u32; 8], __m256i>(*indices);
-                *to = transmute::<__m256i, [u32; 8]>(_mm256_i32gather_epi32::<4>(base.cast::<i32>(), indices));
-            }
-        }
-        out
-    }
-
-    impl<D: FourBytes> Decode for Gathering<D> {
-        type Texel = u32;
-        type Gathering = Self;
-        #[inline(always)]
-        unsafe fn gathering(self) -> Self {
-            self
-        }
-        #[inline(always)]
-        unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> u32 {
-            // SAFETY: the caller guarantees it.
-            unsafe { self.0.texel(level, index) }
-        }
-        #[inline(always)]
-        fn channel<const K: usize>(self, texel: u32) -> f32 {
-            self.0.channel::<K>(texel)
-        }
-        #[inline(always)]
-        fn channel_of_each<const K: usize, const N: usize>(self, texels: &[u32; N]) -> [f32; N] {
-            let mut out = [0.0; N];
-            match self.0.table().filter(|_| K < 3) {
-                Some(table) => {
-                    let mut byte = [0; N];
-                    for (byte, texel) in byte.iter_mut().zip(texels) {
-                        *byte = texel >> (8 * K) & 0xff;
-                    }
-                    // SAFETY: a byte is below the table's length; a `Gathering` exists only on machines with AVX2.
-                    let words = unsafe { gather(table.as_ptr().cast::<u8>(), &byte) };
-                    for (out, word) in out.iter_mut().zip(words) {
-                        *out = f32::from_bits(word);
-                    }
-                }
-                None => {
-                    for (out, texel) in out.iter_mut().zip(texels) {
-                        *out = unorm::<K>(*texel);
-                    }
-                }
-            }
-            out
-        }
-        #[inline(always)]
-        unsafe fn fetch<const N: usize>(self, level: &TexelLevel<'_>, index: &[u32; N]) -> [u32; N] {
-            // SAFETY: a level has at most 2^30 texels ([`Texels::new`]), and the caller's indices lie inside it; a `Gathering` exists only with AVX2.
-            unsafe { gather(level.bytes.as_ptr(), index) }
-        }
-    }
-
-    /// The format of four floats per texel, transposed in registers. Only [`Decode::gathering`] creates it.
-    #[derive(Clone, Copy)]
-    pub(crate) struct Transposing(pub(super) Float);
-
-    /// The texels of lanes `low` and `low + 4`. A function and not a closure, which would lack the caller's instruction set if it were not inlined.
-    /// # Safety
-    /// Texels at these indices exist; the machine has AVX2.
-    #[inline(always)]
-    unsafe fn pair(texels: *const Unaligned, index: &[u32; 8], low: usize) -> __m256 {
-        // SAFETY: the caller guarantees it.
-        unsafe {
-            let Unaligned(first) = *texels.wrapping_add(index[low] as usize);
-            let Unaligned(second) = *texels.wrapping_add(index[low + 4] as usize);
-            _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(first), second)
-        }
-    }
-
-    impl Decode for Transposing {
-        type Texel = [f32; 4];
-        type Gathering = Self;
-        #[inline(always)]
-        unsafe fn gathering(self) -> Self {
-            self
-        }
-        #[inline(always)]
-        unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> [f32; 4] {
-            // SAFETY: the caller guarantees it.
-            unsafe { self.0.texel(level, index) }
-        }
-        #[inline(always)]
-        fn channel<const K: usize>(self, texel: [f32; 4]) -> f32 {
-            self.0.channel::<K>(texel)
-        }
-        // Up to two gathers take fewer instructions than eight loads and a transposition; three are slower.
-        const MAX_SEPARATE_CHANNELS: usize = 2;
-        #[inline(always)]
-        unsafe fn channel_of_eight<const K: usize>(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
-            // A gather scales its indices by at most eight bytes, half a texel. Twice an index fits, since a level has at most 2^30 texels.
-            let twice = index.map(|i| i.wrapping_mul(2));
-            // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes; a `Transposing` exists only with AVX2.
-            unsafe {
-                let first = level.bytes.as_ptr().wrapping_add(4 * (K & 3)).cast::<i32>();
-                transmute::<__m256i, [f32; 8]>(_mm256_i32gather_epi32::<8>(first, transmute::<[u32; 8], __m256i>(twice)))
-            }
-        }
-        #[inline(always)]
-        unsafe fn channels_of_eight(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [[f32; 8]; 4] {
-            let texels = level.bytes.as_ptr().cast::<Unaligned>();
-            // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes.
-            let [t0, t1, t2, t3] =
-                unsafe { [pair(texels, index, 0), pair(texels, index, 1), pair(texels, index, 2), pair(texels, index, 3)] };
-            // SAFETY: a `Transposing` exists only with AVX2; vectors and arrays have eight floats each.
-            unsafe {
-                let (low_01, low_23) = (_mm256_unpacklo_ps(t0, t1), _mm256_unpacklo_ps(t2, t3));
-                let (high_01, high_23) = (_mm256_unpackhi_ps(t0, t1), _mm256_unpackhi_ps(t2, t3));
-                transmute::<[__m256; 4], [[f32; 8]; 4]>([
-                    _mm256_shuffle_ps::<0b01_00_01_00>(low_01, low_23),
-                    _mm256_shuffle_ps::<0b11_10_11_10>(low_01, low_23),
-                    _mm256_shuffle_ps::<0b01_00_01_00>(high_01, high_23),
-                    _mm256_shuffle_ps::<0b11_10_11_10>(high_01, high_23),
-                ])
-            }
-        }
     }
 }
