@@ -35,7 +35,7 @@ pub(crate) fn ground_lines(context: Context<'_>, camera: &Camera, body: Option<&
     };
     let mut builder = GroundLineBuilder { camera, p, all: SkyLines::default() };
     if layers.grid_body {
-        builder.grid();
+        builder.grid(context.request.language);
     }
     if layers.terminator {
         builder.terminator();

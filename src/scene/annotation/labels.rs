@@ -109,12 +109,10 @@ impl LabelLayer {
         let mut occupied: Vec<Rect> = layer.occupied(&metrics).collect();
         if layers.labels {
             let parent = |id: NaifId| catalog.body(id).and_then(|b| b.parent);
-            layer.marks = marks(picture, bodies, layer.selected, parent, &metrics);
-            for mark in &mut layer.marks {
-                let rect = |side| label_rect(mark.centre_px, mark.radius_px, &mark.name, &metrics, side);
-                mark.name_side = mark.name_side.filter(|side| !occupied.iter().any(|t| t.overlaps(&rect(*side))));
-                occupied.extend(mark.name_side.map(rect));
-            }
+            let names = |name: &str| request.language.name("body", name).to_owned();
+            layer.marks = marks(picture, bodies, layer.selected, parent, &metrics, names, &occupied);
+            let of_mark = |mark: &Label| Some(label_rect(mark.centre_px, mark.radius_px, &mark.name, &metrics, mark.name_side?));
+            occupied.extend(layer.marks.iter().filter_map(of_mark));
         }
         if layers.features {
             let (names, sites) = features::features(picture, bodies, &metrics, &mut occupied);
@@ -151,13 +149,15 @@ pub(crate) fn glyph_size_px(height: u32) -> f64 {
 /// Distance in pixels from a more important label below which a label is left out.
 const CROWDED_PX: f64 = 7.0;
 
-/// The labels of the bodies that a camera sees, most important first.
+/// The labels of the bodies that a camera sees, most important first. `name_of` translates names; `occupied` has other texts, which names avoid.
 pub(crate) fn marks(
     camera: &dyn ImageProjection,
     bodies: &[BodyInView],
     selected: NaifId,
     parent: impl Fn(NaifId) -> Option<NaifId>,
     lettering: &LabelMetrics,
+    name_of: impl Fn(&str) -> String,
+    occupied: &[Rect],
 ) -> Vec<Label> {
     let size = camera.size_px();
     let mut visible: Vec<(&BodyInView, DVec2, f64)> = bodies
@@ -184,16 +184,17 @@ pub(crate) fn marks(
         x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then(a.0.id.cmp(&b.0.id))
     });
     let mut kept: Vec<Label> = Vec::new();
-    let mut names: Vec<Rect> = Vec::new();
+    let mut names: Vec<Rect> = occupied.to_vec();
     for (b, centre_px, radius_px) in visible {
         if kept.iter().any(|k| k.centre_px.distance(centre_px) < CROWDED_PX.max(0.5 * k.radius_px.min(40.0))) {
             continue;
         }
-        let of_side = |side: LabelSide| (side, label_rect(centre_px, radius_px, &b.name, lettering, side));
+        let name = name_of(&b.name);
+        let of_side = |side: LabelSide| (side, label_rect(centre_px, radius_px, &name, lettering, side));
         let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_picture(size) && !names.iter().any(|n| n.overlaps(rect));
-        let name = LabelSide::ALL.map(of_side).into_iter().find(fits);
-        names.extend(name.map(|(_, rect)| rect));
-        kept.push(Label { body: b.id, name: b.name.clone(), centre_px, radius_px, name_side: name.map(|(side, _)| side) });
+        let place = LabelSide::ALL.map(of_side).into_iter().find(fits);
+        names.extend(place.map(|(_, rect)| rect));
+        kept.push(Label { body: b.id, name, centre_px, radius_px, name_side: place.map(|(side, _)| side) });
     }
     kept
 }

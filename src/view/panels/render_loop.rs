@@ -6,9 +6,10 @@
 use super::Interface;
 use crate::catalog::NaifId;
 use crate::render::plan::{GpuImage, SamplingQuality};
-use crate::scene::marks::{Label, LabelMetrics, marks};
+use crate::scene::marks::{Label, LabelMetrics, Rect, marks};
 use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
 use crate::session::{Readiness, RendererPreference};
+use crate::view::language::body_name;
 use crate::view::worker::adaptive_resolution::AdaptiveResolution;
 use crate::view::worker::render_worker::{RenderJob, RenderWorker, RenderedView};
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
@@ -48,6 +49,10 @@ pub(super) struct Viewport {
     /// Generator of the shader modules, and the renderer preference; a change of either requires a new image.
     pub(super) drawn_with: Option<(Arc<str>, RendererPreference)>,
     pub(super) marks: Vec<Label>,
+    /// Rectangles of messages, hints and suggestions over the sky, as shown last, points.
+    pub(super) overlays: Vec<egui::Rect>,
+    /// Height of the caption at the sky's lower edge, points.
+    pub(super) caption_height: f32,
     /// The last right-clicked body.
     pub(super) menu_body: Option<NaifId>,
     /// The position of the last right click, pixels of the picture.
@@ -71,6 +76,8 @@ impl Default for Viewport {
             images_shown: 0,
             drawn_with: None,
             marks: Vec::new(),
+            overlays: Vec::new(),
+            caption_height: 0.0,
             menu_body: None,
             menu_px: None,
             star: None,
@@ -138,12 +145,16 @@ impl Interface {
         self.failure_reason = Some(why);
     }
 
-    /// Computes the labels and markers of the bodies in the displayed image.
-    pub(super) fn refresh_marks(&mut self, metrics: &LabelMetrics) {
+    /// Computes the labels and markers of the bodies in the displayed image. `overlays`: what the window shows over it, pixels of the image; names
+    /// avoid these and the texts in the image.
+    pub(super) fn refresh_marks(&mut self, metrics: &LabelMetrics, overlays: impl IntoIterator<Item = Rect>) {
         let Some(drawing) = &self.viewport.shown else { return };
+        let scene = &drawing.scene;
         let parent = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
+        let names = |name: &str| body_name(name).to_owned();
+        let occupied: Vec<Rect> = overlays.into_iter().chain(scene.text_rects()).collect();
         self.viewport.marks =
-            marks(&*drawing.scene.geometry.projection(&drawing.scene.camera), &drawing.scene.bodies, self.viewer.selected, parent, metrics);
+            marks(&*scene.geometry.projection(&scene.camera), &scene.bodies, self.viewer.selected, parent, metrics, names, &occupied);
     }
 
     /// Requests the image of the current view, at a coarse resolution while it moves.

@@ -104,7 +104,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
     let (mut ended, mut records) = (false, false);
     let is_busy = interface.share.is_busy();
     let place = egui::Area::new(ui.scope_id().with("tour")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
-    place.fixed_pos(sky.center_bottom() - Vec2::new(0.0, 16.0)).show(ui.ctx(), |ui| {
+    let bottom = sky.center_bottom() - Vec2::new(0.0, 16.0 + interface.viewport.caption_height);
+    let shown = place.fixed_pos(bottom).show(ui.ctx(), |ui| {
         Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width(TEXT_WIDTH.min(sky.width() - 40.0).max(120.0));
             ui.add(Label::new(
@@ -150,6 +151,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
             });
         });
     });
+    interface.viewport.overlays.push(shown.response.rect);
     if let Some(stop) = go_to {
         playing.passed_s = playing.tour.arrival_s(stop);
         playing.is_paused = false;
