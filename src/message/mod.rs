@@ -35,8 +35,10 @@ pub enum Argument {
     Name(String),
     /// Several names, separated by commas.
     Names(Vec<String>),
-    /// An instant, in ISO 8601.
+    /// An instant or a day, in ISO 8601.
     Time(String),
+    /// A detail that is English in every language, for instance of a compiler or of the system.
+    English(String),
     /// A text of a catalog, and what it tells of (the first part of the ids of its translations).
     CatalogText(&'static str, String),
     /// Other messages.

@@ -86,8 +86,12 @@ impl TextLanguage {
 
     /// A time in ISO 8601 as date and time of day.
     pub(crate) fn time(self, iso: &str) -> String {
-        let english = || iso.replace('T', " ").replace('Z', " UTC");
-        let Some((date, clock)) = iso.trim_end_matches('Z').split_once('T').filter(|_| self == Self::German) else { return english() };
+        // A time beyond the calendar of ISO 8601 is a Julian date.
+        let Some((date, clock)) = iso.strip_suffix('Z').and_then(|iso| iso.split_once('T')) else { return iso.to_owned() };
+        let english = || format!("{date} {clock} UTC");
+        if self == Self::English {
+            return english();
+        }
         let mut from_end = date.rsplitn(3, '-');
         let mut number = || from_end.next()?.parse::<i64>().ok();
         let (Some(day), Some(month), Some(year)) = (number(), number(), number()) else { return english() };
@@ -122,7 +126,7 @@ impl Argument {
             // English reasons keep the time as a program reads it.
             Self::Time(iso) if language == TextLanguage::English => iso.clone(),
             Self::Time(iso) => language.time(iso),
-            Self::CatalogText(_, text) => text.clone(),
+            Self::CatalogText(_, text) | Self::English(text) => text.clone(),
             Self::Reason(reason) => reason.messages().iter().map(|message| message.text_in(language)).collect::<Vec<_>>().join("; "),
         }
     }

@@ -109,13 +109,7 @@ impl Margin {
         self.text(second, DVec2::new(0.8 * letter, bottom));
     }
 
-    fn scale_bar(
-        &mut self,
-        picture: &impl ImageProjection,
-        target: Option<&BodyInView>,
-        language: TextLanguage,
-        metrics: &LabelMetrics,
-    ) {
+    fn scale_bar(&mut self, picture: &impl ImageProjection, target: Option<&BodyInView>, language: TextLanguage, metrics: &LabelMetrics) {
         let (size, letter) = (picture.size_px(), metrics.size_px());
         let pixels_per_radian = picture.disc_radius_px(1e-6) * 1e6;
         let max_rad = MAX_BAR_FRACTION * size.x / pixels_per_radian;

@@ -5,8 +5,8 @@
 
 use super::Camera;
 use super::sphere::{ImageProjection, SpherePicture};
-use crate::scene::request::warp_mesh::WarpMesh;
 use crate::message::Message;
+use crate::scene::request::warp_mesh::WarpMesh;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 

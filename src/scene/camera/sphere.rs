@@ -4,8 +4,8 @@
 //! and [`SpherePicture::pixel`] are inverse to each other. The formulas are those of shaders/entry/fisheye.wesl and equirectangular.wesl.
 
 use super::Camera;
-use crate::scene::request::composition::Projection;
 use crate::message::{Argument, Message, message};
+use crate::scene::request::composition::Projection;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -143,11 +143,7 @@ impl ImageProjection for SpherePicture {
     }
     fn field_of_view(&self) -> Message {
         let deg = 2.0 * self.half_fov_rad.to_degrees();
-        if self.is_fisheye() {
-            message!("picture-fisheye", angle = format_args!("{deg:.0}°"))
-        } else {
-            message!("picture-whole-sphere")
-        }
+        if self.is_fisheye() { message!("picture-fisheye", angle = format_args!("{deg:.0}°")) } else { message!("picture-whole-sphere") }
     }
 }
 

@@ -9,7 +9,7 @@ use crate::render::plan::{GpuImage, SamplingQuality};
 use crate::scene::marks::{Label, LabelMetrics, Rect, marks};
 use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
 use crate::session::{Readiness, RendererPreference};
-use crate::view::language::body_name;
+use crate::view::language::{body_name, fault_text};
 use crate::view::worker::adaptive_resolution::AdaptiveResolution;
 use crate::view::worker::render_worker::{RenderJob, RenderWorker, RenderedView};
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
@@ -108,7 +108,7 @@ impl Interface {
     pub(super) fn receive(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker) {
         match worker.take() {
             None => {}
-            Some(Err(why)) => self.fail(why.to_string(), worker),
+            Some(Err(why)) => self.fail(&why, worker),
             Some(Ok(mut drawing)) => {
                 self.failure_reason = None;
                 let pixels = u64::from(drawing.width) * u64::from(drawing.height);
@@ -137,12 +137,13 @@ impl Interface {
         }
     }
 
-    /// Records why there is no picture of this view. Before the first picture, the reason also goes to standard error.
-    fn fail(&mut self, why: String, worker: &dyn RenderWorker) {
-        if self.viewport.shown.is_none() && self.failure_reason.as_ref() != Some(&why) {
-            worker.session().notify(&why);
+    /// Records why there is no picture of this view. Before the first picture, the reason also goes to standard error, in English.
+    fn fail(&mut self, why: &(dyn std::error::Error + 'static), worker: &dyn RenderWorker) {
+        let text = fault_text(why);
+        if self.viewport.shown.is_none() && self.failure_reason.as_ref() != Some(&text) {
+            worker.session().notify(&why.to_string());
         }
-        self.failure_reason = Some(why);
+        self.failure_reason = Some(text);
     }
 
     /// Computes the labels and markers of the bodies in the displayed image. `overlays`: what the window shows over it, pixels of the image; names
@@ -177,7 +178,7 @@ impl Interface {
         let mut request = match request {
             Ok(r) => r,
             Err(why) => {
-                self.fail(why.to_string(), worker);
+                self.fail(&why, worker);
                 return;
             }
         };

@@ -11,7 +11,7 @@ use crate::session::Session;
 use crate::view::app::tour::{MAX_BYTES, Tour};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
-use crate::view::language::{catalog_detail, catalog_text, text};
+use crate::view::language::{catalog_detail, catalog_text, fault_text, text};
 use crate::wording::echo;
 use egui::{Align2, Button, Color32, Frame, Label, ProgressBar, Rect, RichText, Vec2};
 use std::path::Path;
@@ -67,7 +67,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, text: &str, ac
             actions.push(Action::Show(Box::new(with_user_settings(tour.at(0.0).view, &interface.viewer.view, true))));
             interface.tour.playing = Some(Playback { tour: Arc::new(tour), passed_s: 0.0, is_paused: false });
         }
-        Err(e) => interface.message = e.to_string(),
+        Err(e) => interface.message = fault_text(&e),
     }
 }
 
@@ -75,7 +75,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, text: &str, ac
 pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Action>) {
     match read_text(Path::new(&interface.tour.file), MAX_BYTES) {
         Ok(text) => start(interface, session, &text, actions),
-        Err(e) => interface.message = format!("{}: {e}", echo(&interface.tour.file)),
+        Err(e) => interface.message = format!("{}: {}", echo(&interface.tour.file), fault_text(&e)),
     }
 }
 

@@ -10,7 +10,7 @@ use crate::scene::marks::{
 };
 use crate::view::app::orbit::ZOOM_PER_NOTCH;
 use crate::view::app::viewer::Action;
-use crate::view::language::{body_name, text};
+use crate::view::language::text;
 use crate::view::panels::theme::{BODY, HEADING};
 use crate::view::window::primitives::ON_GPU;
 use crate::view::worker::render_worker::RenderWorker;
