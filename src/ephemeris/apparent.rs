@@ -82,7 +82,7 @@ pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result
     let (body_pos_km, _) = ephemeris.light_time_position(body, earth.pos_km, t)?;
     let to_body = body_pos_km - earth.pos_km;
     let distance_km = to_body.length();
-    let geometric = to_body.try_normalize().ok_or_else(|| EphemerisError("the Earth has no place as seen from its own centre".into()))?;
+    let geometric = to_body.try_normalize().ok_or_else(|| EphemerisError::other("the Earth has no place as seen from its own centre"))?;
 
     let from_sun = earth.pos_km - sun_pos_km;
     let sun_distance_au = from_sun.length() / KM_PER_AU;
@@ -172,7 +172,7 @@ pub fn sub_points(ephemeris: &Ephemeris, body: &Body, observer: NaifId, t: Insta
 
     let to_observer = observer_pos_km - body_pos_km;
     if to_observer.length() < 1e-6 {
-        return Err(EphemerisError(format!("{} cannot be seen from its own centre", body.name)));
+        return Err(EphemerisError::other(format!("{} cannot be seen from its own centre", body.name)));
     }
     let to_sun = (body.id != NaifId::SUN).then_some(sun_pos_km - body_pos_km);
     let orientation = PoleAndMeridian::of(&body_from_icrf);

@@ -5,6 +5,7 @@
 
 use super::{Ephemeris, EphemerisError, LONGEST_CHAIN, MEAN_YEARS, ORBIT_YEARS, SERIES_YEARS, Source, has_massive_moons, mean_elements};
 use crate::catalog::{Catalog, Motion, NaifId, Rotation};
+use crate::message::{Argument, message};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 
@@ -64,21 +65,22 @@ impl Ephemeris {
     }
 
     pub(super) fn no_theory(&self, target: NaifId, t: Instant, source: Option<Source>) -> EphemerisError {
-        let (name, at) = (self.name_of(target), t.to_utc_iso());
-        let sources_have = match source {
-            None => "the sources have",
-            Some(Source::Kernel) => "the kernel has",
-            Some(Source::Series) => "the series have",
-            Some(Source::Mean) => "the mean elements have",
+        let body = self.name_of(target);
+        let sources = match source {
+            None => message!("fault-of-sources"),
+            Some(Source::Kernel) => message!("fault-of-kernel"),
+            Some(Source::Series) => message!("fault-of-series"),
+            Some(Source::Mean) => message!("fault-of-mean-elements"),
         };
         EphemerisError(match self.coverage(target, source) {
-            None => format!("{sources_have} no place for {name} at any time; --kernel FILE adds an SPK that has it"),
+            None => message!("fault-no-place", sources = sources, body = &body),
             Some((first, last)) => {
                 let other = match source {
-                    Some(Source::Kernel) => "leave --source out for the series, or add a longer SPK by --kernel",
-                    _ => "--kernel FILE adds a longer SPK, such as DE441",
+                    Some(Source::Kernel) => message!("fault-longer-than-kernel"),
+                    _ => message!("fault-longer-kernel"),
                 };
-                format!("{sources_have} {name} from {} to {}, not at {at}; {other}", day(first), day(last))
+                let [first, last, time] = [day(first), day(last), t.to_utc_iso()].map(Argument::Time);
+                message!("fault-time-outside", sources = sources, body = &body, first = first, last = last, time = time, other = other)
             }
         })
     }

@@ -64,7 +64,7 @@ impl LunarSeries {
     pub fn embedded() -> Result<Self, EphemerisError> {
         let lines = orrery_catalogs::LUNAR_SERIES.lines().enumerate().filter(|(_, l)| !l.starts_with('#') && !l.trim().is_empty());
         let read = |(number, line): (usize, &str)| {
-            term(line).ok_or_else(|| EphemerisError(format!("elp2000_truncated.csv:{}: not a term: {line}", number + 1)))
+            term(line).ok_or_else(|| EphemerisError::other(format!("elp2000_truncated.csv:{}: not a term: {line}", number + 1)))
         };
         Ok(Self { terms: lines.map(read).collect::<Result<_, _>>()? })
     }

@@ -34,6 +34,7 @@ pub mod topocentric;
 pub mod two_body;
 
 use crate::catalog::{Catalog, Motion, NaifId, Rotation};
+use crate::message::{Argument, Message, message};
 use crate::time::Instant;
 use crate::units::{SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
@@ -97,7 +98,14 @@ pub fn angle_rad(a: DVec3, b: DVec3) -> f64 {
 /// Why a state is not available, in one line.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{0}")]
-pub struct EphemerisError(pub String);
+pub struct EphemerisError(pub Message);
+
+impl EphemerisError {
+    /// An error whose detail is English in every language.
+    pub fn other(detail: impl Into<String>) -> Self {
+        Self(message!("fault-ephemeris", detail = Argument::English(detail.into())))
+    }
+}
 
 /// The evaluated link of a chain: a target relative to its origin.
 #[derive(Clone, Copy, Debug)]
@@ -168,7 +176,7 @@ impl Ephemeris {
         let mass_shares = mass_shares(catalog);
         let theories = satellites::MoonTheories::embedded()?;
         let rotations = catalog.bodies().iter().map(|b| (b.id, b.rotation.clone())).collect();
-        let pck = orientation::Pck::parse(orientation::EMBEDDED_PCK).map_err(|e| EphemerisError(e.to_string()))?;
+        let pck = orientation::Pck::parse(orientation::EMBEDDED_PCK).map_err(|e| EphemerisError::other(e.to_string()))?;
         Ok(Self {
             kernels: vec![shipped],
             series: series::Series::embedded()?,
@@ -191,7 +199,7 @@ impl Ephemeris {
     /// Geometric state of `body` relative to `center`, ICRF. `source: None` selects the best that covers `t`.
     pub fn state(&self, body: NaifId, center: NaifId, t: Instant, source: Option<Source>) -> Result<SourcedState, EphemerisError> {
         if !t.tdb_seconds_past_j2000().is_finite() {
-            return Err(EphemerisError("the time is not a number".into()));
+            return Err(EphemerisError::other("the time is not a number"));
         }
         let (from_body, from_center) = (self.chain(body, t, source), self.chain(center, t, source));
         // The common part of both chains cancels: the Sun's barycentric state is not needed if the Sun is the centre.
@@ -214,7 +222,7 @@ impl Ephemeris {
 
     /// Rotation `body_from_icrf` (rows are the body's axes) at `t`.
     pub fn body_from_icrf(&self, body: NaifId, t: Instant) -> Result<DMat3, EphemerisError> {
-        let unknown = |why: &str| EphemerisError(format!("the orientation of {} is unknown: {why}", self.name_of(body)));
+        let unknown = |why: &str| EphemerisError::other(format!("the orientation of {} is unknown: {why}", self.name_of(body)));
         if !in_years(t, ORBIT_YEARS) {
             return Err(unknown("the time is more than 20000 years away"));
         }

@@ -99,11 +99,11 @@ impl Spk {
     /// Reads the bytes of an SPK file. `name` is used only in errors.
     pub fn parse(name: &str, bytes: &[u8]) -> Result<Self, EphemerisError> {
         catch_panic(|| Self::read(name, bytes))
-            .unwrap_or_else(|| Err(EphemerisError(format!("kernel {name}: damaged; fetch the file again"))))
+            .unwrap_or_else(|| Err(EphemerisError::other(format!("kernel {name}: damaged; fetch the file again"))))
     }
 
     fn read(name: &str, bytes: &[u8]) -> Result<Self, EphemerisError> {
-        let wrong = |what: String| EphemerisError(format!("kernel {name}: {}", what.replace('\n', " ")));
+        let wrong = |what: String| EphemerisError::other(format!("kernel {name}: {}", what.replace('\n', " ")));
         if !bytes.starts_with(b"DAF/SPK") {
             return Err(wrong("not an SPK file (it does not begin with DAF/SPK); give a file such as de440.bsp".into()));
         }

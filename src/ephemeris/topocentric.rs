@@ -105,7 +105,7 @@ impl ObserverSky<'_> {
     /// # Errors
     /// A body that is not in the catalog, or that the ephemeris cannot place at `t`.
     pub fn topocentric(&self, target: NaifId, t: Instant) -> Result<Horizontal, EphemerisError> {
-        let known = |id: NaifId| self.catalog.body(id).ok_or_else(|| EphemerisError(format!("no body has the code {}", id.0)));
+        let known = |id: NaifId| self.catalog.body(id).ok_or_else(|| EphemerisError::other(format!("no body has the code {}", id.0)));
         let (ground, body) = (known(self.place.body)?, known(target)?);
         let (point, normal) = ground_point_km(ground.radii_km, self.place.latitude_deg, self.place.longitude_deg, self.place.height_km);
         let icrf_from_body = self.ephemeris.body_from_icrf(ground.id, t)?.transpose();

@@ -47,6 +47,6 @@ mod tests {
             let s = f64::from(i) * 1e3;
             assert!((fitted.at(s) - circle(s)).length() < 1e-3, "{s}");
         }
-        assert!(FittedPosition::over(1.0, |_| Err(EphemerisError("none".into()))).is_err());
+        assert!(FittedPosition::over(1.0, |_| Err(EphemerisError::other("none"))).is_err());
     }
 }

@@ -45,7 +45,7 @@ impl EclipseBodies {
     /// The catalog lacks one of the bodies.
     pub(crate) fn of(catalog: &Catalog) -> Result<Self, EphemerisError> {
         let radii_km = |id, name| {
-            let body = catalog.body(id).ok_or_else(|| EphemerisError(format!("the catalog has no {name}: eclipses need it")))?;
+            let body = catalog.body(id).ok_or_else(|| EphemerisError::other(format!("the catalog has no {name}: eclipses need it")))?;
             Ok::<_, EphemerisError>(body.radii_km)
         };
         let moon_km = radii_km(NaifId::MOON, "Moon")?.x;

@@ -58,7 +58,8 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
     let eclipse_bodies = EclipseBodies::of(catalog)?;
     let mut found = Vec::new();
     for planet in INNER {
-        let body = catalog.body(planet).ok_or_else(|| EphemerisError(format!("the catalog has no body {}: transits need it", planet.0)))?;
+        let body =
+            catalog.body(planet).ok_or_else(|| EphemerisError::other(format!("the catalog has no body {}: transits need it", planet.0)))?;
         let planet_km = body.radii_km.x;
         let bodies = EclipseBodies { moon_km: planet_km, penumbral_moon_km: planet_km, ..eclipse_bodies };
         // Angle between the centres, radians; pi if the planet is behind the Sun.

@@ -1,22 +1,21 @@
-//! Texts that the layers below the window make: reasons of decisions, notes on estimates. Each names its message and keeps the values in it, so that
-//! the command line writes it in English and the window in its own language.
+//! Texts that the layers below the window make: reasons of decisions, notes on estimates, texts in pictures, faults. Each names its message and keeps the
+//! values in it, so that the command line writes it in English and the window in its own language.
 //!
-//! In: the id of a message in `english.ftl`, and its arguments. Out: the English text, by `Display`. Always: the English text of a message is
-//! in `english.ftl` alone, which the window reads too; an unknown id is written as itself, and a test finds it. Not here: other languages (`view::language`), and
-//! texts of the catalogs.
+//! In: the id of a message in `english.ftl`, and its arguments. Out: the English text, by `Display`; another language's, by `text_in`. Always: the text of
+//! a message is in `english.ftl` and `german.ftl` alone, which the window reads too; an unknown id is written as itself, and a test finds it. Not here:
+//! texts of the window's own (`view::language`), and texts of the catalogs.
 
+mod text_language;
+
+pub use self::text_language::TextLanguage;
 use serde::{Serialize, Serializer};
-use std::collections::HashMap;
 use std::fmt;
-use std::sync::LazyLock;
 
 /// The English messages, in the syntax of Fluent: `id = text with { $arguments }`, one a line.
 pub(crate) const ENGLISH_FILE: &str = include_str!("english.ftl");
 
-static ENGLISH: LazyLock<HashMap<&'static str, &'static str>> = LazyLock::new(|| {
-    let messages = ENGLISH_FILE.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split_once(" = "));
-    messages.collect()
-});
+/// The German messages, with the same ids.
+pub(crate) const GERMAN_FILE: &str = include_str!("german.ftl");
 
 /// A message: its id and its arguments by name.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,8 +35,10 @@ pub enum Argument {
     Name(String),
     /// Several names, separated by commas.
     Names(Vec<String>),
-    /// An instant, in ISO 8601.
+    /// An instant or a day, in ISO 8601.
     Time(String),
+    /// A detail that is English in every language, for instance of a compiler or of the system.
+    English(String),
     /// A text of a catalog, and what it tells of (the first part of the ids of its translations).
     CatalogText(&'static str, String),
     /// Other messages.
@@ -74,44 +75,9 @@ impl FromIterator<Self> for Reason {
     }
 }
 
-/// Writes the parts of a template in their order.
-fn split<E>(template: &str, mut write: impl FnMut(TextPart<'_>) -> Result<(), E>) -> Result<(), E> {
-    let mut parts = template.split("{ $");
-    write(TextPart::Fixed(parts.next().unwrap_or_default()))?;
-    for part in parts {
-        let (name, fixed) = part.split_once(" }").unwrap_or((part, ""));
-        write(TextPart::Argument(name))?;
-        write(TextPart::Fixed(fixed))?;
-    }
-    Ok(())
-}
-
-/// A part of a message's text.
-enum TextPart<'t> {
-    Fixed(&'t str),
-    Argument(&'t str),
-}
-
 impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some(template) = ENGLISH.get(self.id) else { return f.write_str(self.id) };
-        split(template, |part| match part {
-            TextPart::Fixed(text) => f.write_str(text),
-            TextPart::Argument(name) => match self.arguments.iter().find(|(known, _)| *known == name) {
-                Some((_, argument)) => argument.fmt(f),
-                None => f.write_str(name),
-            },
-        })
-    }
-}
-
-impl fmt::Display for Argument {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Number(text) | Self::Name(text) | Self::Time(text) | Self::CatalogText(_, text) => f.write_str(text),
-            Self::Names(all) => f.write_str(&all.join(", ")),
-            Self::Reason(reason) => reason.fmt(f),
-        }
+        f.write_str(&self.text_in(TextLanguage::English))
     }
 }
 

@@ -1,4 +1,7 @@
-//! Tests of the English texts.
+//! Tests of the English texts, and of those that are drawn into pictures.
+
+use super::{Argument, ENGLISH_FILE, GERMAN_FILE, TextLanguage};
+use std::collections::HashSet;
 
 #[test]
 fn texts_are_those_of_the_file_with_their_arguments() {
@@ -11,4 +14,34 @@ fn texts_are_those_of_the_file_with_their_arguments() {
     // What a test would find is still written.
     assert_eq!(message!("nobody-wrote-this").to_string(), "nobody-wrote-this");
     assert_eq!(message!("reason-of-white", light = 1).to_string(), "1 of white against least");
+}
+
+#[test]
+fn german_numbers_names_and_times() {
+    let german = TextLanguage::German;
+    for (english, text) in [("20 000 km", "20.000 km"), ("0.5 au", "0,5 au"), ("1.00\"", "1,00\""), ("5 km", "5 km"), ("end. 7", "end. 7")]
+    {
+        assert_eq!((german.number(english).as_str(), TextLanguage::English.number(english).as_str()), (text, english));
+    }
+    assert_eq!((german.name("body", "Earth"), german.name("point", "E"), german.name("body", "Himalia")), ("Erde", "O", "Himalia"));
+    assert_eq!(german.time("2024-04-08T18:17:16.250Z"), "8. April 2024, 18:17:16,250 UTC");
+    assert_eq!(german.time("-0584-05-28T14:00:00Z"), "28. Mai 585 v. Chr., 14:00:00 UTC");
+    assert_eq!(german.time("JD 5000000.5 UTC"), "JD 5000000.5 UTC", "not a calendar date");
+    assert_eq!(TextLanguage::English.time("2024-04-08T18:17:16Z"), "2024-04-08 18:17:16 UTC");
+    let caption = message!("picture-from-centre", body = "Moon");
+    assert_eq!((caption.text_in(german).as_str(), caption.to_string().as_str()), ("vom Mittelpunkt aus: Mond", "from the centre of Moon"));
+    assert_eq!(message!("nobody-wrote-this").text_in(german), "nobody-wrote-this");
+    assert_eq!(message!("reason-lines-shadow-path", body = "Moon", time = Argument::Time("x".into())).to_string().matches('x').count(), 1);
+}
+
+/// The text of a picture's messages needs no plural forms, which this module cannot choose.
+#[test]
+fn texts_in_pictures_are_simple_and_in_both_languages() {
+    let ids = |file: &'static str| -> HashSet<&str> {
+        let of_pictures = |line: &&str| ["picture-", "point-", "body-"].iter().any(|kind| line.starts_with(kind));
+        file.lines().filter(of_pictures).filter_map(|line| Some(line.split_once(" = ")?.0)).collect()
+    };
+    assert!(ids(ENGLISH_FILE).len() > 30);
+    assert_eq!(ids(ENGLISH_FILE), ids(GERMAN_FILE));
+    assert!(![ENGLISH_FILE, GERMAN_FILE].iter().any(|file| file.contains(" ->")));
 }

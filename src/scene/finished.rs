@@ -4,6 +4,7 @@
 
 use crate::catalog::NaifId;
 use crate::scene::annotation::strokes::LineSegment;
+use crate::scene::annotation::text::{LabelMetrics, Rect};
 use crate::scene::annotation::{labels, line_texts, orbits};
 use crate::scene::camera::Camera;
 use crate::scene::camera::geometry::ImageGeometry;
@@ -84,5 +85,15 @@ impl Scene {
     /// A body of the catalog by its code.
     pub fn body(&self, id: NaifId) -> Option<&BodyInView> {
         self.bodies.iter().find(|b| b.id == id)
+    }
+
+    /// Rectangles of the texts in the picture: caption, scale bar, compass, names of features, labels of lines. Without the names of bodies.
+    pub(crate) fn text_rects(&self) -> Vec<Rect> {
+        let margin = |layer: &labels::LabelLayer| layer.occupied(&LabelMetrics::of_size(layer.size_px)).collect::<Vec<_>>();
+        let lines = |layer: &line_texts::TextLayer| {
+            let metrics = LabelMetrics::of_size(layer.size_px);
+            layer.texts.iter().map(|text| metrics.rect(&text.text, text.left_px)).collect::<Vec<_>>()
+        };
+        self.labels.iter().flat_map(margin).chain(self.texts.iter().flat_map(lines)).collect()
     }
 }

@@ -128,6 +128,7 @@ impl Provenance {
             quality,
             pixel_view,
             purpose,
+            language,
             coarse_air,
         } = request;
         let default_text = || "as usual".to_owned();
@@ -179,6 +180,7 @@ impl Provenance {
             entry("quality", format!("{quality:?}").to_lowercase()),
             entry("pixels", pixel_view.name().into()),
             entry("purpose", format!("{purpose:?}").to_lowercase()),
+            entry("language", language.code().into()),
             entry("coarse air", coarse_air.to_string()),
         ]);
         Self(values)

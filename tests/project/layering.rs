@@ -13,7 +13,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("files", &["wording"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("time", &["units", "time", "wording"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("catalog", &["units", "time", "catalog", "random", "wording", "message"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
-    ("ephemeris", &["units", "time", "catalog", "ephemeris", "unwinding"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("ephemeris", &["units", "time", "catalog", "ephemeris", "unwinding", "message"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("events", &["units", "time", "catalog", "ephemeris", "scene", "events"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("memo", &["memo"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("mesh", &["units", "mesh"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),

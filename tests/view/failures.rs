@@ -9,6 +9,7 @@ use orrery::view::app::initial_view::initial_view;
 use orrery::view::app::places::SessionPositions;
 use orrery::view::app::settings::Settings;
 use orrery::view::app::viewer::{Subject, Viewer};
+use orrery::view::language::Language;
 use orrery::view::panels::Interface;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -46,6 +47,19 @@ fn assert_reported_once(session: &'static Session, messages: &Lines, interface: 
 fn a_time_outside_the_ephemeris_is_reported() {
     let (session, messages, interface) = window(None, "9999-12-31T00:00:00Z");
     assert_reported_once(session, &messages, interface, "Moon from -3001-11-23 to 3001-01-08, not at 9999-12-30");
+}
+
+/// The window says it in its language, and standard error in English.
+#[test]
+fn a_german_window_says_why_in_german() {
+    let (session, messages, mut interface) = window(None, "9999-12-31T00:00:00Z");
+    interface.language = Language::German;
+    let mut harness = harness_of(session, interface);
+    settle(&mut harness);
+    let reason = harness.state().message_line().to_owned();
+    assert!(reason.starts_with("Zeitraum der Quellen für Mond: 23. November 3002 v. Chr. bis 8. Januar 3001, nicht "), "{reason}");
+    assert!(harness.query_by_label(&reason).is_some(), "no label says: {reason}");
+    assert!(messages.lock().expect("no panic").iter().all(|line| line.contains("Moon from -3001-11-23")), "{messages:?}");
 }
 
 #[test]

@@ -1,12 +1,15 @@
 //! The window in German: the choice applies at once and is kept, buttons lie inside the window, and no more texts are truncated than in
 //! English.
 
-use crate::view::interface::{harness, interface, settle};
+use crate::view::interface::{harness, interface, session, settle};
 use egui::accesskit::Role;
 use egui::epaint::{ClippedShape, Shape};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
+use orrery::message::TextLanguage;
+use orrery::scene::request::{Layers, Position, ViewRequest};
+use orrery::time::Instant;
 use orrery::view::language::Language;
 use orrery::view::panels::{Interface, Tab};
 
@@ -100,4 +103,99 @@ fn german_truncates_no_more_texts_of_the_bars_than_english() {
     harness.state_mut().tab = Some(Tab::Effects);
     settle(&mut harness);
     assert!(truncated_texts(&harness).iter().any(|text| text.starts_with("seine Normalen")), "the reasons of effects are truncated");
+}
+
+/// Accessible names, values and descriptions of everything that the window shows.
+fn reported_texts(harness: &Window) -> Vec<String> {
+    fn walk(node: &egui_kittest::Node<'_>, out: &mut Vec<String>) {
+        let n = node.accesskit_node();
+        // The lines of a shader are code.
+        if n.role() != Role::TextRun {
+            out.extend([n.label(), n.value(), n.description()].into_iter().flatten());
+        }
+        node.children().for_each(|child| walk(&child, out));
+    }
+    let mut out = Vec::new();
+    walk(&harness.root(), &mut out);
+    out
+}
+
+/// Common English words that are no German words, and no keys or names of the program.
+const ENGLISH_WORDS: [&str; 40] = [
+    "the", "of", "and", "with", "from", "for", "this", "that", "not", "is", "are", "its", "it", "to", "at", "by", "on", "below", "above",
+    "below", "open", "close", "save", "show", "shown", "shows", "view", "time", "body", "picture", "moon", "earth", "sun", "north", "east",
+    "every", "each", "drawn", "draws", "which",
+];
+
+fn english_words(text: &str) -> Vec<String> {
+    let words = text.split(|c: char| !c.is_alphabetic()).map(str::to_lowercase);
+    words.filter(|word| ENGLISH_WORDS.contains(&word.as_str())).collect()
+}
+
+/// No panel of a German window has an English word. Keys of shaders, links, file names, names of effects and citations are the same in every language.
+#[test]
+fn german_panels_have_no_english_words() {
+    let mut interface = interface(SATURN, EQUINOX);
+    interface.language = Language::German;
+    interface.settings.panels.timeline_shown = true;
+    interface.bodies_shown = true;
+    let mut harness = harness(interface);
+    harness.set_size([1280.0, 800.0].into());
+    let is_code = |text: &str| {
+        let is_source = session().catalog().moments().iter().any(|moment| text.contains(&moment.source));
+        is_source
+            || text.starts_with("orrery://")
+            || text.contains("::")
+            || text.contains('_')
+            || text.contains(" = ")
+            || text.contains("//")
+    };
+    let mut checked = 0;
+    let mut faults = Vec::new();
+    for tab in std::iter::once(None).chain(Tab::ALL.map(Some)) {
+        harness.state_mut().tab = tab;
+        settle(&mut harness);
+        for text in reported_texts(&harness).into_iter().filter(|text| !is_code(text)) {
+            checked += 1;
+            // Names of effects and dimensions are written with hyphens.
+            let plain: String = text.split_whitespace().filter(|word| !word.contains(['-', '.', '='])).collect::<Vec<_>>().join(" ");
+            let found = english_words(&plain);
+            if !found.is_empty() {
+                faults.push(format!("{tab:?}: {found:?} in {}", text.chars().take(120).collect::<String>()));
+            }
+        }
+    }
+    assert!(checked > 600, "{checked} texts");
+    assert!(faults.is_empty(), "{faults:#?}");
+    // The same search finds the words of an English window.
+    harness.state_mut().language = Language::English;
+    settle(&mut harness);
+    assert!(reported_texts(&harness).iter().filter(|text| !english_words(text).is_empty()).count() > 10);
+}
+
+/// Caption, scale bar, compass points and names in a picture are German, and English without a choice.
+#[test]
+fn texts_in_pictures_are_german() {
+    let layers = Layers { caption: true, scale_bar: true, labels: true, grid_horizon: true, ..Layers::default() };
+    let ground = Position::Ground { body: NaifId::EARTH, latitude_deg: -33.9, longitude_deg: 18.4, height_km: 1.0 };
+    let time = Instant::parse("2024-04-08T18:30:00Z").expect("a time");
+    let texts_of = |language: TextLanguage, position: Position| {
+        let request =
+            ViewRequest { position, layers, language, width: 900, height: 600, fov_deg: Some(90.0), ..ViewRequest::of(NaifId::MOON, time) };
+        let scene = session().scene(&request).expect("a scene");
+        let labels = scene.labels.expect("labels");
+        let lines = scene.texts.into_iter().flat_map(|layer| layer.texts).map(|text| text.text);
+        let names = labels.labels.into_iter().map(|mark| mark.name);
+        labels.margin.texts.into_iter().map(|text| text.text).chain(names).chain(lines).collect::<Vec<_>>().join("|")
+    };
+    let away = Position::Over { towards: None, distance_radii: Some(40.0) };
+    for (position, language, parts) in [
+        (away, TextLanguage::German, ["Mond   8. April 2024, 18:30:00 UTC", "aus 69.496 km Entfernung, Bildfeld 90,0°", "Mond"]),
+        (away, TextLanguage::English, ["Moon   2024-04-08 18:30:00 UTC", "from 69 496 km away, field of view 90.0°", "Moon"]),
+        (ground, TextLanguage::German, ["Standort: Erde, 33,90° S 18,40° O", "Bildfeld", "°"]),
+        (ground, TextLanguage::English, ["from Earth, 33.90° S 18.40° E", "field of view", "°"]),
+    ] {
+        let all = texts_of(language, position);
+        assert!(parts.iter().all(|part| all.contains(part)), "{language:?}: {all}");
+    }
 }

@@ -10,6 +10,7 @@ mod flights;
 mod input;
 mod inspect;
 pub mod interface;
+mod labels;
 mod language;
 mod marked_texts;
 mod now;

@@ -25,7 +25,7 @@ pub struct MoonTheories {
 impl MoonTheories {
     /// The theories from the embedded tables.
     pub fn embedded() -> Result<Self, EphemerisError> {
-        let wrong = |file: &str, e: serde_json::Error| EphemerisError(format!("{file}: {e}"));
+        let wrong = |file: &str, e: serde_json::Error| EphemerisError::other(format!("{file}: {e}"));
         Ok(Self {
             galilean: galilean::GalileanL12::parse(orrery_catalogs::GALILEAN_THEORY).map_err(|e| wrong("galilean_l12.json", e))?,
             saturn: tass::Tass17::parse(orrery_catalogs::SATURN_THEORY).map_err(|e| wrong("saturn_tass17.json", e))?,

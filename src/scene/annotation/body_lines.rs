@@ -4,7 +4,7 @@
 //! depth test, so that lines do not flicker. Nearer bodies are drawn later. Not modelled: relief, shape models, and the effect of three unequal axes on
 //! latitude.
 
-use crate::message::{Reason, reason};
+use crate::message::{Reason, TextLanguage, reason};
 use crate::scene::annotation::grids::{Cap, GridLineKind, angle_text, grid_lines};
 use crate::scene::annotation::line_texts::SkyText;
 use crate::scene::annotation::sky_lines::AnnotationLines;
@@ -160,7 +160,7 @@ impl GroundLineBuilder<'_, '_> {
         self.all.decisions.push(Decision { feature, on, reason, tier: None });
     }
 
-    pub(super) fn grid(&mut self) {
+    pub(super) fn grid(&mut self, language: TextLanguage) {
         let radii = self.p.placement.radii_km;
         let camera = self.p.placement.camera_in_unit_sphere();
         // Degrees of the body per pixel at the sub-camera point.
@@ -190,7 +190,7 @@ impl GroundLineBuilder<'_, '_> {
             count += 1;
             let text = match line.kind {
                 GridLineKind::Parallel => angle_text(line.at_deg, true),
-                GridLineKind::Meridian => format!("{}E", angle_text(line.at_deg, false)),
+                GridLineKind::Meridian => format!("{}{}", angle_text(line.at_deg, false), language.name("point", "E")),
             };
             let clip = DVec2::new(place.x, place.y) / (place.z * self.camera.tan_half_fov);
             if clip.abs().max_element() < 1.0 {

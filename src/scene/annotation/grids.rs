@@ -4,6 +4,7 @@
 //! a line fades in as its neighbours move apart, and fades out towards a pole, where lines would crowd. Nothing else affects a line, so that no line
 //! jumps when the camera pans. Does not orient the sphere and does not draw.
 
+use crate::message::TextLanguage;
 use crate::scene::numeric::smoothstep;
 use std::f64::consts::FRAC_PI_2;
 
@@ -139,11 +140,11 @@ fn parts_text(sign: &str, seconds: u64, [whole, minute, second]: [&str; 3]) -> S
 }
 
 /// The compass point of an azimuth if there is one, else the azimuth in degrees.
-pub(crate) fn azimuth_text(degrees: f64) -> String {
+pub(crate) fn azimuth_text(degrees: f64, language: TextLanguage) -> String {
     const POINTS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
     let eighth = degrees / 45.0;
     let point = ((eighth.round() as i64).rem_euclid(8)) as usize;
-    if (eighth - eighth.round()).abs() < 1e-9 { POINTS[point].into() } else { angle_text(degrees, false) }
+    if (eighth - eighth.round()).abs() < 1e-9 { language.name("point", POINTS[point]).to_owned() } else { angle_text(degrees, false) }
 }
 
 /// Degrees per pixel, the mean over the picture's height. The actual value is larger in the middle of a wide view and smaller at its edges.
@@ -207,6 +208,6 @@ mod tests {
         assert_eq!((angle_text(0.0, true).as_str(), angle_text(1.0 + 5.0 / 3600.0, false).as_str()), ("0°", "1°0'5\""));
         assert_eq!((hours_text(90.0).as_str(), hours_text(82.5).as_str(), hours_text(360.0).as_str()), ("6h", "5h30m", "0h"));
         assert_eq!(hours_text(1.0 / 3600.0 * 7.5), "0h0m0.5s");
-        assert_eq!((azimuth_text(315.0).as_str(), azimuth_text(30.0).as_str(), azimuth_text(360.0).as_str()), ("NW", "30°", "N"));
+        assert_eq!(([315.0, 30.0, 360.0, 90.0].map(|degrees| azimuth_text(degrees, TextLanguage::English))), ["NW", "30°", "N", "E"]);
     }
 }

@@ -40,7 +40,7 @@ pub(crate) fn ground_lines(
     };
     let mut builder = GroundLineBuilder { camera, p, all: AnnotationLines::default() };
     if layers.grid_body {
-        builder.grid();
+        builder.grid(context.request.language);
     }
     if layers.terminator {
         builder.terminator();

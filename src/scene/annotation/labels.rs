@@ -109,12 +109,10 @@ impl LabelLayer {
         let mut occupied: Vec<Rect> = layer.occupied(&metrics).collect();
         if layers.labels {
             let parent = |id: NaifId| catalog.body(id).and_then(|b| b.parent);
-            layer.labels = body_labels(picture, bodies, layer.selected, parent, &metrics);
-            for label in &mut layer.labels {
-                let rect = |side| label_rect(label.centre_px, label.radius_px, &label.name, &metrics, side);
-                label.name_side = label.name_side.filter(|side| !occupied.iter().any(|t| t.overlaps(&rect(*side))));
-                occupied.extend(label.name_side.map(rect));
-            }
+            let names = |name: &str| request.language.name("body", name).to_owned();
+            layer.labels = body_labels(picture, bodies, layer.selected, parent, &metrics, names, &occupied);
+            let of_label = |label: &Label| Some(label_rect(label.centre_px, label.radius_px, &label.name, &metrics, label.name_side?));
+            occupied.extend(layer.labels.iter().filter_map(of_label));
         }
         if layers.features {
             let (names, sites) = features::features(picture, bodies, &metrics, &mut occupied);
@@ -151,13 +149,15 @@ pub(crate) fn glyph_size_px(height: u32) -> f64 {
 /// Distance in pixels from a more important label below which a label is left out.
 const CROWDED_PX: f64 = 7.0;
 
-/// The labels of the bodies that a camera sees, most important first.
+/// The labels of the bodies that a camera sees, most important first. `name_of` translates names; `occupied` has other texts, which names avoid.
 pub(crate) fn body_labels(
     camera: &dyn ImageProjection,
     bodies: &[BodyInView],
     selected: NaifId,
     parent: impl Fn(NaifId) -> Option<NaifId>,
     metrics: &LabelMetrics,
+    name_of: impl Fn(&str) -> String,
+    occupied: &[Rect],
 ) -> Vec<Label> {
     let size = camera.size_px();
     let mut visible: Vec<(&BodyInView, DVec2, f64)> = bodies
@@ -184,16 +184,17 @@ pub(crate) fn body_labels(
         x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then(a.0.id.cmp(&b.0.id))
     });
     let mut chosen: Vec<Label> = Vec::new();
-    let mut names: Vec<Rect> = Vec::new();
+    let mut names: Vec<Rect> = occupied.to_vec();
     for (b, centre_px, radius_px) in visible {
         if chosen.iter().any(|k| k.centre_px.distance(centre_px) < CROWDED_PX.max(0.5 * k.radius_px.min(40.0))) {
             continue;
         }
-        let of_side = |side: LabelSide| (side, label_rect(centre_px, radius_px, &b.name, metrics, side));
+        let name = name_of(&b.name);
+        let of_side = |side: LabelSide| (side, label_rect(centre_px, radius_px, &name, metrics, side));
         let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_picture(size) && !names.iter().any(|n| n.overlaps(rect));
-        let name = LabelSide::ALL.map(of_side).into_iter().find(fits);
-        names.extend(name.map(|(_, rect)| rect));
-        chosen.push(Label { body: b.id, name: b.name.clone(), centre_px, radius_px, name_side: name.map(|(side, _)| side) });
+        let place = LabelSide::ALL.map(of_side).into_iter().find(fits);
+        names.extend(place.map(|(_, rect)| rect));
+        chosen.push(Label { body: b.id, name, centre_px, radius_px, name_side: place.map(|(side, _)| side) });
     }
     chosen
 }

@@ -6,6 +6,7 @@
 
 use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextLine};
 use crate::catalog::Catalog;
+use crate::message::{Argument, TextLanguage, message};
 use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::in_view::BodyInView;
 use crate::scene::request::view_request::{Position, ViewRequest};
@@ -40,7 +41,7 @@ impl Margin {
             margin.caption(picture, request, catalog, target, metrics);
         }
         if request.layers.scale_bar {
-            margin.scale_bar(picture, target, metrics);
+            margin.scale_bar(picture, target, request.language, metrics);
         }
         if let Some(target) = target.filter(|_| request.layers.compass) {
             margin.compass(picture, target, metrics);
@@ -59,9 +60,7 @@ impl Margin {
 
     /// Rectangles of the texts and bars.
     pub fn occupied<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
-        let half = DVec2::new(0.0, 0.5 * metrics.line_height_px);
-        let of_text =
-            move |t: &TextLine| Rect { min: t.left_px - half, max: t.left_px + half + DVec2::new(metrics.width_px(&t.text), 0.0) };
+        let of_text = |t: &TextLine| metrics.rect(&t.text, t.left_px);
         self.texts.iter().map(of_text).chain(self.bars.iter().map(|b| b.rect))
     }
 
@@ -81,27 +80,36 @@ impl Margin {
         target: Option<&BodyInView>,
         metrics: &LabelMetrics,
     ) {
-        let letter = metrics.size_px();
-        let named = |id| catalog.body(id).map_or("a barycentre", |b| b.name.as_str());
-        let clock = request.time.to_utc_iso().replace('T', " ").replace('Z', " UTC");
-        let first = target.map_or_else(|| clock.clone(), |t| format!("{}   {clock}", t.name));
+        let (letter, language) = (metrics.size_px(), request.language);
+        let length = |km| Argument::Number(length_text(km));
+        let named = |id| catalog.body(id).map_or(message!("picture-barycentre").into(), |b| Argument::from(&b.name));
+        let clock = language.time(&request.time.to_utc_iso());
+        let first = target.map_or_else(|| clock.clone(), |t| format!("{}   {clock}", language.name("body", &t.name)));
         let from = match request.position {
-            Position::Centre(body) => format!("from the centre of {}", named(body)),
+            Position::Centre(body) => message!("picture-from-centre", body = named(body)),
             Position::Ground { body, latitude_deg, longitude_deg, .. } => {
                 let east = (longitude_deg + 180.0).rem_euclid(360.0) - 180.0;
-                let (ns, ew) = (if latitude_deg < 0.0 { "S" } else { "N" }, if east < 0.0 { "W" } else { "E" });
-                format!("from {}, {:.2}° {ns} {:.2}° {ew}", named(body), latitude_deg.abs(), east.abs())
+                message!(
+                    "picture-from-ground",
+                    body = named(body),
+                    latitude = format_args!("{:.2}", latitude_deg.abs()),
+                    north = language.name("point", if latitude_deg < 0.0 { "S" } else { "N" }),
+                    longitude = format_args!("{:.2}", east.abs()),
+                    east = language.name("point", if east < 0.0 { "W" } else { "E" }),
+                )
             }
-            Position::Over { .. } | Position::Offset { .. } => {
-                target.map_or_else(|| "from space".into(), |t| format!("from {} away", length_text(t.distance_km)))
-            }
+            Position::Over { .. } | Position::Offset { .. } => match target {
+                Some(target) => message!("picture-from-away", distance = length(target.distance_km)),
+                None => message!("picture-from-space"),
+            },
         };
+        let second = message!("picture-caption", from = from, view = picture.field_of_view()).text_in(language);
         let bottom = picture.size_px().y - 0.9 * letter;
         self.text(first, DVec2::new(0.8 * letter, bottom - 1.3 * letter));
-        self.text(format!("{from}, {}", picture.field_of_view()), DVec2::new(0.8 * letter, bottom));
+        self.text(second, DVec2::new(0.8 * letter, bottom));
     }
 
-    fn scale_bar(&mut self, picture: &impl ImageProjection, target: Option<&BodyInView>, metrics: &LabelMetrics) {
+    fn scale_bar(&mut self, picture: &impl ImageProjection, target: Option<&BodyInView>, language: TextLanguage, metrics: &LabelMetrics) {
         let (size, letter) = (picture.size_px(), metrics.size_px());
         let pixels_per_radian = picture.disc_radius_px(1e-6) * 1e6;
         let max_rad = MAX_BAR_FRACTION * size.x / pixels_per_radian;
@@ -113,6 +121,7 @@ impl Margin {
             }
             None => angle_below(max_rad),
         };
+        let text = language.number(&text);
         let length = (angle * pixels_per_radian).round();
         let thickness = (letter / 9.0).round().max(1.0);
         let tick = (0.45 * letter).round();

@@ -100,7 +100,7 @@ impl SkyLineBuilder<'_> {
         icrf_from_frame: DMat3,
         is_aberrated: bool,
         style: LineStyle,
-        longitude_text: fn(f64) -> String,
+        longitude_text: impl Fn(f64) -> String,
     ) {
         let camera = self.camera;
         let pixel_deg = mean_pixel_deg(camera.tan_half_fov.y, camera.height);
@@ -179,14 +179,14 @@ pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<
     let layers = request.layers;
     let camera = &viewer.camera;
     let tolerance_factor = 1.0 / (1.0 + camera.tan_half_fov.length_squared());
-    let mut builder =
-        SkyLineBuilder { camera, velocity_km_s: viewer.body_velocity_km_s, tolerance_factor, all: AnnotationLines::default() };
-    let degrees: fn(f64) -> String = |longitude| angle_text(longitude, false);
-    let hours: fn(f64) -> String = hours_text;
+    let mut builder = SkyLineBuilder { camera, velocity_km_s: viewer.body_velocity_km_s, tolerance_factor, all: AnnotationLines::default() };
+    let language = request.language;
+    let degrees = |longitude| angle_text(longitude, false);
+    let hours = |longitude| language.number(&hours_text(longitude));
     for (wanted, feature, frame, style, text) in [
-        (layers.grid_galactic, "grid-galactic", SkyFrame::Galactic, GALACTIC, degrees),
-        (layers.grid_ecliptic, "grid-ecliptic", SkyFrame::Ecliptic, ECLIPTIC, degrees),
-        (layers.grid_equatorial, "grid-equatorial", SkyFrame::Equatorial, EQUATORIAL, hours),
+        (layers.grid_galactic, "grid-galactic", SkyFrame::Galactic, GALACTIC, &degrees as &dyn Fn(f64) -> String),
+        (layers.grid_ecliptic, "grid-ecliptic", SkyFrame::Ecliptic, ECLIPTIC, &degrees as &dyn Fn(f64) -> String),
+        (layers.grid_equatorial, "grid-equatorial", SkyFrame::Equatorial, EQUATORIAL, &hours),
     ] {
         if wanted {
             builder.grid(feature, frame.icrf_from_frame(), true, style, text);
@@ -194,7 +194,7 @@ pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<
     }
     if layers.grid_horizon {
         match horizon {
-            Some(axes) => builder.grid("grid-horizon", axes, false, HORIZON, azimuth_text),
+            Some(axes) => builder.grid("grid-horizon", axes, false, HORIZON, |azimuth| azimuth_text(azimuth, language)),
             None => builder.decide("grid-horizon", false, reason!("lines-no-ground")),
         }
     }

@@ -24,6 +24,12 @@ impl LabelMetrics {
         text.chars().count() as f64 * self.glyph_width_px
     }
 
+    /// The rectangle of a text, from the left end of its centre line.
+    pub(crate) fn rect(&self, text: &str, left_px: DVec2) -> Rect {
+        let half = DVec2::new(0.0, 0.5 * self.line_height_px);
+        Rect { min: left_px - half, max: left_px + half + DVec2::new(self.width_px(text), 0.0) }
+    }
+
     /// Horizontal and vertical distance from a body's centre to its name, pixels.
     pub(crate) fn gap_px(&self, radius_px: f64) -> f64 {
         let size_px = self.size_px();

@@ -5,6 +5,7 @@
 
 use super::Camera;
 use super::sphere::{ImageProjection, SpherePicture};
+use crate::message::Message;
 use crate::scene::request::warp_mesh::WarpMesh;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
@@ -56,7 +57,7 @@ impl ImageProjection for LeftPicture<'_> {
     fn disc_radius_px(&self, angular_radius: f64) -> f64 {
         self.camera.disc_radius_px(angular_radius)
     }
-    fn field_of_view(&self) -> String {
+    fn field_of_view(&self) -> Message {
         self.camera.field_of_view()
     }
 }
@@ -116,7 +117,7 @@ impl ImageProjection for WarpedPicture<'_> {
     fn disc_radius_px(&self, angular_radius: f64) -> f64 {
         self.geometry.picture.projection(self.camera).disc_radius_px(angular_radius) * self.geometry.scale()
     }
-    fn field_of_view(&self) -> String {
+    fn field_of_view(&self) -> Message {
         self.geometry.picture.projection(self.camera).field_of_view()
     }
 }

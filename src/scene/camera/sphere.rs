@@ -4,6 +4,7 @@
 //! and [`SpherePicture::pixel`] are inverse to each other. The formulas are those of shaders/entry/fisheye.wesl and equirectangular.wesl.
 
 use super::Camera;
+use crate::message::{Argument, Message, message};
 use crate::scene::request::composition::Projection;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -16,8 +17,8 @@ pub(crate) trait ImageProjection {
     fn size_px(&self) -> DVec2;
     /// Radius in pixels of a disc in the picture's middle, from its angular radius in radians.
     fn disc_radius_px(&self, angular_radius: f64) -> f64;
-    /// The field of view as text.
-    fn field_of_view(&self) -> String;
+    /// The field of view.
+    fn field_of_view(&self) -> Message;
 }
 
 impl ImageProjection for Camera {
@@ -30,13 +31,14 @@ impl ImageProjection for Camera {
     fn disc_radius_px(&self, angular_radius: f64) -> f64 {
         angular_radius.tan() / self.pixel_tangent()
     }
-    fn field_of_view(&self) -> String {
+    fn field_of_view(&self) -> Message {
         let deg = 2.0 * self.tan_half_fov.y.atan().to_degrees();
-        match deg {
-            _ if deg >= 1.0 => format!("field of view {deg:.1}°"),
-            _ if deg >= 1.0 / 60.0 => format!("field of view {:.1}'", 60.0 * deg),
-            _ => format!("field of view {:.2}\"", 3600.0 * deg),
-        }
+        let angle = match deg {
+            _ if deg >= 1.0 => format!("{deg:.1}°"),
+            _ if deg >= 1.0 / 60.0 => format!("{:.1}'", 60.0 * deg),
+            _ => format!("{:.2}\"", 3600.0 * deg),
+        };
+        message!("picture-field-of-view", angle = Argument::Number(angle))
     }
 }
 
@@ -139,9 +141,9 @@ impl ImageProjection for SpherePicture {
     fn disc_radius_px(&self, angular_radius: f64) -> f64 {
         angular_radius / self.radians_per_pixel().y
     }
-    fn field_of_view(&self) -> String {
+    fn field_of_view(&self) -> Message {
         let deg = 2.0 * self.half_fov_rad.to_degrees();
-        if self.is_fisheye() { format!("fisheye {deg:.0}°") } else { "whole sphere".into() }
+        if self.is_fisheye() { message!("picture-fisheye", angle = format_args!("{deg:.0}°")) } else { message!("picture-whole-sphere") }
     }
 }
 

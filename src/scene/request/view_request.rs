@@ -1,6 +1,7 @@
 //! A view request: position and direction of the camera, field of view, exposure, effects and layers.
 
 use crate::catalog::{Catalog, NaifId};
+use crate::message::TextLanguage;
 use crate::scene::draw::features::PixelView;
 use crate::scene::error::SceneError;
 use crate::scene::purpose::Purpose;
@@ -237,6 +238,8 @@ pub struct ViewRequest {
     pub pixel_view: PixelView,
     /// The purpose of the picture, which sets the threshold below which features are left out.
     pub purpose: Purpose,
+    /// The language of texts in the picture: caption, names of bodies, numbers.
+    pub language: TextLanguage,
     /// Whether one evaluation of the air may serve several pixels. Without it each draw is complete by itself, for those who examine single draws.
     pub coarse_air: bool,
 }
@@ -270,6 +273,7 @@ impl ViewRequest {
             quality: Quality::default(),
             pixel_view: PixelView::Final,
             purpose: Purpose::Display,
+            language: TextLanguage::English,
             coarse_air: true,
         }
     }

@@ -13,6 +13,7 @@ use crate::time::Instant;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::option_text;
 use crate::view::app::orbit::OrbitCamera;
+use crate::view::language;
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -221,6 +222,7 @@ impl ViewState {
         request.pixel_view = self.pixels;
         request.tone_map = self.tone_map;
         request.quality = self.quality;
+        request.language = language::current().in_pictures();
         request.check().and_then(|()| request.check_bodies(catalog))?;
         Ok(request)
     }

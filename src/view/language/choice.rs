@@ -3,6 +3,7 @@
 //! In: a language code from the command line or the settings, or the environment's locale. Out: a [`Language`]. Always: a locale without a known
 //! language gives English.
 
+use crate::message::TextLanguage;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use unic_langid::LanguageIdentifier;
 
@@ -49,6 +50,14 @@ impl Language {
             Self::English => "English",
             Self::German => "Deutsch",
             Self::Marked => "English between marks",
+        }
+    }
+
+    /// The language of texts in pictures.
+    pub(crate) fn in_pictures(self) -> TextLanguage {
+        match self {
+            Self::English | Self::Marked => TextLanguage::English,
+            Self::German => TextLanguage::German,
         }
     }
 

@@ -54,7 +54,7 @@ pub(crate) fn day_text(t: Instant) -> String {
 }
 
 /// An ISO 8601 date in the language's usual form.
-fn date_text_of(date: &str) -> String {
+pub(super) fn date_text_of(date: &str) -> String {
     let Some(Fields { year, month, day }) = fields(date) else { return date.to_owned() };
     let month_name = named("month", month.trim_start_matches('0'));
     text!("date-day", year = year_text(year), month = month, month_name = month_name, day = day, day_number = number(day))

@@ -2,9 +2,10 @@
 //!
 //! In: messages (reasons of scenes, notes on estimates), or English texts of the catalogs (moments, tours, species). Out: the text in the window's
 //! language. Always: a message is looked up by its id; a text of a catalog by an id that is made of its English name, and without a translation it
-//! stays as it is, as do texts of a user's own catalogs. Not here: errors.
+//! stays as it is, as do texts of a user's own catalogs. Not here: which message an error is (`faults`).
 
-use super::dates::instant_text;
+use super::dates::{date_text_of, instant_text};
+use super::faults::detail_text;
 use super::numbers::localised;
 use super::{Language, body_name, current, filled, message_marked, messages, named, plain};
 use crate::message::{Argument, Message, Reason};
@@ -32,6 +33,8 @@ fn argument_text(argument: &Argument) -> String {
         Argument::Number(number) => localised(number.clone()),
         Argument::Name(name) => name_text(name),
         Argument::Names(names) => names.iter().map(|name| name_text(name)).collect::<Vec<_>>().join(", "),
+        Argument::English(text) => detail_text(text),
+        Argument::Time(day) if !day.contains('T') => date_text_of(day),
         Argument::Time(iso) => Instant::parse(iso).map_or_else(|_| iso.clone(), instant_text),
         Argument::CatalogText(kind, text) => text.split("; ").map(|part| catalog_text(kind, part)).collect::<Vec<_>>().join("; "),
         Argument::Reason(reason) => reason_text(reason),

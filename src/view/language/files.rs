@@ -8,13 +8,12 @@ use super::Language;
 macro_rules! files {
     ($($name:literal),* $(,)?) => {
         const ENGLISH: &[&str] = &[crate::message::ENGLISH_FILE, $(include_str!(concat!("en/", $name, ".ftl"))),*];
-        const GERMAN: &[&str] = &[include_str!("de/reasons.ftl"), $(include_str!(concat!("de/", $name, ".ftl"))),*];
+        const GERMAN: &[&str] = &[crate::message::GERMAN_FILE, $(include_str!(concat!("de/", $name, ".ftl"))),*];
     };
 }
 
 files!(
     "bars",
-    "bodies",
     "compare",
     "dates",
     "effects",

@@ -111,7 +111,7 @@ fn window_sources() -> Vec<(String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/view");
     let mut all = Vec::new();
     sources(&root, &mut all);
-    for name in ["dates.rs", "numbers.rs"] {
+    for name in ["dates.rs", "faults.rs", "numbers.rs"] {
         all.push((name.into(), std::fs::read_to_string(root.join("language").join(name)).expect("a source")));
     }
     all
@@ -285,4 +285,18 @@ fn times_are_rounded_and_carry_over() {
     assert_eq!(dates::minute_text(at("-0584-05-28T14:00:00Z")), "-0584-05-28 14:00 UTC");
     let far = Instant::from_tdb_seconds_past_j2000(1e15);
     assert_eq!(dates::minute_text(far), far.plus_seconds(30.0).to_utc_iso());
+}
+
+/// The times that scenes draw into pictures read as those of the window.
+#[test]
+fn times_in_pictures_are_written_as_in_the_window() {
+    use crate::time::Instant;
+    set(Language::German);
+    for month in 1..=12 {
+        for year in ["2024", "0007", "-0584"] {
+            let t = Instant::parse(&format!("{year}-{month:02}-09T18:17:16Z")).expect("a time");
+            assert_eq!(Language::German.in_pictures().time(&t.to_utc_iso()), dates::instant_text(t));
+        }
+    }
+    set(Language::English);
 }

@@ -4,6 +4,7 @@
 //! for a new picture. Always: files are read on the query worker; an invalid file changes nothing.
 
 use super::Interface;
+use crate::view::language::fault_text;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 
 /// Files that are being read.
@@ -17,7 +18,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
     let paths: Vec<_> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
     let body = Some(interface.viewer.view.target);
     for path in paths {
-        let read = ask(worker, move |session| session.add_data_file(&path, body).map_err(|e| e.to_string()));
+        let read = ask(worker, move |session| session.add_data_file(&path, body).map_err(|e| fault_text(&e)));
         interface.dropped.reading.push(read);
     }
     let mut answers = Vec::new();

@@ -14,7 +14,7 @@ use crate::view::app::settings::Home;
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
 use crate::view::language::dates::{minute_text, month_day_second_text};
-use crate::view::language::{decimal, named, plain, text};
+use crate::view::language::{decimal, fault_text, named, plain, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Align2, Button, ComboBox, Grid, Label, Panel, ProgressBar, Response, RichText, ScrollArea, TextStyle, vec2};
 use std::sync::Arc;
@@ -176,7 +176,7 @@ fn next_step(mut search: EventSearch, worker: &dyn RenderWorker) -> Option<(Pend
     let step = move |session: &crate::session::Session| {
         let catalog = session.catalog();
         let row = |event: SkyEvent| Row { title: event.title(catalog), summary: event.summary(), event: Arc::new(event) };
-        let found = search.step(catalog, session.ephemeris()).map_err(|e| e.to_string());
+        let found = search.step(catalog, session.ephemeris()).map_err(|e| fault_text(&e));
         (search, found.map(|events| events.into_iter().map(row).collect()))
     };
     Some((ask(worker, step), done))
@@ -354,7 +354,7 @@ fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
     if !panel.local.as_ref().is_some_and(|l| Arc::ptr_eq(&l.event, event) && l.home == home) {
         let of = Arc::clone(event);
         let question =
-            move |session: &crate::session::Session| of.seen_from(session.catalog(), session.ephemeris(), home).map_err(|e| e.to_string());
+            move |session: &crate::session::Session| of.seen_from(session.catalog(), session.ephemeris(), home).map_err(|e| fault_text(&e));
         panel.local = Some(LocalView { event: Arc::clone(event), home, pending: ask(worker, question), contacts: None });
     }
     let found = panel.local.as_ref().and_then(|l| l.contacts.as_ref());

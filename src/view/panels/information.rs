@@ -17,7 +17,7 @@ use crate::view::app::place_text::place_degrees;
 use crate::view::app::settings::{Home, LengthUnit, Settings};
 use crate::view::language::dates::instant_text;
 use crate::view::language::numbers::localised;
-use crate::view::language::{body_name, catalog_text, decimal, message_text, reason_text, signed, text};
+use crate::view::language::{body_name, catalog_text, decimal, fault_text, message_text, reason_text, signed, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Grid, ScrollArea};
 
@@ -289,7 +289,7 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
 fn report(session: &Session, of: ReportInputs, time: Instant) -> SkyReport {
     let place = Observer { body: NaifId::EARTH, latitude_deg: of.place_deg[0], longitude_deg: of.place_deg[1], height_km: 0.0 };
     let sky = ObserverSky { catalog: session.catalog(), ephemeris: session.ephemeris(), place };
-    let message = |e: crate::ephemeris::EphemerisError| e.to_string();
+    let message = |e: crate::ephemeris::EphemerisError| fault_text(&e);
     let midnight_s = (time.tdb_seconds_past_j2000() / SECONDS_PER_DAY - 0.5).floor() * SECONDS_PER_DAY + 0.5 * SECONDS_PER_DAY;
     let midnight = Instant::from_tdb_seconds_past_j2000(midnight_s);
     let elsewhere = (of.body != NaifId::EARTH).then_some(of.body);

@@ -238,7 +238,7 @@ impl Interface {
             self.session_messages.lock().drain(..).partition(|line| performance::is_about_drivers(line));
         self.performance.messages.extend(about_drivers);
         if let Some(line) = others.into_iter().next_back() {
-            self.notice = Some((line, now_s + NOTICE_S));
+            self.notice = Some((text!("notice", detail = line), now_s + NOTICE_S));
         }
         self.notice.take_if(|(_, until_s)| *until_s <= now_s);
         if self.message != self.message_shown.0 {

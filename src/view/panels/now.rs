@@ -122,7 +122,8 @@ pub(crate) fn over_viewport(interface: &mut Interface, ui: &Ui, worker: &dyn Ren
     }
     let area = egui::Area::new(ui.scope_id().with("what to see now")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
     let mut closes = false;
-    area.fixed_pos(viewport.center_bottom() - vec2(0.0, 10.0)).show(ui.ctx(), |ui| {
+    let bottom = viewport.center_bottom() - vec2(0.0, 10.0 + interface.viewport.caption_height);
+    let shown = area.fixed_pos(bottom).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.horizontal(|ui| {
                 ui.strong(text!("now"));
@@ -135,6 +136,7 @@ pub(crate) fn over_viewport(interface: &mut Interface, ui: &Ui, worker: &dyn Ren
             ui.horizontal(|ui| closes |= row(interface, ui, worker, actions));
         });
     });
+    interface.viewport.overlays.push(shown.response.rect);
     if closes {
         interface.settings.panels.now_shown = false;
     }

@@ -6,9 +6,10 @@
 use super::Interface;
 use crate::catalog::NaifId;
 use crate::render::plan::{GpuImage, SamplingQuality};
-use crate::scene::labels::{Label, LabelMetrics, body_labels};
+use crate::scene::labels::{Label, LabelMetrics, Rect, body_labels};
 use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
 use crate::session::{Readiness, RendererPreference};
+use crate::view::language::{body_name, fault_text};
 use crate::view::worker::adaptive_resolution::AdaptiveResolution;
 use crate::view::worker::render_worker::{RenderJob, RenderWorker, RenderedView};
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
@@ -48,6 +49,10 @@ pub(super) struct Viewport {
     /// Generator of the shader modules, and the renderer preference; a change of either requires a new image.
     pub(super) drawn_with: Option<(Arc<str>, RendererPreference)>,
     pub(super) labels: Vec<Label>,
+    /// Rectangles of messages, hints and suggestions over the viewport, as shown last, points.
+    pub(super) overlays: Vec<egui::Rect>,
+    /// Height of the caption at the viewport's lower edge, points.
+    pub(super) caption_height: f32,
     /// The last right-clicked body.
     pub(super) menu_body: Option<NaifId>,
     /// The position of the last right click, pixels of the picture.
@@ -71,6 +76,8 @@ impl Default for Viewport {
             images_shown: 0,
             drawn_with: None,
             labels: Vec::new(),
+            overlays: Vec::new(),
+            caption_height: 0.0,
             menu_body: None,
             menu_px: None,
             star: None,
@@ -101,7 +108,7 @@ impl Interface {
     pub(super) fn receive(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker) {
         match worker.take() {
             None => {}
-            Some(Err(why)) => self.fail(why.to_string(), worker),
+            Some(Err(why)) => self.fail(&why, worker),
             Some(Ok(mut rendered)) => {
                 self.failure_reason = None;
                 let pixels = u64::from(rendered.width) * u64::from(rendered.height);
@@ -130,25 +137,25 @@ impl Interface {
         }
     }
 
-    /// Records why there is no picture of this view. Before the first picture, the reason also goes to standard error.
-    fn fail(&mut self, why: String, worker: &dyn RenderWorker) {
-        if self.viewport.shown.is_none() && self.failure_reason.as_ref() != Some(&why) {
-            worker.session().notify(&why);
+    /// Records why there is no picture of this view. Before the first picture, the reason also goes to standard error, in English.
+    fn fail(&mut self, why: &(dyn std::error::Error + 'static), worker: &dyn RenderWorker) {
+        let text = fault_text(why);
+        if self.viewport.shown.is_none() && self.failure_reason.as_ref() != Some(&text) {
+            worker.session().notify(&why.to_string());
         }
-        self.failure_reason = Some(why);
+        self.failure_reason = Some(text);
     }
 
-    /// Computes the labels and markers of the bodies in the displayed image.
-    pub(super) fn refresh_labels(&mut self, metrics: &LabelMetrics) {
+    /// Computes the labels and markers of the bodies in the displayed image. `overlays`: what the window shows over it, pixels of the image; names
+    /// avoid these and the texts in the image.
+    pub(super) fn refresh_labels(&mut self, metrics: &LabelMetrics, overlays: impl IntoIterator<Item = Rect>) {
         let Some(rendered) = &self.viewport.shown else { return };
+        let scene = &rendered.scene;
         let parent = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
-        self.viewport.labels = body_labels(
-            &*rendered.scene.geometry.projection(&rendered.scene.camera),
-            &rendered.scene.bodies,
-            self.viewer.selected,
-            parent,
-            metrics,
-        );
+        let names = |name: &str| body_name(name).to_owned();
+        let occupied: Vec<Rect> = overlays.into_iter().chain(scene.text_rects()).collect();
+        self.viewport.labels =
+            body_labels(&*scene.geometry.projection(&scene.camera), &scene.bodies, self.viewer.selected, parent, metrics, names, &occupied);
     }
 
     /// Requests the image of the current view, at a coarse resolution while it moves.
@@ -171,7 +178,7 @@ impl Interface {
         let mut request = match request {
             Ok(r) => r,
             Err(why) => {
-                self.fail(why.to_string(), worker);
+                self.fail(&why, worker);
                 return;
             }
         };

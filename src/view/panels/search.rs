@@ -11,7 +11,7 @@ use crate::view::app::places::SessionPositions;
 use crate::view::app::search::{SearchTarget, Suggestion, feature_view, names, similar_names, star_view, suggestions};
 use crate::view::app::settings::Home;
 use crate::view::app::viewer::Action;
-use crate::view::language::{catalog_text, text};
+use crate::view::language::{catalog_text, fault_text, text};
 use crate::view::worker::render_worker::RenderWorker;
 use crate::wording::{did_you_mean, echo_within};
 use egui::text::{CCursor, CCursorRange};
@@ -155,7 +155,7 @@ fn set_effects(interface: &mut Interface) -> Option<Result<(), String>> {
     }
     let view = &mut interface.viewer.view;
     let combined = format!("{},{typed}", view.effects.to_text());
-    Some(EffectOverrides::parse(&combined).map(|overrides| view.effects = overrides).map_err(|e| e.to_string()))
+    Some(EffectOverrides::parse(&combined).map(|overrides| view.effects = overrides).map_err(|e| fault_text(&e)))
 }
 
 /// Applies the chosen suggestion.

@@ -11,7 +11,7 @@ use crate::view::app::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::view::app::time_rate::{MAX_SPEED, MIN_SPEED, speed_text};
 use crate::view::app::viewer::Action;
 use crate::view::language::dates::{date_in_digits, instant_text, long_date, month_name};
-use crate::view::language::{plain, text};
+use crate::view::language::{fault_text, plain, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
 use egui::containers::menu::{MenuButton, MenuConfig};
@@ -258,7 +258,7 @@ fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderW
         let start = interface.viewer.destination().time().plus_seconds(gap_s);
         let search = EventSearch::new(vec![kind], start, EVENT_REACH_S, backward);
         interface.time_bar.pending =
-            Some(ask(worker, move |session| search.first(session.catalog(), session.ephemeris()).map_err(|e| e.to_string())));
+            Some(ask(worker, move |session| search.first(session.catalog(), session.ephemeris()).map_err(|e| fault_text(&e))));
     }
     if interface.time_bar.pending.is_some() {
         accessible::spinner(ui, text!("event-looking"));

@@ -11,7 +11,7 @@ use crate::session::Session;
 use crate::view::app::tour::{MAX_BYTES, Tour};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
-use crate::view::language::{catalog_detail, catalog_text, text};
+use crate::view::language::{catalog_detail, catalog_text, fault_text, text};
 use crate::wording::echo;
 use egui::{Align2, Button, Color32, Frame, Label, ProgressBar, Rect, RichText, Vec2};
 use std::path::Path;
@@ -67,7 +67,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, text: &str, ac
             actions.push(Action::Show(Box::new(with_user_settings(tour.at(0.0).view, &interface.viewer.view, true))));
             interface.tour.playing = Some(TourPlayback { tour: Arc::new(tour), elapsed_s: 0.0, is_paused: false });
         }
-        Err(e) => interface.message = e.to_string(),
+        Err(e) => interface.message = fault_text(&e),
     }
 }
 
@@ -75,7 +75,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, text: &str, ac
 pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Action>) {
     match read_text(Path::new(&interface.tour.file), MAX_BYTES) {
         Ok(text) => start(interface, session, &text, actions),
-        Err(e) => interface.message = format!("{}: {e}", echo(&interface.tour.file)),
+        Err(e) => interface.message = format!("{}: {}", echo(&interface.tour.file), fault_text(&e)),
     }
 }
 
@@ -104,7 +104,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
     let (mut ended, mut records) = (false, false);
     let is_busy = interface.share.is_busy();
     let place = egui::Area::new(ui.scope_id().with("tour")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
-    place.fixed_pos(viewport.center_bottom() - Vec2::new(0.0, 16.0)).show(ui.ctx(), |ui| {
+    let bottom = viewport.center_bottom() - Vec2::new(0.0, 16.0 + interface.viewport.caption_height);
+    let shown = place.fixed_pos(bottom).show(ui.ctx(), |ui| {
         Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width(TEXT_WIDTH.min(viewport.width() - 40.0).max(120.0));
             ui.add(Label::new(
@@ -150,6 +151,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
             });
         });
     });
+    interface.viewport.overlays.push(shown.response.rect);
     if let Some(stop) = go_to {
         playing.elapsed_s = playing.tour.arrival_s(stop);
         playing.is_paused = false;

@@ -10,7 +10,7 @@ use crate::scene::labels::{
 };
 use crate::view::app::orbit::ZOOM_PER_NOTCH;
 use crate::view::app::viewer::Action;
-use crate::view::language::{body_name, text};
+use crate::view::language::text;
 use crate::view::panels::theme::{BODY, HEADING};
 use crate::view::window::primitives::ON_GPU;
 use crate::view::worker::render_worker::RenderWorker;
@@ -18,7 +18,9 @@ use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Ve
 use glam::DVec2;
 
 const NAME_POINTS: f32 = BODY;
-/// Minimum width of the viewport at which hints are shown, points.
+/// Part of the picture's height below which caption and scale bar are.
+const CAPTION_FROM: f64 = 0.85;
+/// Minimum width of the sky at which hints are shown, points.
 const HINTS_WIDTH: f32 = 440.0;
 const NAME_COLOUR: Color32 = opaque(labels::NAME_COLOUR);
 const SELECTED_COLOUR: Color32 = opaque(labels::SELECTED_COLOUR);
@@ -36,6 +38,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     let description = text!("sky-of", body = interface.viewer.name(interface.viewer.view.target));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &description));
     ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
+    let overlays = std::mem::take(&mut interface.viewport.overlays);
     tour::show(interface, ui, rect);
     let Some(size_px) = interface.shown().map(|d| [d.width, d.height]) else {
         if interface.message_line().is_empty() {
@@ -52,7 +55,12 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         ui.painter().image(picture, visible, placement.part(visible), Color32::WHITE);
     }
     let metrics = LabelMetrics::of_size(f64::from(NAME_POINTS) / placement.points_per_px);
-    interface.refresh_labels(&metrics);
+    let in_picture = |covered: &Rect| {
+        let [min, max] = [covered.min, covered.max].map(|at| at - placement.picture.min).map(|at| DVec2::new(at.x.into(), at.y.into()));
+        labels::Rect { min: min / placement.points_per_px, max: max / placement.points_per_px }
+    };
+    interface.refresh_labels(&metrics, overlays.iter().map(in_picture));
+    interface.viewport.caption_height = caption_height(interface, &placement);
     paint_marks(interface, ui, rect, &placement);
     paint_star(interface, ui, rect, &placement);
     if let Some(rendered) = interface.shown() {
@@ -68,6 +76,10 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     now::over_viewport(interface, ui, worker, rect, actions);
     if !interface.tour.is_open() {
         hints(interface, ui, rect);
+    }
+    if interface.viewport.overlays != overlays {
+        // Names make room in the next frame.
+        ui.ctx().request_repaint();
     }
     if interface.is_open(ui.ctx(), super::Tab::Shader) && interface.shader.probes() {
         paint_probe(interface, ui, rect);
@@ -111,14 +123,26 @@ impl ImagePlacement {
     }
 }
 
+/// Height above the sky's lower edge that the picture's caption and scale bar take, points; messages are shown above them.
+fn caption_height(interface: &Interface, placement: &ImagePlacement) -> f32 {
+    let Some(drawing) = interface.shown() else { return 0.0 };
+    let (height, layers) = (f64::from(drawing.height), drawing.job.request.layers);
+    if !(layers.caption || layers.scale_bar) {
+        return 0.0;
+    }
+    let rects = drawing.scene.text_rects().into_iter().filter(|rect| rect.min.y > CAPTION_FROM * height);
+    (rects.map(|rect| height - rect.min.y).fold(0.0, f64::max) * placement.points_per_px) as f32
+}
+
 /// Shows the message line over the lower edge of the picture, so that the picture keeps its size.
-fn show_message(interface: &Interface, ui: &egui::Ui, rect: Rect) {
-    let message = interface.message_line();
+fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
+    let message = interface.message_line().to_owned();
     if message.is_empty() {
         return;
     }
     let area = egui::Area::new(ui.scope_id().with("said")).order(egui::Order::Middle).pivot(Align2::LEFT_BOTTOM);
-    area.fixed_pos(rect.left_bottom() + Vec2::new(8.0, -8.0)).interactable(false).show(ui.ctx(), |ui| {
+    let corner = rect.left_bottom() + Vec2::new(8.0, -8.0 - interface.viewport.caption_height);
+    let shown = area.fixed_pos(corner).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width((rect.width() - 40.0).max(60.0));
             let line = ui.colored_label(ui.visuals().warn_fg_color, message);
@@ -126,18 +150,19 @@ fn show_message(interface: &Interface, ui: &egui::Ui, rect: Rect) {
             ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
         });
     });
+    interface.viewport.overlays.push(shown.response.rect);
 }
 
 /// Shows hints for the first three gestures of a new user, each until the user has made the gesture.
-fn hints(interface: &Interface, ui: &egui::Ui, rect: Rect) {
+fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     let used = interface.settings.hints;
     let all = [(used.drag, text!("hint-drag")), (used.scroll, text!("hint-scroll")), (used.search, text!("hint-search"))];
     if all.iter().all(|(used, _)| *used) || !interface.message_line().is_empty() || rect.width() < HINTS_WIDTH {
         return;
     }
     let area = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_TOP);
-    area.fixed_pos(rect.center_top() + Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
-        egui::Frame::new().fill(Color32::from_black_alpha(190)).corner_radius(12.0).inner_margin(egui::Margin::symmetric(14, 6)).show(
+    let shown = area.fixed_pos(rect.center_top() + Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
+        egui::Frame::new().fill(Color32::from_black_alpha(235)).corner_radius(12.0).inner_margin(egui::Margin::symmetric(14, 6)).show(
             ui,
             |ui| {
                 ui.horizontal(|ui| {
@@ -149,6 +174,7 @@ fn hints(interface: &Interface, ui: &egui::Ui, rect: Rect) {
             },
         );
     });
+    interface.viewport.overlays.push(shown.response.rect);
 }
 
 /// Shows the context menu of a body, or of the view if there is no body under the pointer.
@@ -221,8 +247,8 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Ima
             let text_at = at + vec2(side.offset_px(LabelMetrics::of_size(f64::from(NAME_POINTS)).gap_px(f64::from(radius))));
             let end = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
             let font = FontId::proportional(NAME_POINTS);
-            painter.text(text_at + Vec2::splat(1.0), end, body_name(&label.name), font.clone(), Color32::from_black_alpha(180));
-            painter.text(text_at, end, body_name(&label.name), font, colour);
+            painter.text(text_at + Vec2::splat(1.0), end, &label.name, font.clone(), Color32::from_black_alpha(180));
+            painter.text(text_at, end, &label.name, font, colour);
         }
     }
 }

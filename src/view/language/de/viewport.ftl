@@ -23,3 +23,11 @@ warning-title = Diese Ansicht ließ sich nicht öffnen
 warning-default = Stattdessen wird die übliche Ansicht gezeigt.
 warning-close = Schließen
 warning-close-hint = Die Meldung schließen (Eingabe, Esc)
+# Fehler des Systems.
+system-not-found = keine solche Datei, kein solcher Ordner
+system-denied = keine Berechtigung
+system-no-folder = ein Teil des Pfads ist kein Ordner
+system-folder = das ist ein Ordner
+system-full = der Datenträger ist voll
+system-read-only = der Datenträger ist schreibgeschützt
+notice = Meldung des Programms: { $detail }

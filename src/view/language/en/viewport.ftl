@@ -23,3 +23,11 @@ warning-title = This view could not be opened
 warning-default = The default view is shown instead.
 warning-close = Close
 warning-close-hint = Close the message (Enter, Escape)
+# Errors of the system.
+system-not-found = No such file or directory
+system-denied = Permission denied
+system-no-folder = Not a directory
+system-folder = Is a directory
+system-full = No space left on device
+system-read-only = Read-only file system
+notice = { $detail }

@@ -7,7 +7,7 @@ use super::pair;
 use crate::measure::error_bounds;
 use crate::scene::request::ViewRequest;
 use crate::session::Session;
-use crate::view::language::{decimal, text};
+use crate::view::language::{decimal, fault_text, text};
 use crate::view::panels::accessible;
 use crate::view::panels::render_loop::colour_image;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
@@ -83,7 +83,7 @@ impl BoundView {
         self.requested = Some(request.clone());
         let request = request.clone();
         self.pending = Some(ask(worker, move |session: &Session| {
-            let frame = error_bounds(session, &request).map_err(|e| e.to_string())?;
+            let frame = error_bounds(session, &request).map_err(|e| fault_text(&e))?;
             Ok(ErrorBounds::of(frame.width, frame.height, &frame.display))
         }));
     }

@@ -16,7 +16,7 @@ use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Quality, ViewRequest};
 use crate::session::Session;
 use crate::view::app::view_state::ViewState;
-use crate::view::language::{named, plain, text};
+use crate::view::language::{fault_text, named, plain, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{ComboBox, ScrollArea, TextEdit};
 use std::sync::Arc;
@@ -65,7 +65,7 @@ impl ComparisonInput {
     fn request_of(&self, variant: usize) -> Result<ViewRequest, String> {
         let variant = &self.variants[variant];
         let text = format!("{},{}", self.view_effects.to_text(), variant.effects);
-        let effects = EffectOverrides::parse(&text).map_err(|e| e.to_string())?;
+        let effects = EffectOverrides::parse(&text).map_err(|e| fault_text(&e))?;
         Ok(ViewRequest { effects, quality: variant.quality, pixel_view: variant.pixels, ..self.request.clone() })
     }
 
@@ -232,10 +232,10 @@ fn name_of(variant: &Variant) -> String {
 
 fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<ComparedPicture, String> {
     let sampling = SamplingQuality::of(request.quality);
-    let failed = |e: crate::session::SessionError| e.to_string();
+    let failed = |e: crate::session::SessionError| fault_text(&e);
     // Planning loads modules and maps, so that the measured time does not include loading.
     session.plan(request, sampling).map_err(failed)?;
-    let double = if variant.renderer == Renderer::Double { Some(session.renderer_in(true).map_err(|e| e.to_string())?) } else { None };
+    let double = if variant.renderer == Renderer::Double { Some(session.renderer_in(true).map_err(|e| fault_text(&e))?) } else { None };
     let start = WallInstant::now();
     let (frame, by) = if variant.renderer == Renderer::Window {
         let drawn = session.draw_in_background(request, sampling, false).map_err(failed)?;
@@ -243,7 +243,7 @@ fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<C
     } else {
         let (_, plan) = session.plan(request, sampling).map_err(failed)?;
         let renderer = double.as_ref().unwrap_or(session.background_renderer());
-        (renderer.render(&plan, session.library(), false).map_err(|e| e.to_string())?.0, "software")
+        (renderer.render(&plan, session.library(), false).map_err(|e| fault_text(&e))?.0, "software")
     };
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     Ok(ComparedPicture {

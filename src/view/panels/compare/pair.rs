@@ -4,7 +4,7 @@
 //! `orrery compare`.
 
 use crate::image::{self, DisplayImage};
-use crate::view::language::{decimal, named, plain, text};
+use crate::view::language::{decimal, fault_text, named, plain, text};
 use crate::view::panels::render_loop::colour_image;
 use crate::view::panels::theme::BODY;
 use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOptions, Vec2, pos2};
@@ -31,8 +31,8 @@ impl Pair {
     pub(crate) fn of(left: Result<ComparedPicture, String>, right: Result<ComparedPicture, String>) -> Result<Self, String> {
         let left = left.map_err(|e| text!("pair-left-failed", e = e))?;
         let right = right.map_err(|e| text!("pair-right-failed", e = e))?;
-        let statistics = left.picture.difference(&right.picture).map_err(|e| e.to_string())?;
-        let difference = left.picture.difference_picture(&right.picture).map_err(|e| e.to_string())?;
+        let statistics = left.picture.difference(&right.picture).map_err(|e| fault_text(&e))?;
+        let difference = left.picture.difference_picture(&right.picture).map_err(|e| fault_text(&e))?;
         Ok(Self { halves: [left, right], statistics, difference })
     }
 }

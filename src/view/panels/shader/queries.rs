@@ -16,7 +16,7 @@ use crate::shader::library::Origin;
 use crate::shader::module::diagnosis;
 use crate::shader::translate::Language;
 use crate::shader::{Emitted, ModuleId, ShaderModule};
-use crate::view::language::text;
+use crate::view::language::{fault_text, text};
 use crate::view::panels::compare::pair::{ComparedPicture, Pair};
 use crate::view::panels::render_loop::colour_image;
 use crate::view::worker::query_cache::QueryCache;
@@ -122,7 +122,7 @@ impl ShaderQueries {
         let of = id.clone();
         self.texts
             .get(worker, &(id.clone(), language), move |session| {
-                let module = session.library().get(&of).map_err(|e| e.to_string())?;
+                let module = session.library().get(&of).map_err(|e| fault_text(&e))?;
                 text_of(&module, language).map(Arc::new)
             })
             .cloned()
@@ -134,7 +134,7 @@ impl ShaderQueries {
         self.differences
             .get(worker, of, move |session| {
                 let emitted = |id: &ModuleId| {
-                    let m = session.library().get(id).map_err(|e| e.to_string())?;
+                    let m = session.library().get(id).map_err(|e| fault_text(&e))?;
                     Ok::<_, String>(Emitted { wgsl: m.wgsl.clone(), source_map: m.source_map.clone() })
                 };
                 let [first, second] = &both;
@@ -152,7 +152,7 @@ impl ShaderQueries {
     pub(crate) fn time(&mut self, worker: &dyn RenderWorker, id: &ModuleId) {
         let of = id.clone();
         self.timed.get(worker, id, move |session| {
-            ms_per_megapixel_at(session.background_renderer(), session.library(), &of, TIMED_PX).map_err(|e| e.to_string())
+            ms_per_megapixel_at(session.background_renderer(), session.library(), &of, TIMED_PX).map_err(|e| fault_text(&e))
         });
     }
 
@@ -165,7 +165,7 @@ impl ShaderQueries {
         self.maps
             .get(worker, &(role, file.to_owned()), move |session| {
                 let reading = plan::map_decoding(role, Shape::Ellipsoid);
-                let map = session.map(&named, reading).map_err(|e| e.to_string())?;
+                let map = session.map(&named, reading).map_err(|e| fault_text(&e))?;
                 let first = map.levels.first().ok_or(text!("map-empty"))?;
                 let bytes = map.levels.iter().map(|l| l.bytes.len()).sum();
                 Ok(MapFacts { width: first.width, height: first.height, levels: map.levels.len(), bytes })
@@ -213,8 +213,8 @@ impl ShaderQueries {
 
 /// Draws the sample body as display bytes: radiance with a fixed scale; other pixel views scaled so that the greatest value is white.
 fn draw_sample(session: &Session, key: &ShaderKey) -> Sample {
-    let plan = sample_plan(session.library(), key, SAMPLE_PX, HALF_SIDE_WITH_LIMB).map_err(|e| e.to_string())?;
-    let (frame, _) = session.background_renderer().render(&plan, session.library(), true).map_err(|e| e.to_string())?;
+    let plan = sample_plan(session.library(), key, SAMPLE_PX, HALF_SIDE_WITH_LIMB).map_err(|e| fault_text(&e))?;
+    let (frame, _) = session.background_renderer().render(&plan, session.library(), true).map_err(|e| fault_text(&e))?;
     let is_radiance = key.features().view == PixelView::Final;
     let greatest = frame.hdr.iter().flat_map(|p| &p[..3]).copied().filter(|v| v.is_finite()).fold(1e-12, f32::max);
     let scale = if is_radiance { 1.0 } else { 1.0 / greatest };
@@ -226,7 +226,7 @@ fn draw_sample(session: &Session, key: &ShaderKey) -> Sample {
 /// Draws the view, with the key of one draw replaced if `swap` is given.
 fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>) -> Result<ComparedPicture, String> {
     let sampling = SamplingQuality::of(request.quality);
-    let mut scene = session.scene(request).map_err(|e| e.to_string())?;
+    let mut scene = session.scene(request).map_err(|e| fault_text(&e))?;
     for draw in &mut scene.draws {
         if let Some(swap) = swap.filter(|s| draw.body == s.body && draw.part.name() == s.part) {
             draw.features = *swap.key.features();
@@ -234,7 +234,7 @@ fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>
     }
     let plan = plan::plan(&scene, session, sampling).map_err(|e| text!("swap-no-uniforms", e = e.to_string()))?;
     let start = WallInstant::now();
-    let (frame, _) = session.background_renderer().render(&plan, session.library(), false).map_err(|e| e.to_string())?;
+    let (frame, _) = session.background_renderer().render(&plan, session.library(), false).map_err(|e| fault_text(&e))?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let picture = DisplayImage { width: frame.width, height: frame.height, rgba: frame.display };
     Ok(ComparedPicture { picture, by: "software".into(), took_ms })

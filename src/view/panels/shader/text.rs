@@ -3,6 +3,7 @@
 use crate::shader::ShaderModule;
 use crate::shader::key::DIMENSIONS;
 use crate::shader::translate::{Language, translate};
+use crate::view::language::fault_text;
 use egui::ecolor::HsvaGamma;
 use egui::{Color32, FontId, TextFormat, text::LayoutJob};
 use std::ops::Range;
@@ -25,7 +26,7 @@ pub(crate) struct Text {
 
 /// Translates a module to a language.
 pub(crate) fn text_of(module: &ShaderModule, language: Language) -> Result<Text, String> {
-    let text = translate(module, language).map_err(|e| e.to_string())?;
+    let text = translate(module, language).map_err(|e| fault_text(&e))?;
     let map = &module.source_map;
     let mapped = language == Language::Wgsl;
     let line = |(i, text): (usize, &str)| {

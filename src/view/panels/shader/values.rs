@@ -6,7 +6,7 @@ use super::{Inspected, ShaderPanel};
 use crate::render::plan::{RING_PROFILE, role_of, uniforms_of};
 use crate::shader::reflect::UniformField;
 use crate::shader::{Layout, ModuleId};
-use crate::view::language::{decimal, text};
+use crate::view::language::{decimal, fault_text, text};
 use crate::view::panels::accessible;
 use crate::view::panels::theme::SMALL;
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
@@ -39,7 +39,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     });
     match &bytes {
         None => drop(ui.weak(text!("values-unused"))),
-        Some(Err(e)) => drop(ui.colored_label(ui.visuals().warn_fg_color, text!("values-none", e = e.to_string()))),
+        Some(Err(e)) => drop(ui.colored_label(ui.visuals().warn_fg_color, text!("values-none", e = fault_text(e)))),
         Some(Ok(_)) => {}
     }
     let bytes = bytes.and_then(Result::ok);

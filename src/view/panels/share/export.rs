@@ -13,7 +13,7 @@ use crate::session::{DrawnFrame, PROVENANCE_CHUNK, Session, is_exr, write_new_pi
 use crate::view::app::file_names::{NumberedName, free_names};
 use crate::view::app::tour::Tour;
 use crate::view::app::view_state::ViewState;
-use crate::view::language::{decimal, text};
+use crate::view::language::{decimal, fault_text, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -80,7 +80,7 @@ impl Export {
     /// # Errors
     /// If the name has no valid place for the frame number; the message explains how to write one.
     pub(crate) fn of_files(frames: FrameViews, name: &str, count: u32, format: PictureFormat) -> Result<Self, String> {
-        let files = NumberedName::of_sequence(name, count).map_err(|e| e.to_string())?;
+        let files = NumberedName::of_sequence(name, count).map_err(|e| fault_text(&e))?;
         Ok(Self::of(frames, ExportOutput::Files(files), count, format))
     }
 
@@ -95,7 +95,7 @@ impl Export {
             return Err(text!("export-too-large", millions = decimal(MAX_PIXELS / 1e6, 0)));
         }
         let bytes = SharedBytes::default();
-        let writer = AnimationWriter::new(bytes.clone(), form, (width, height), count, rate).map_err(|e| e.to_string())?;
+        let writer = AnimationWriter::new(bytes.clone(), form, (width, height), count, rate).map_err(|e| fault_text(&e))?;
         let animation = AnimationInProgress { writer, bytes, name: name.to_owned() };
         Ok(Self::of(frames, ExportOutput::Animation(Some(Box::new(animation))), count, format))
     }
@@ -183,25 +183,25 @@ fn add_frame(
     is_last: bool,
 ) -> FrameResult {
     let (_, drawn) = draw(session, view, format, false)?;
-    animation.writer.add(&drawn.frame.display).map_err(|e| e.to_string())?;
+    animation.writer.add(&drawn.frame.display).map_err(|e| fault_text(&e))?;
     if !is_last {
         return Ok((None, Some(animation)));
     }
     let AnimationInProgress { writer, bytes, name } = *animation;
-    writer.finish().map_err(|e| e.to_string())?;
+    writer.finish().map_err(|e| fault_text(&e))?;
     let bytes = bytes.0.lock();
-    let names = free_names(&name).map_err(|e| e.to_string())?.map(|file| std::path::absolute(&file).unwrap_or(file));
-    let path = write_new(names, FileAccess::All, |out| out.write_all(&bytes)).map_err(|e| e.to_string())?;
+    let names = free_names(&name).map_err(|e| fault_text(&e))?.map(|file| std::path::absolute(&file).unwrap_or(file));
+    let path = write_new(names, FileAccess::All, |out| out.write_all(&bytes)).map_err(|e| fault_text(&e))?;
     Ok((Some(path), None))
 }
 
 /// Draws one picture with the renderer for background work.
 fn draw(session: &Session, view: &ViewState, format: PictureFormat, is_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
     let [width, height] = format.size;
-    let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| e.to_string())?;
+    let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| fault_text(&e))?;
     request.layers.labels = format.names;
     request.purpose = Purpose::of_file(is_exr);
-    let drawn = session.draw_in_background(&request, SamplingQuality::of(request.quality), is_exr).map_err(|e| e.to_string())?;
+    let drawn = session.draw_in_background(&request, SamplingQuality::of(request.quality), is_exr).map_err(|e| fault_text(&e))?;
     Ok((request, drawn))
 }
 
@@ -228,7 +228,7 @@ pub(crate) fn save(
         (PROVENANCE_CHUNK, session.provenance(&request).to_text()),
     ];
     let files = files.map(|file| std::path::absolute(&file).unwrap_or(file));
-    write_new_picture(files, is_exr(&path), &drawn.frame, &text).map_err(|e| e.to_string())
+    write_new_picture(files, is_exr(&path), &drawn.frame, &text).map_err(|e| fault_text(&e))
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
 use crate::view::language::dates::minute_in_digits;
 use crate::view::language::numbers::typed_number;
-use crate::view::language::{Language, text};
+use crate::view::language::{Language, fault_text, text};
 use crate::view::link::{MAX_BYTES, SCHEME, view_from_text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{ScrollArea, TextEdit};
@@ -130,7 +130,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         ui.add(TextEdit::singleline(&mut interface.share.link).hint_text(SCHEME).desired_width(200.0))
             .on_hover_text(text!("share-link-field"));
         if ui.button(text!("share-open-link")).on_hover_text(text!("share-open-link-hint")).clicked() {
-            let read = view_from_text(&interface.share.link, session, interface.viewer.now()).map_err(|e| e.to_string());
+            let read = view_from_text(&interface.share.link, session, interface.viewer.now()).map_err(|e| fault_text(&e));
             show_or_report(interface, read, actions);
         }
     });
@@ -140,8 +140,8 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         let path = PathBuf::from(&interface.share.file);
         if ui.button(text!("share-save-view")).on_hover_text(text!("share-save-view-hint")).clicked() {
             let text = interface.viewer.shareable().to_json();
-            let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes())).map_err(|e| e.to_string());
-            let written = free_names(&interface.share.file).map_err(|e| e.to_string()).and_then(write);
+            let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes())).map_err(|e| fault_text(&e));
+            let written = free_names(&interface.share.file).map_err(|e| fault_text(&e)).and_then(write);
             if let Ok(path) = &written {
                 // The saved file may have another name than the typed one; *Open view* opens the saved file.
                 interface.share.file = path.display().to_string();
@@ -149,8 +149,8 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
             interface.message = written.map_or_else(|why| why, |path| saved(&path));
         }
         if ui.button(text!("share-open-view")).on_hover_text(text!("share-open-view-hint")).clicked() {
-            let text = read_text(&path, MAX_BYTES).map_err(|e| e.to_string());
-            let read = text.and_then(|text| view_from_text(&text, session, interface.viewer.now()).map_err(|e| e.to_string()));
+            let text = read_text(&path, MAX_BYTES).map_err(|e| fault_text(&e));
+            let read = text.and_then(|text| view_from_text(&text, session, interface.viewer.now()).map_err(|e| fault_text(&e)));
             show_or_report(interface, read.map_err(|e| format!("{}: {e}", path.display())), actions);
         }
     });
@@ -183,7 +183,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
                 panel.saving = Some(ask(worker, move |session| export::save(session, &view, format, files)));
                 interface.message = text!("share-saving", width = format.size[0], height = format.size[1]);
             }
-            Err(e) => interface.message = e.to_string(),
+            Err(e) => interface.message = fault_text(&e),
         }
     } else if let Some(kind) = kind {
         match new_export(interface, kind) {

@@ -1,0 +1,133 @@
+//! The languages of texts in pictures, and how each writes messages, names, numbers and times.
+//!
+//! In: messages, English names and numbers, times in ISO 8601. Out: text. Always: a message or name that a language lacks is English. Not here: the texts
+//! of the window (`view::language`), which reads the same two files.
+
+use super::{Argument, ENGLISH_FILE, GERMAN_FILE, Message};
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
+/// The language of the texts in a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TextLanguage {
+    /// With ISO dates, and decimal points.
+    #[default]
+    English,
+    /// With dates such as `8. April 2024`, and decimal commas.
+    German,
+}
+
+type Templates = HashMap<&'static str, &'static str>;
+
+static ENGLISH: LazyLock<Templates> = LazyLock::new(|| templates(ENGLISH_FILE));
+static GERMAN: LazyLock<Templates> = LazyLock::new(|| templates(GERMAN_FILE));
+
+fn templates(file: &'static str) -> Templates {
+    file.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split_once(" = ")).collect()
+}
+
+/// The months as the window names them.
+const GERMAN_MONTHS: [&str; 12] =
+    ["Januar", "Februar", "März", "April", "Mai", "Juni", "Juli", "August", "September", "Oktober", "November", "Dezember"];
+
+/// A part of a message's text.
+enum TextPart<'t> {
+    Fixed(&'t str),
+    Argument(&'t str),
+}
+
+/// The parts of a template in their order.
+fn parts(template: &str) -> impl Iterator<Item = TextPart<'_>> {
+    template.split("{ $").enumerate().flat_map(|(k, part)| {
+        let (name, fixed) = if k == 0 { (None, part) } else { part.split_once(" }").map_or((Some(part), ""), |(n, f)| (Some(n), f)) };
+        name.map(TextPart::Argument).into_iter().chain([TextPart::Fixed(fixed)])
+    })
+}
+
+impl TextLanguage {
+    /// Its code: `en`, `de`.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::English => "en",
+            Self::German => "de",
+        }
+    }
+
+    fn template(self, id: &str) -> Option<&'static str> {
+        let own = match self {
+            Self::English => None,
+            Self::German => GERMAN.get(id),
+        };
+        own.or_else(|| ENGLISH.get(id)).copied()
+    }
+
+    /// The name of a thing: the message `kind-name`, or else the given name.
+    pub(crate) fn name<'n>(self, kind: &str, name: &'n str) -> &'n str {
+        match self {
+            Self::English => name,
+            Self::German => self.template(&format!("{kind}-{}", name.to_lowercase())).unwrap_or(name),
+        }
+    }
+
+    /// A number with its unit, written with a decimal point and spaces between groups of three digits.
+    pub(crate) fn number(self, english: &str) -> String {
+        if self == Self::English {
+            return english.to_owned();
+        }
+        let characters: Vec<char> = english.chars().collect();
+        let is_digit = |k: Option<usize>| k.and_then(|k| characters.get(k)).is_some_and(char::is_ascii_digit);
+        let written = |(k, c): (usize, &char)| match c {
+            '.' if is_digit(Some(k + 1)) => ',',
+            ' ' if is_digit(k.checked_sub(1)) && is_digit(Some(k + 1)) => '.',
+            other => *other,
+        };
+        characters.iter().enumerate().map(written).collect()
+    }
+
+    /// A time in ISO 8601 as date and time of day.
+    pub(crate) fn time(self, iso: &str) -> String {
+        // A time beyond the calendar of ISO 8601 is a Julian date.
+        let Some((date, clock)) = iso.strip_suffix('Z').and_then(|iso| iso.split_once('T')) else { return iso.to_owned() };
+        let english = || format!("{date} {clock} UTC");
+        if self == Self::English {
+            return english();
+        }
+        let mut from_end = date.rsplitn(3, '-');
+        let mut number = || from_end.next()?.parse::<i64>().ok();
+        let (Some(day), Some(month), Some(year)) = (number(), number(), number()) else { return english() };
+        let name = usize::try_from(month - 1).ok().and_then(|k| GERMAN_MONTHS.get(k)).copied().unwrap_or_default();
+        // The year 0 of ISO 8601 is 1 BC.
+        let year = if year > 0 { format!("{year:04}") } else { format!("{} v. Chr.", 1 - year) };
+        format!("{day}. {name} {year}, {} UTC", self.number(clock))
+    }
+}
+
+impl Message {
+    /// The message in a language.
+    pub(crate) fn text_in(&self, language: TextLanguage) -> String {
+        let Some(template) = language.template(self.id) else { return self.id.to_owned() };
+        let part_text = |part| match part {
+            TextPart::Fixed(text) => text.to_owned(),
+            TextPart::Argument(name) => match self.arguments.iter().find(|(known, _)| *known == name) {
+                Some((_, argument)) => argument.text_in(language),
+                None => name.to_owned(),
+            },
+        };
+        parts(template).map(part_text).collect()
+    }
+}
+
+impl Argument {
+    fn text_in(&self, language: TextLanguage) -> String {
+        match self {
+            Self::Number(text) => language.number(text),
+            Self::Name(text) => language.name("body", text).to_owned(),
+            Self::Names(all) => all.iter().map(|name| language.name("body", name)).collect::<Vec<_>>().join(", "),
+            // English reasons keep the time as a program reads it.
+            Self::Time(iso) if language == TextLanguage::English => iso.clone(),
+            Self::Time(iso) => language.time(iso),
+            Self::CatalogText(_, text) | Self::English(text) => text.clone(),
+            Self::Reason(reason) => reason.messages().iter().map(|message| message.text_in(language)).collect::<Vec<_>>().join("; "),
+        }
+    }
+}

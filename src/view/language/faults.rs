@@ -1,0 +1,127 @@
+//! Errors of other layers in the window's language.
+//!
+//! In: an error. Out: one line. Always: what users commonly meet (a time outside the ephemeris, a camera inside a body, a file, a map, a fragment, no GPU)
+//! is a message; of anything else a translated sentence says what failed, and the English detail follows it. In English every error reads as on the
+//! command line. System errors are translated by their numbers.
+
+use super::{message_text, text};
+use crate::ephemeris::EphemerisError;
+use crate::files::WriteError;
+use crate::image::ImageError;
+use crate::message::{Argument, Message, message};
+use crate::render::plan::PlanError;
+use crate::scene::SceneError;
+use crate::session::{RendererError, SessionError};
+use crate::view::app::view_state::ViewStateError;
+use std::error::Error;
+
+/// The text of an error.
+pub(crate) fn fault_text(fault: &(dyn Error + 'static)) -> String {
+    message_text(&fault_message(fault))
+}
+
+/// The English part of a text, with system errors in the window's language.
+pub(super) fn detail_text(english: &str) -> String {
+    let Some((before, after)) = english.split_once(" (os error ") else { return english.to_owned() };
+    let number = after.split_once(')').map_or(after, |(number, _)| number);
+    let (phrase, translated) = match number {
+        "2" => ("No such file or directory", text!("system-not-found")),
+        "13" => ("Permission denied", text!("system-denied")),
+        "20" => ("Not a directory", text!("system-no-folder")),
+        "21" => ("Is a directory", text!("system-folder")),
+        "28" => ("No space left on device", text!("system-full")),
+        "30" => ("Read-only file system", text!("system-read-only")),
+        _ => return english.to_owned(),
+    };
+    match before.strip_suffix(phrase) {
+        Some(start) if translated != phrase => format!("{start}{translated}"),
+        _ => english.to_owned(),
+    }
+}
+
+fn fault_message(fault: &(dyn Error + 'static)) -> Message {
+    let detail = || Argument::English(fault.to_string());
+    if let Some(e) = fault.downcast_ref::<SessionError>() {
+        return session_fault(e);
+    }
+    if let Some(e) = fault.downcast_ref::<SceneError>() {
+        return scene_fault(e);
+    }
+    if let Some(EphemerisError(why)) = fault.downcast_ref() {
+        return why.clone();
+    }
+    if let Some(WriteError { path, why }) = fault.downcast_ref() {
+        return message!("fault-write", path = Argument::English(path.clone()), why = Argument::English(why.clone()));
+    }
+    match fault.downcast_ref() {
+        Some(ViewStateError::Ephemeris(EphemerisError(why))) => why.clone(),
+        Some(ViewStateError::Request(e)) => scene_fault(e),
+        Some(ViewStateError::Field(_) | ViewStateError::NoSuchBody(_)) => message!("fault-request", detail = detail()),
+        None if fault.is::<ImageError>() => message!("fault-map", detail = detail()),
+        None => message!("fault-other", detail = detail()),
+    }
+}
+
+fn session_fault(fault: &SessionError) -> Message {
+    let detail = Argument::English(fault.to_string());
+    match fault {
+        SessionError::File { path, why } => {
+            message!("fault-file", path = Argument::English(path.clone()), why = Argument::English(why.clone()))
+        }
+        SessionError::Catalog(_) | SessionError::Stars(_) | SessionError::SmallBodies(_) => message!("fault-catalog", detail = detail),
+        SessionError::Ephemeris(EphemerisError(why)) => why.clone(),
+        SessionError::Scene(e) => scene_fault(e),
+        SessionError::Plan(PlanError::Map { .. }) => message!("fault-map", detail = detail),
+        SessionError::Plan(_) | SessionError::Shaders(_) | SessionError::Surface(_) => message!("fault-shader", detail = detail),
+        SessionError::Renderer(RendererError::Software(_)) => message!("fault-drawing", detail = detail),
+        SessionError::Renderer(_) => message!("fault-gpu", detail = detail),
+    }
+}
+
+fn scene_fault(fault: &SceneError) -> Message {
+    match fault {
+        SceneError::Ephemeris(EphemerisError(why)) => why.clone(),
+        SceneError::Inside(body) => message!("fault-inside", body = body),
+        SceneError::Unknown(_) => message!("fault-unknown", detail = Argument::English(fault.to_string())),
+        SceneError::Request(_) | SceneError::NotABody(_) => message!("fault-request", detail = Argument::English(fault.to_string())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::SceneError;
+    use crate::time::Instant;
+    use crate::view::language::{Language, set};
+
+    /// In English an error reads as on the command line; in German what is common is translated, and the rest has a German sentence before it.
+    #[test]
+    fn errors_are_in_the_language() {
+        let session = |e: SessionError| Box::new(e) as Box<dyn Error>;
+        let catalog = crate::catalog::Catalog::embedded();
+        let ephemeris = crate::ephemeris::Ephemeris::embedded(&catalog).expect("an ephemeris");
+        let late = Instant::parse("9999-12-31T00:00:00Z").expect("a time");
+        let outside = ephemeris.state(crate::catalog::NaifId::MOON, crate::catalog::NaifId::EARTH, late, None).expect_err("too late");
+        let denied = || "Permission denied (os error 13)".to_owned();
+        let all: [(Box<dyn Error>, &str); 6] = [
+            (session(SessionError::Ephemeris(outside)), "Zeitraum der Quellen für Mond: 23. November 3002 v. Chr. bis "),
+            (session(SessionError::Scene(SceneError::Inside("Moon".into()))), "Die Kamera ist im Inneren von Mond: "),
+            (session(SessionError::File { path: "a.toml".into(), why: denied() }), "a.toml kann nicht gelesen werden: keine Berechtigung"),
+            (Box::new(WriteError { path: "a.png".into(), why: denied() }), "a.png kann nicht geschrieben werden: keine Berechtigung"),
+            (
+                session(SessionError::Plan(PlanError::Map { file: "m.png".into(), why: "cut".into() })),
+                "Eine Karte ist nicht lesbar: map m.png: cut",
+            ),
+            (Box::new(std::io::Error::other("odd")), "Ein Fehler ist aufgetreten: odd"),
+        ];
+        for (e, german) in &all {
+            set(Language::English);
+            assert_eq!(fault_text(&**e), e.to_string());
+            set(Language::German);
+            assert!(fault_text(&**e).starts_with(german), "{}", fault_text(&**e));
+        }
+        assert_eq!(detail_text("x: No such file or directory (os error 2)"), "x: keine solche Datei, kein solcher Ordner");
+        assert_eq!(detail_text("x: odd (os error 2)"), "x: odd (os error 2)");
+        set(Language::English);
+    }
+}
