@@ -3,10 +3,11 @@
 //! In: a session and input events. Out: a window, presented by the GPU that renders the images, or by the CPU. This module computes neither
 //! positions nor light; both come from the session.
 //!
-//! `app` contains the state and the actions that change it; `link` writes and reads views as text; `worker` renders images and answers
+//! `faults` says errors in the window's language; `app` contains the state and the actions that change it; `link` writes and reads views as text; `worker` renders images and answers
 //! queries off the window's thread; `panels` is the interface, which also runs without a window; `window` is the event loop and presentation.
 
 pub mod app;
+pub(crate) mod faults;
 pub mod language;
 pub mod link;
 pub mod panels;

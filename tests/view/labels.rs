@@ -32,7 +32,7 @@ fn hints_and_name(hints: HintsUsed) -> (Option<Rect>, Option<Rect>) {
     interface.settings.hints = hints;
     interface.viewer.view.fov_deg = 120.0;
     let mut window = harness(interface);
-    window.set_size([760.0, 170.0].into());
+    window.set_size([760.0, 228.0].into());
     settle(&mut window);
     let all = texts(&window);
     let of_hints = all.iter().filter(|(text, _)| ["Drag to turn", "Scroll to zoom"].contains(&text.as_str())).map(|(_, rect)| *rect);

@@ -121,10 +121,10 @@ fn reported_texts(harness: &Window) -> Vec<String> {
 }
 
 /// Common English words that are no German words, and no keys or names of the program.
-const ENGLISH_WORDS: [&str; 40] = [
-    "the", "of", "and", "with", "from", "for", "this", "that", "not", "is", "are", "its", "it", "to", "at", "by", "on", "below", "above",
-    "below", "open", "close", "save", "show", "shown", "shows", "view", "time", "body", "picture", "moon", "earth", "sun", "north", "east",
-    "every", "each", "drawn", "draws", "which",
+const ENGLISH_WORDS: [&str; 37] = [
+    "the", "of", "and", "with", "from", "for", "this", "that", "is", "are", "its", "it", "to", "at", "on", "below", "above", "open",
+    "close", "save", "show", "shown", "shows", "view", "time", "body", "picture", "moon", "earth", "sun", "north", "east", "every", "each",
+    "drawn", "draws", "which",
 ];
 
 fn english_words(text: &str) -> Vec<String> {

@@ -179,7 +179,8 @@ pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<
     let layers = request.layers;
     let camera = &viewer.camera;
     let tolerance_factor = 1.0 / (1.0 + camera.tan_half_fov.length_squared());
-    let mut builder = SkyLineBuilder { camera, velocity_km_s: viewer.body_velocity_km_s, tolerance_factor, all: AnnotationLines::default() };
+    let mut builder =
+        SkyLineBuilder { camera, velocity_km_s: viewer.body_velocity_km_s, tolerance_factor, all: AnnotationLines::default() };
     let language = request.language;
     let degrees = |longitude| angle_text(longitude, false);
     let hours = |longitude| language.number(&hours_text(longitude));

@@ -2,12 +2,11 @@
 //!
 //! In: messages (reasons of scenes, notes on estimates), or English texts of the catalogs (moments, tours, species). Out: the text in the window's
 //! language. Always: a message is looked up by its id; a text of a catalog by an id that is made of its English name, and without a translation it
-//! stays as it is, as do texts of a user's own catalogs. Not here: which message an error is (`faults`).
+//! stays as it is, as do texts of a user's own catalogs. Not here: which message an error is (`view::faults`).
 
 use super::dates::{date_text_of, instant_text};
-use super::faults::detail_text;
 use super::numbers::localised;
-use super::{Language, body_name, current, filled, message_marked, messages, named, plain};
+use super::{Language, body_name, current, filled, message_marked, messages, named, plain, text};
 use crate::message::{Argument, Message, Reason};
 use crate::time::Instant;
 use std::borrow::Cow;
@@ -38,6 +37,25 @@ fn argument_text(argument: &Argument) -> String {
         Argument::Time(iso) => Instant::parse(iso).map_or_else(|_| iso.clone(), instant_text),
         Argument::CatalogText(kind, text) => text.split("; ").map(|part| catalog_text(kind, part)).collect::<Vec<_>>().join("; "),
         Argument::Reason(reason) => reason_text(reason),
+    }
+}
+
+/// The English part of a text, with system errors in the window's language.
+fn detail_text(english: &str) -> String {
+    let Some((before, after)) = english.split_once(" (os error ") else { return english.to_owned() };
+    let number = after.split_once(')').map_or(after, |(number, _)| number);
+    let (phrase, translated) = match number {
+        "2" => ("No such file or directory", text!("system-not-found")),
+        "13" => ("Permission denied", text!("system-denied")),
+        "20" => ("Not a directory", text!("system-no-folder")),
+        "21" => ("Is a directory", text!("system-folder")),
+        "28" => ("No space left on device", text!("system-full")),
+        "30" => ("Read-only file system", text!("system-read-only")),
+        _ => return english.to_owned(),
+    };
+    match before.strip_suffix(phrase) {
+        Some(start) if translated != phrase => format!("{start}{translated}"),
+        _ => english.to_owned(),
     }
 }
 
@@ -101,6 +119,9 @@ mod tests {
         let path = reason!("lines-shadow-path", body = "Moon", time = path);
         assert!(reason_text(&path).contains("8. April 2024, 18:17:16 UTC"), "{}", reason_text(&path));
         assert_eq!(message_text(&message!("nobody-wrote-this")), "nobody-wrote-this");
+        // The number of a system error says what it is; an unknown text stays.
+        assert_eq!(detail_text("x: No such file or directory (os error 2)"), "x: keine solche Datei, kein solcher Ordner");
+        assert_eq!(detail_text("x: odd (os error 2)"), "x: odd (os error 2)");
         set(Language::Marked);
         assert_eq!(reason_text(&both.messages()[0].clone().into()), "«nearest penumbra: ‹«Moon»›'s, ‹1«.»50› of its radius outside»");
         set(Language::English);

@@ -10,13 +10,11 @@
 pub mod choice;
 pub(crate) mod dates;
 mod elsewhere;
-mod faults;
 mod files;
 pub(crate) mod numbers;
 
 pub use self::choice::Language;
 pub use self::elsewhere::{catalog_detail, catalog_text, message_text, reason_text};
-pub(crate) use self::faults::fault_text;
 pub(crate) use self::numbers::{decimal, signed};
 use fluent_bundle::concurrent::FluentBundle;
 use fluent_bundle::{FluentArgs, FluentResource, FluentValue};

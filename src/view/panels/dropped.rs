@@ -4,7 +4,7 @@
 //! for a new picture. Always: files are read on the query worker; an invalid file changes nothing.
 
 use super::Interface;
-use crate::view::language::fault_text;
+use crate::view::faults::fault_text;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 
 /// Files that are being read.

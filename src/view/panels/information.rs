@@ -15,9 +15,10 @@ use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use crate::view::app::place_text::place_degrees;
 use crate::view::app::settings::{Home, LengthUnit, Settings};
+use crate::view::faults::fault_text;
 use crate::view::language::dates::instant_text;
 use crate::view::language::numbers::localised;
-use crate::view::language::{body_name, catalog_text, decimal, fault_text, message_text, reason_text, signed, text};
+use crate::view::language::{body_name, catalog_text, decimal, message_text, reason_text, signed, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Grid, ScrollArea};
 

@@ -4,7 +4,8 @@
 //! `orrery compare`.
 
 use crate::image::{self, DisplayImage};
-use crate::view::language::{decimal, fault_text, named, plain, text};
+use crate::view::faults::fault_text;
+use crate::view::language::{decimal, named, plain, text};
 use crate::view::panels::render_loop::colour_image;
 use crate::view::panels::theme::BODY;
 use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOptions, Vec2, pos2};

@@ -3,7 +3,7 @@
 use crate::shader::ShaderModule;
 use crate::shader::key::DIMENSIONS;
 use crate::shader::translate::{Language, translate};
-use crate::view::language::fault_text;
+use crate::view::faults::fault_text;
 use egui::ecolor::HsvaGamma;
 use egui::{Color32, FontId, TextFormat, text::LayoutJob};
 use std::ops::Range;

@@ -13,7 +13,8 @@ use crate::session::{DrawnFrame, PROVENANCE_CHUNK, Session, is_exr, write_new_pi
 use crate::view::app::file_names::{NumberedName, free_names};
 use crate::view::app::tour::Tour;
 use crate::view::app::view_state::ViewState;
-use crate::view::language::{decimal, fault_text, text};
+use crate::view::faults::fault_text;
+use crate::view::language::{decimal, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -2,9 +2,8 @@
 //!
 //! In: an error. Out: one line. Always: what users commonly meet (a time outside the ephemeris, a camera inside a body, a file, a map, a fragment, no GPU)
 //! is a message; of anything else a translated sentence says what failed, and the English detail follows it. In English every error reads as on the
-//! command line. System errors are translated by their numbers.
+//! command line.
 
-use super::{message_text, text};
 use crate::ephemeris::EphemerisError;
 use crate::files::WriteError;
 use crate::image::ImageError;
@@ -13,30 +12,12 @@ use crate::render::plan::PlanError;
 use crate::scene::SceneError;
 use crate::session::{RendererError, SessionError};
 use crate::view::app::view_state::ViewStateError;
+use crate::view::language::message_text;
 use std::error::Error;
 
 /// The text of an error.
 pub(crate) fn fault_text(fault: &(dyn Error + 'static)) -> String {
     message_text(&fault_message(fault))
-}
-
-/// The English part of a text, with system errors in the window's language.
-pub(super) fn detail_text(english: &str) -> String {
-    let Some((before, after)) = english.split_once(" (os error ") else { return english.to_owned() };
-    let number = after.split_once(')').map_or(after, |(number, _)| number);
-    let (phrase, translated) = match number {
-        "2" => ("No such file or directory", text!("system-not-found")),
-        "13" => ("Permission denied", text!("system-denied")),
-        "20" => ("Not a directory", text!("system-no-folder")),
-        "21" => ("Is a directory", text!("system-folder")),
-        "28" => ("No space left on device", text!("system-full")),
-        "30" => ("Read-only file system", text!("system-read-only")),
-        _ => return english.to_owned(),
-    };
-    match before.strip_suffix(phrase) {
-        Some(start) if translated != phrase => format!("{start}{translated}"),
-        _ => english.to_owned(),
-    }
 }
 
 fn fault_message(fault: &(dyn Error + 'static)) -> Message {
@@ -120,8 +101,6 @@ mod tests {
             set(Language::German);
             assert!(fault_text(&**e).starts_with(german), "{}", fault_text(&**e));
         }
-        assert_eq!(detail_text("x: No such file or directory (os error 2)"), "x: keine solche Datei, kein solcher Ordner");
-        assert_eq!(detail_text("x: odd (os error 2)"), "x: odd (os error 2)");
         set(Language::English);
     }
 }
