@@ -7,7 +7,7 @@ use orrery::catalog::DataLayer;
 use orrery::catalog::stars::StarCatalog;
 use orrery::ephemeris::orientation::Pck;
 use orrery::image::{TexelFormat, Texture, exr_head_text, png_head_text, verify_exr, verify_png};
-use orrery::mesh::{Model, ShapeFrame, obj};
+use orrery::mesh::{Mesh, ShapeFrame, obj};
 use orrery::probe::Prober;
 use orrery::render::software::lower::{check_bytes, programs_from_bytes};
 use orrery::render::software::{Options, SoftwareRenderer};
@@ -186,7 +186,7 @@ pub static TARGETS: &[Target] = &[
         name: "shape-model",
         run: |bytes| {
             let figure = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, latitude_stretch: 1.0, two_sided: false };
-            if let Ok(model) = obj::parse(&text(bytes)).map(|obj| Model::of(&obj, &figure)) {
+            if let Ok(model) = obj::parse(&text(bytes)).map(|obj| Mesh::of(&obj, &figure)) {
                 drop(model.map(|m| m.sun_heights(DVec3::X, 0.005)));
             }
         },
