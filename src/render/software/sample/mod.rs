@@ -8,8 +8,11 @@
 //! half floats or 16-bit integers would take 358 MB and f32 716 MB. Decoding sRGB with a table of 1 kB costs three loads per texel.
 //! `texels::gather` loads the texels of eight lanes with one gather instruction, on machines that have one. Every class gives the same bits.
 
+#[cfg(target_arch = "x86_64")]
+mod corners;
 pub mod filter;
 pub mod footprint;
+mod lane_order;
 #[cfg(target_arch = "x86_64")]
 mod registers;
 mod single;

@@ -3,7 +3,8 @@
 //! In: the sorted lanes of a batch, of f32. Out: as [`super::filter`], by the same steps in the same order, so that the bits are the same. Integers wrap and
 //! indices are clamped as there.
 
-use super::filter::{Channels, LaneOrder, MAX_TAPS};
+use super::corners::Corners;
+use super::lane_order::{Channels, LaneOrder, MAX_TAPS};
 use super::texels::{Decode, TexelLevel};
 use crate::render::plan::{AddressMode, SamplerState};
 use std::arch::x86_64::{
@@ -25,14 +26,6 @@ pub(super) struct SortedLanes<'a> {
     pub fraction: &'a [f32],
     /// Steps in u and v from tap to tap, and the numbers of taps; `None` if each lane has one.
     pub taps: Option<[&'a [f32]; 3]>,
-}
-
-/// The four texels around eight points, as indices, and the points' place between them.
-pub(crate) struct Corners {
-    /// Top left, top right, bottom left, bottom right.
-    pub index: [__m256i; 4],
-    /// Rightwards and downwards.
-    pub fraction: [__m256; 2],
 }
 
 /// Eight values from position `start` on; zeros where there are not as many.
@@ -69,19 +62,6 @@ unsafe fn texel_pair(c: __m256, size: u32, mode: AddressMode) -> (__m256i, __m25
         } else {
             (_mm256_max_epi32(_mm256_min_epi32(k, last), _mm256_setzero_si256()), _mm256_min_epi32(next, last), fraction)
         }
-    }
-}
-
-/// Bilinear interpolation of one channel, given at the corners.
-/// # Safety
-/// AVX2.
-#[inline(always)]
-pub(super) unsafe fn between([a, b, c, d]: [__m256; 4], [x, y]: [__m256; 2]) -> __m256 {
-    // SAFETY: the caller guarantees AVX2.
-    unsafe {
-        let top = _mm256_add_ps(a, _mm256_mul_ps(x, _mm256_sub_ps(b, a)));
-        let bottom = _mm256_add_ps(c, _mm256_mul_ps(x, _mm256_sub_ps(d, c)));
-        _mm256_add_ps(top, _mm256_mul_ps(y, _mm256_sub_ps(bottom, top)))
     }
 }
 

@@ -4,7 +4,7 @@
 //! In: indices of texels, each below the level's number of texels. Out: the same bits as from reading texel by texel. Requires AVX2.
 
 use super::{Corners, Decode, Float, Srgb, TexelLevel, Unorm, unorm};
-use crate::render::software::sample::registers::between;
+use crate::render::software::sample::corners::between;
 use std::arch::x86_64::{
     __m128, __m256, __m256i, _mm256_add_epi32, _mm256_and_ps, _mm256_and_si256, _mm256_castps128_ps256, _mm256_cvtepi32_ps,
     _mm256_i32gather_epi32, _mm256_i32gather_ps, _mm256_insertf128_ps, _mm256_mul_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setzero_ps,

@@ -7,7 +7,7 @@
 mod gather;
 
 #[cfg(target_arch = "x86_64")]
-use super::registers::Corners;
+use super::corners::Corners;
 use crate::image::{TexelFormat, Texture};
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::__m256;

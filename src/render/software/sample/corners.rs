@@ -1,0 +1,24 @@
+//! Bilinear interpolation of eight points in AVX2 registers, given their corners.
+
+use std::arch::x86_64::{__m256, __m256i, _mm256_add_ps, _mm256_mul_ps, _mm256_sub_ps};
+
+/// The four texels around eight points, as indices, and the points' place between them.
+pub(crate) struct Corners {
+    /// Top left, top right, bottom left, bottom right.
+    pub index: [__m256i; 4],
+    /// Rightwards and downwards.
+    pub fraction: [__m256; 2],
+}
+
+/// Bilinear interpolation of one channel, given at the corners.
+/// # Safety
+/// AVX2.
+#[inline(always)]
+pub(super) unsafe fn between([a, b, c, d]: [__m256; 4], [x, y]: [__m256; 2]) -> __m256 {
+    // SAFETY: the caller guarantees AVX2.
+    unsafe {
+        let top = _mm256_add_ps(a, _mm256_mul_ps(x, _mm256_sub_ps(b, a)));
+        let bottom = _mm256_add_ps(c, _mm256_mul_ps(x, _mm256_sub_ps(d, c)));
+        _mm256_add_ps(top, _mm256_mul_ps(y, _mm256_sub_ps(bottom, top)))
+    }
+}

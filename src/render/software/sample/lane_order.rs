@@ -1,0 +1,141 @@
+//! The lanes of a batch in the order in which they are filtered: by mip level, then from many taps to few.
+//!
+//! In: a key and the active lanes. Out: the order by a counting sort, and values in that order or back in their lanes. Not here: what is filtered
+//! (`filter`, `registers`).
+
+// The compiler vectorises loops by index over several arrays of one fixed length.
+#![allow(clippy::needless_range_loop)]
+
+use crate::render::software::exec::LaneMask;
+use crate::render::software::math::Real;
+
+/// Lanes of a batch.
+pub(crate) const BATCH: usize = 128;
+/// Lanes that are fetched and interpolated together.
+pub(super) const CHUNK: usize = 32;
+/// Length of arrays that are read in chunks from any lane on. The padding is needed because the last chunk may extend beyond the batch.
+pub(super) const PADDED: usize = BATCH + CHUNK;
+/// Maximum number of taps of a lane.
+pub(crate) const MAX_TAPS: usize = 16;
+/// Maximum number of mip levels. Textures have at most 23, since a side has at most 2^22 texels.
+pub(super) const MAX_LEVELS: usize = 31;
+
+/// Red, green, blue, alpha of a batch; `None` for channels that are not needed.
+pub(crate) type Channels<'a, R> = [Option<&'a mut [R; BATCH]>; 4];
+
+/// An array for the values of a batch, initialised on first use.
+pub(super) struct LazyArray<R>(pub(super) Option<[R; PADDED]>);
+
+impl<R> LazyArray<R> {
+    #[inline(always)]
+    pub(super) fn new() -> Self {
+        Self(None)
+    }
+}
+
+/// The active lanes sorted by mip level, then from many taps to few.
+pub(super) struct LaneOrder {
+    /// The active lanes in sorted order; `count` entries are valid.
+    lane: [u8; BATCH],
+    pub(super) count: usize,
+    /// All lanes are active and have the same key, so that the order is that of the batch.
+    pub(super) is_identity: bool,
+    /// `starts[key]`: the position of the first lane with that key or a greater one; key = level * `MAX_TAPS` + (`MAX_TAPS` - taps).
+    pub(super) starts: [u8; (MAX_LEVELS + 1) * MAX_TAPS + 1],
+    pub(super) levels: std::ops::Range<usize>,
+    /// Whether some lane, active or not, has more than one tap.
+    pub(super) has_several_taps: bool,
+}
+
+impl LaneOrder {
+    #[inline(always)]
+    pub(super) fn new(key: &[u16; BATCH], active: LaneMask) -> Self {
+        let count = active.count_ones() as usize;
+        let mut order = Self { lane: [0; BATCH], count, is_identity: false, starts: [0; _], levels: 0..0, has_several_taps: false };
+        let (mut min_key, mut max_key, mut inverted_keys) = (u16::MAX, 0, 0);
+        for k in key {
+            min_key = min_key.min(*k);
+            max_key = max_key.max(*k);
+            inverted_keys |= !*k;
+        }
+        // The key of one tap is the last of its level, so that the complement of the key is 0 modulo MAX_TAPS.
+        order.has_several_taps = usize::from(inverted_keys) % MAX_TAPS != 0;
+        let (min_key, max_key) = (usize::from(min_key), usize::from(max_key));
+        order.levels = min_key / MAX_TAPS..max_key / MAX_TAPS + 1;
+        let last = order.levels.end * MAX_TAPS;
+        if active == LaneMask::MAX && min_key == max_key {
+            order.is_identity = true;
+            order.starts[max_key + 1..=last].fill(BATCH as u8);
+            return order;
+        }
+        let mut remaining = active;
+        while remaining != 0 {
+            order.starts[usize::from(key[remaining.trailing_zeros() as usize]) + 1] += 1;
+            remaining &= remaining - 1;
+        }
+        for k in min_key + 1..=last {
+            order.starts[k] += order.starts[k - 1];
+        }
+        let mut next_position = order.starts;
+        let mut remaining = active;
+        while remaining != 0 {
+            let lane = remaining.trailing_zeros() as usize;
+            remaining &= remaining - 1;
+            let position = &mut next_position[usize::from(key[lane])];
+            order.lane[usize::from(*position)] = lane as u8;
+            *position += 1;
+        }
+        order
+    }
+
+    /// The values in sorted order, copied to `buffer` unless the order is the identity. Chunks of the result may start at any position below `count`.
+    #[inline(always)]
+    pub(super) fn gather<'a, R: Real>(&self, values: &'a [R; BATCH], buffer: &'a mut LazyArray<R>) -> &'a [R] {
+        if self.is_identity {
+            return values;
+        }
+        let buffer = buffer.0.insert([R::ZERO; PADDED]);
+        for i in 0..BATCH {
+            buffer[i] = values[usize::from(self.lane[i] & 127)];
+        }
+        buffer
+    }
+
+    /// Writes the first `count` values of a chunk, which begins at a sorted position, to their lanes.
+    #[inline(always)]
+    pub(super) fn store<R: Real, const N: usize>(&self, value: &[[R; N]; 4], start: usize, count: usize, out: &mut Channels<'_, R>) {
+        if self.is_identity {
+            for (out, value) in out.iter_mut().zip(value) {
+                if let Some(out) = out.as_mut().and_then(|out| out[start..].first_chunk_mut::<N>()) {
+                    *out = *value;
+                }
+            }
+            return;
+        }
+        let lanes = self.lane.get(start..(start + count).min(start + N)).unwrap_or_default();
+        for (out, value) in out.iter_mut().zip(value) {
+            let Some(out) = out else { continue };
+            for (lane, value) in lanes.iter().zip(value) {
+                out[usize::from(lane & 127)] = *value;
+            }
+        }
+    }
+
+    /// The sorted positions of a level's lanes.
+    #[inline(always)]
+    pub(super) fn positions(&self, level: usize) -> (usize, usize) {
+        (usize::from(self.starts[level * MAX_TAPS]), usize::from(self.starts[(level + 1) * MAX_TAPS]))
+    }
+
+    /// Writes sorted values back to their lanes.
+    #[inline(always)]
+    pub(super) fn scatter<R: Real>(&self, sorted: &[R; PADDED], out: &mut [R; BATCH]) {
+        if self.is_identity {
+            out.copy_from_slice(&sorted[..BATCH]);
+        } else {
+            for i in 0..self.count.min(BATCH) {
+                out[usize::from(self.lane[i] & 127)] = sorted[i];
+            }
+        }
+    }
+}
