@@ -10,17 +10,13 @@ use super::{Elements, Term, tt_days_past};
 use crate::ephemeris::State;
 use crate::time::Instant;
 use glam::{DMat3, DVec2};
-use parking_lot::Mutex;
 use serde::Deserialize;
-use std::collections::VecDeque;
 
 const EPOCH_JD_TT: f64 = 2_444_240.0;
 /// Angle between the equator and the ecliptic of J2000 in VSOP87 (Bretagnon & Francou 1988), degrees: 23°26'21.4091".
 const OBLIQUITY_DEG: f64 = 23.0 + 26.0 / 60.0 + 21.4091 / 3600.0;
 /// Moons whose slow longitude variation enters the others' arguments; Hyperion, the eighth, enters none.
 const DRIVING_MOONS: usize = 7;
-/// Number of times for which variations are kept: a frame asks for all moons at one time for the barycentre, and at a few times for the light's way.
-const KEPT_TIMES: usize = 16;
 
 #[derive(Debug, Deserialize)]
 struct Table {
@@ -52,8 +48,6 @@ pub struct Tass17 {
     icrf_from_frame: DMat3,
     /// Which driving moons each moon's arguments name, so that the others' variations are not summed.
     driven_by: [[bool; DRIVING_MOONS]; 8],
-    /// Slow longitude variations that were summed last, by the bits of their time; NaN: not summed. All moons share them.
-    recent_slow: Mutex<VecDeque<(u64, [f64; DRIVING_MOONS])>>,
 }
 
 impl Tass17 {
@@ -66,12 +60,7 @@ impl Tass17 {
             // A moon's own variation is part of its longitude, whether a group names it or not.
             std::array::from_fn(|j| i == j || groups().any(|g| g.0[j] != 0))
         });
-        Ok(Self {
-            moons: table.bodies,
-            icrf_from_frame: icrf_from_ecliptic * ecliptic_from_frame,
-            driven_by,
-            recent_slow: Mutex::default(),
-        })
+        Ok(Self { moons: table.bodies, icrf_from_frame: icrf_from_ecliptic * ecliptic_from_frame, driven_by })
     }
 
     /// State relative to Saturn's centre; index 0 Mimas to 5 Titan, 6 Iapetus, 7 Hyperion; `None` for another.
@@ -104,24 +93,11 @@ impl Tass17 {
 
     /// Slow longitude variations in radians, of the driving moons that this one's arguments name; 0 for the others.
     fn slow_variations(&self, index: usize, days: f64) -> [f64; 8] {
-        let known = self.recent_slow.lock().iter().find(|(at, _)| *at == days.to_bits()).map(|(_, slow)| *slow);
-        let mut summed = known.unwrap_or([f64::NAN; DRIVING_MOONS]);
         let mut slow = [0.0; 8];
-        let mut is_new = false;
         for (j, named) in self.driven_by[index].iter().enumerate() {
             if *named && let Some(first) = self.moons[j].series[1].first() {
-                if summed[j].is_nan() {
-                    summed[j] = first.1.iter().map(|term| term.at(days, 0.0).y).sum();
-                    is_new = true;
-                }
-                slow[j] = summed[j];
+                slow[j] = first.1.iter().map(|term| term.at(days, 0.0).y).sum();
             }
-        }
-        if is_new {
-            let mut recent = self.recent_slow.lock();
-            recent.retain(|(at, _)| *at != days.to_bits());
-            recent.truncate(KEPT_TIMES - 1);
-            recent.push_front((days.to_bits(), summed));
         }
         slow
     }
@@ -134,35 +110,4 @@ pub fn error_km(index: usize, t: Instant) -> f64 {
     let within_km = [400.0, 300.0, 300.0, 300.0, 300.0, 300.0, 800.0, 1500.0].get(index).copied().unwrap_or(1500.0);
     let orbits_km = [186_000.0, 238_000.0, 295_000.0, 377_000.0, 527_000.0, 1_222_000.0, 3_561_000.0, 1_481_000.0];
     (within_km * super::growth(t, 100.0)).min(2.2 * orbits_km.get(index).copied().unwrap_or(3_561_000.0))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The order in which moons and times are asked for does not change a bit.
-    #[test]
-    fn kept_variations_are_those_of_their_time() {
-        let parse = || Tass17::parse(orrery_catalogs::SATURN_THEORY).expect("the table");
-        let times: Vec<Instant> = (0..3 * KEPT_TIMES).map(|k| Instant::from_jd_tt(2_460_000.5 + 0.37 * k as f64)).collect();
-        let kept = parse();
-        for round in 0..2 {
-            for (k, t) in times.iter().enumerate() {
-                for index in 0..8 {
-                    let index = (index * 3 + k + round) % 8;
-                    let (state, alone) = (kept.state(index, *t).expect("a moon"), parse_once(&parse).state(index, *t).expect("a moon"));
-                    assert_eq!((state.pos_km, state.vel_km_s), (alone.pos_km, alone.vel_km_s));
-                }
-            }
-        }
-        assert!(kept.recent_slow.lock().len() <= KEPT_TIMES);
-    }
-
-    /// A table without kept variations.
-    fn parse_once(parse: &impl Fn() -> Tass17) -> &'static Tass17 {
-        static TABLE: std::sync::OnceLock<Tass17> = std::sync::OnceLock::new();
-        let table = TABLE.get_or_init(parse);
-        table.recent_slow.lock().clear();
-        table
-    }
 }
