@@ -3,7 +3,7 @@
 //! In: messages, English names and numbers, times in ISO 8601. Out: text. Always: a message or name that a language lacks is English. Not here: the texts
 //! of the window (`view::language`), which reads the same two files.
 
-use super::{Argument, ENGLISH_FILE, GERMAN_FILE, Message};
+use super::{Argument, ENGLISH_FILE, GERMAN_FILE, Message, message};
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
@@ -25,10 +25,6 @@ static GERMAN: LazyLock<Templates> = LazyLock::new(|| templates(GERMAN_FILE));
 fn templates(file: &'static str) -> Templates {
     file.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split_once(" = ")).collect()
 }
-
-/// The months as the window names them.
-const GERMAN_MONTHS: [&str; 12] =
-    ["Januar", "Februar", "März", "April", "Mai", "Juni", "Juli", "August", "September", "Oktober", "November", "Dezember"];
 
 /// A part of a message's text.
 enum TextPart<'t> {
@@ -76,9 +72,11 @@ impl TextLanguage {
         }
         let characters: Vec<char> = english.chars().collect();
         let is_digit = |k: Option<usize>| k.and_then(|k| characters.get(k)).is_some_and(char::is_ascii_digit);
+        let mark = |id| self.template(id).and_then(|mark| mark.chars().next());
+        let (decimal, group) = (mark("number-decimal-mark").unwrap_or('.'), mark("number-group-mark").unwrap_or(' '));
         let written = |(k, c): (usize, &char)| match c {
-            '.' if is_digit(Some(k + 1)) => ',',
-            ' ' if is_digit(k.checked_sub(1)) && is_digit(Some(k + 1)) => '.',
+            '.' if is_digit(Some(k + 1)) => decimal,
+            ' ' if is_digit(k.checked_sub(1)) && is_digit(Some(k + 1)) => group,
             other => *other,
         };
         characters.iter().enumerate().map(written).collect()
@@ -95,10 +93,15 @@ impl TextLanguage {
         let mut from_end = date.rsplitn(3, '-');
         let mut number = || from_end.next()?.parse::<i64>().ok();
         let (Some(day), Some(month), Some(year)) = (number(), number(), number()) else { return english() };
-        let name = usize::try_from(month - 1).ok().and_then(|k| GERMAN_MONTHS.get(k)).copied().unwrap_or_default();
+        let month_name = Argument::Name(self.template(&format!("month-{month}")).unwrap_or_default().to_owned());
         // The year 0 of ISO 8601 is 1 BC.
-        let year = if year > 0 { format!("{year:04}") } else { format!("{} v. Chr.", 1 - year) };
-        format!("{day}. {name} {year}, {} UTC", self.number(clock))
+        let year = if year > 0 {
+            Argument::Number(format!("{year:04}"))
+        } else {
+            message!("date-iso-year-bc", year = format_args!("{}", 1 - year)).into()
+        };
+        let date = message!("date-day", day_number = format_args!("{day}"), month_name = month_name, year = year);
+        message!("date-instant", date = date, clock = Argument::Number(clock.to_owned())).text_in(self)
     }
 }
 

@@ -2,12 +2,12 @@
 //! lines run are in src/scene/annotation/orbits.rs, of letters in src/image/glyph_atlas.rs.
 
 use crate::support::session::SESSION;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::labels::{Label, LabelMetrics, LabelSide, label_rect};
-use orrery::scene::request::{ExposureRequest, Layers, Position, ToneMap, ViewRequest};
+use orrery::scene::labels::{Label, LabelLayer, LabelMetrics, LabelSide, label_rect};
+use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, ToneMap, ViewRequest};
 use orrery::time::Instant;
 
 const JUPITER: NaifId = NaifId(599);
@@ -209,4 +209,42 @@ fn bloom_spreads_its_share_of_the_light_above_white() {
     let smallest = ViewRequest { width: 1, height: 1, ..request };
     let drawn = SESSION.draw(&ViewRequest { layers: bloom, ..smallest }, sampling, true).expect("drawn");
     assert_eq!((drawn.frame.display.len(), drawn.frame.hdr.len()), (1, 1));
+}
+
+/// Jupiter at many places of the picture: its name keeps clear of the caption. Without the caption it would not.
+#[test]
+fn a_name_keeps_clear_of_the_caption() {
+    let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
+    let layer_of = |caption: bool, [right, up]: [f64; 2]| {
+        // The camera looks up, so that Jupiter is low in the picture.
+        let direction = DVec3::new(-1.0, -right, up);
+        let request = ViewRequest {
+            position: Position::Offset { body: JUPITER, offset_km: DVec3::X * 2e7, axes: Axes::Icrf },
+            look: Look::Along { direction, axes: Axes::Icrf },
+            fov_deg: Some(30.0),
+            width: 400,
+            height: 300,
+            layers: Layers { labels: true, caption, ..Layers::default() },
+            ..ViewRequest::of(JUPITER, time)
+        };
+        SESSION.scene(&request).expect("a scene").labels.expect("labels")
+    };
+    let (mut named, mut usually_covered) = (0, 0);
+    for place in (0..15).flat_map(|i| (0..7).map(move |k| [0.045 * f64::from(i - 7), 0.18 + 0.01 * f64::from(k)])) {
+        let with_caption = layer_of(true, place);
+        let metrics = LabelMetrics::of_size(with_caption.size_px);
+        let caption: Vec<_> = with_caption.margin.occupied(&metrics).collect();
+        assert!(!caption.is_empty(), "a caption");
+        let covers = |layer: &LabelLayer| {
+            let jupiter = layer.labels.iter().find(|label| label.body == JUPITER)?;
+            let name = label_rect(jupiter.centre_px, jupiter.radius_px, &jupiter.name, &metrics, jupiter.name_side?);
+            Some(caption.iter().any(|text| text.min.cmplt(name.max).all() && name.min.cmplt(text.max).all()))
+        };
+        if let Some(is_covered) = covers(&with_caption) {
+            assert!(!is_covered, "{place:?}");
+            named += 1;
+        }
+        usually_covered += u32::from(covers(&layer_of(false, place)) == Some(true));
+    }
+    assert!(named > 20 && usually_covered > 5, "{named} names, {usually_covered} under a caption that they do not know");
 }

@@ -33,11 +33,11 @@ fn rise((from, to): (f64, f64), value: f64) -> f64 {
 pub(crate) fn features(
     picture: &impl ImageProjection,
     bodies: &[BodyInView],
-    lettering: &LabelMetrics,
+    metrics: &LabelMetrics,
     occupied: &mut Vec<Rect>,
 ) -> (Vec<TextLine>, Vec<DVec2>) {
     let size = picture.size_px();
-    let letter_px = lettering.size_px();
+    let letter_px = metrics.size_px();
     let pixels_per_radian = picture.disc_radius_px(1e-6) * 1e6;
     let (mut names, mut sites) = (Vec::new(), Vec::new());
     let mut nearest_first: Vec<&BodyInView> = bodies.iter().filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0).collect();
@@ -81,8 +81,8 @@ pub(crate) fn features(
             if hidden || feature_px > MAX_SIZE * size.min_element() {
                 continue;
             }
-            let width = lettering.width_px(feature.name);
-            let extent = DVec2::new(width, lettering.line_height_px);
+            let width = metrics.width_px(feature.name);
+            let extent = DVec2::new(width, metrics.line_height_px);
             let centred = at - 0.5 * extent;
             let side_offset = DVec2::new(0.5 * width + 0.7 * letter_px, 0.0);
             // A landing site's name is placed on its right, or if that does not fit, on its left, below or above.
@@ -100,7 +100,7 @@ pub(crate) fn features(
             let rect = Rect { min: corner, max: corner + extent };
             occupied.push(rect);
             sites.extend(feature.is_landing_site.then_some(at));
-            let left_px = DVec2::new(corner.x, corner.y + 0.5 * lettering.line_height_px);
+            let left_px = DVec2::new(corner.x, corner.y + 0.5 * metrics.line_height_px);
             names.push(TextLine { text: feature.name.to_owned(), left_px, colour: FEATURE_COLOUR, opacity });
         }
     }
