@@ -61,7 +61,8 @@ pub(crate) fn read_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
 pub(crate) fn read_part(path: &Path, start: u64, count: usize) -> Result<(Vec<u8>, u64)> {
     let (mut file, length) = open_regular(path)?;
     file.seek(SeekFrom::Start(start))?;
-    let mut bytes = Vec::new();
+    let expected = length.saturating_sub(start).min(count as u64);
+    let mut bytes = Vec::with_capacity(usize::try_from(expected).unwrap_or(0));
     file.take(count as u64).read_to_end(&mut bytes)?;
     Ok((bytes, length))
 }
