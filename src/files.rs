@@ -9,7 +9,7 @@ use crate::wording::echo;
 use parking_lot::Mutex;
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
-use std::io::{BufWriter, Error, ErrorKind, Read, Result, Write};
+use std::io::{BufWriter, Error, ErrorKind, Read, Result, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 use tempfile::NamedTempFile;
@@ -19,11 +19,8 @@ const TEMPORARY: &str = ".orrery-writing-";
 /// Age above which a temporary file cannot belong to a running process, since writing a file never takes this long.
 const STALE_AGE: Duration = Duration::from_secs(86_400);
 
-/// The bytes of a regular file of at most `max_bytes`.
-///
-/// # Errors
-/// The file cannot be opened or read, is not a regular file, or is longer than `max_bytes`.
-pub(crate) fn read_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
+/// Opens a regular file for reading. Returns its length as the system reports it.
+fn open_regular(path: &Path) -> Result<(File, u64)> {
     let mut options = OpenOptions::new();
     options.read(true);
     // Opening a pipe without a writer would block forever.
@@ -37,15 +34,37 @@ pub(crate) fn read_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     if !metadata.is_file() {
         return Err(Error::new(ErrorKind::InvalidInput, "not a regular file"));
     }
+    Ok((file, metadata.len()))
+}
+
+/// The bytes of a regular file of at most `max_bytes`.
+///
+/// # Errors
+/// The file cannot be opened or read, is not a regular file, or is longer than `max_bytes`.
+pub(crate) fn read_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
+    let (file, length) = open_regular(path)?;
     let too_long =
         |bytes: u64| Error::new(ErrorKind::FileTooLarge, format!("{bytes} bytes, more than {max_bytes}, the most that are read"));
-    if metadata.len() > max_bytes {
-        return Err(too_long(metadata.len()));
+    if length > max_bytes {
+        return Err(too_long(length));
     }
     let mut bytes = Vec::new();
     // The length above is not reliable: files of procfs report 0, and others may grow while they are read.
     file.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > max_bytes { Err(too_long(bytes.len() as u64)) } else { Ok(bytes) }
+}
+
+/// A part of a regular file: `count` bytes from `start` on, or those up to its end. Returns the length of the whole file as well.
+///
+/// # Errors
+/// The file cannot be opened or read, or is not a regular file.
+pub(crate) fn read_part(path: &Path, start: u64, count: usize) -> Result<(Vec<u8>, u64)> {
+    let (mut file, length) = open_regular(path)?;
+    file.seek(SeekFrom::Start(start))?;
+    let expected = length.saturating_sub(start).min(count as u64);
+    let mut bytes = Vec::with_capacity(usize::try_from(expected).unwrap_or(0));
+    file.take(count as u64).read_to_end(&mut bytes)?;
+    Ok((bytes, length))
 }
 
 /// The text of a regular UTF-8 file of at most `max_bytes`.
@@ -325,6 +344,10 @@ mod tests {
         assert_eq!(read_bytes(&path, 4).expect_err("long").to_string(), "5 bytes, more than 4, the most that are read");
         assert_eq!(read_bytes(folder.path(), 4).expect_err("a folder").kind(), ErrorKind::IsADirectory);
         assert_eq!(read_bytes(&folder.path().join("b"), 4).expect_err("none").kind(), ErrorKind::NotFound);
+        assert_eq!(read_part(&path, 1, 3).expect("read"), (b"234".to_vec(), 5));
+        assert_eq!(read_part(&path, 3, 9).expect("read"), (b"45".to_vec(), 5));
+        assert_eq!(read_part(&path, 7, 1).expect("read"), (Vec::new(), 5));
+        assert!(read_part(folder.path(), 0, 1).is_err() && read_part(&folder.path().join("b"), 0, 1).is_err());
         std::fs::write(&path, [0xff]).expect("a file");
         assert_eq!(read_text(&path, 5).expect_err("no text").to_string(), "not UTF-8 text");
     }
@@ -367,6 +390,7 @@ mod tests {
         let begun = std::time::Instant::now();
         for path in [&pipe, &link, Path::new("/dev/zero")] {
             assert_eq!(read_bytes(path, 1 << 20).expect_err("no file").to_string(), "not a regular file");
+            assert_eq!(read_part(path, 0, 1).expect_err("no file").to_string(), "not a regular file");
             assert!(write_atomic(path, FileAccess::All, |_| Ok(())).is_err_and(|e| e.why.contains("not a regular file")), "{path:?}");
         }
         assert!(read_bytes(&round, 1 << 20).is_err());

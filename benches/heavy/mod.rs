@@ -100,7 +100,7 @@ pub fn tone_map_plan(size: u32) -> Plan {
         let pixel = [value(0x9e37_79b9), 10.0 * value(0x85eb_ca6b).powi(3), value(0xc2b2_ae35).powi(2), 1.0];
         bytes.extend(pixel.iter().flat_map(|v| v.to_le_bytes()));
     }
-    let hdr = Texture { format: TexelFormat::Rgba32Float, levels: vec![Level { width: size, height: size, bytes }] };
+    let hdr = Texture { format: TexelFormat::Rgba32Float, levels: vec![Level::new(size, size, bytes)] };
     let mut plan = plan(size);
     let pass = &mut plan.passes[0];
     (pass.name, pass.format) = ("tone map", ColourFormat::Rgba8Unorm);

@@ -1,16 +1,18 @@
-//! `orrery library`: shows, fills, checks and clears the shader library on disk.
+//! `orrery library`: shows, fills, checks and clears the shader library and the decoded maps on disk.
 
 use super::inputs::{lowering, reachable_keys};
 use super::output::{print_message, print_result};
 use super::{CliError, Common};
+use crate::image::{StoredMaps, StoredMapsStatus};
 use crate::session::{cache_folder, open_library};
 use crate::shader::id::SIMPLE_MODULES;
+use crate::shader::library::{DiskCheck, DiskStatus};
 use crate::shader::{ModuleId, ShaderLibrary};
 use crate::wording::echo;
 
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  orrery library warm\n  orrery library status --json\n\nModules of edited fragments (--shaders) stay in memory; `warm` then only checks that they compile."
+    after_help = "Examples:\n  orrery library warm\n  orrery library status --json\n\n`status`, `verify` and `clear` also cover the decoded maps that are kept beside the library. Modules of edited fragments (--shaders) stay in memory; `warm` then only checks that they compile."
 )]
 pub(crate) struct LibraryArgs {
     #[command(subcommand)]
@@ -32,14 +34,32 @@ enum LibraryVerb {
     Clear,
 }
 
-/// The shader library that the common options select. Disk errors are reported on standard error.
-pub(crate) fn open(common: &Common) -> Result<ShaderLibrary, CliError> {
+/// What `library status` reports.
+#[derive(serde::Serialize)]
+struct Status {
+    #[serde(flatten)]
+    modules: DiskStatus,
+    /// Decoded maps; `None` without a cache folder.
+    maps: Option<StoredMapsStatus>,
+}
+
+/// What `library verify` reports.
+#[derive(serde::Serialize)]
+struct Check {
+    #[serde(flatten)]
+    modules: DiskCheck,
+    /// Number of intact decoded maps. Damaged ones are among the modules' damaged files.
+    whole_maps: u64,
+}
+
+/// The shader library that the common options select, and the decoded maps. Disk errors are reported on standard error.
+fn open(common: &Common) -> Result<(ShaderLibrary, Option<StoredMaps>), CliError> {
     let cache = cache_folder(common.cache.as_deref()).map_err(|e| print_message(&e.to_string())).ok();
     let library = open_library(cache.as_deref(), lowering(), std::sync::Arc::new(print_message));
     if common.shaders.is_some() || !common.surface.is_empty() {
         library.set_fragments(super::inputs::fragments(common)?);
     }
-    Ok(library)
+    Ok((library, cache.as_deref().map(StoredMaps::new)))
 }
 
 fn json(value: &impl serde::Serialize) -> Result<(), CliError> {
@@ -47,21 +67,27 @@ fn json(value: &impl serde::Serialize) -> Result<(), CliError> {
 }
 
 pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
-    let library = open(common)?;
+    let (library, maps) = open(common)?;
     match args.verb {
         LibraryVerb::Status => {
-            let status = library.status();
+            let maps = maps.map(|maps| maps.status());
             if args.json {
+                let status = Status { modules: library.status(), maps };
                 json(&status)?;
-                return status.unreadable.map_or(Ok(()), |why| Err(CliError::Failed(format!("shader library: {why}"))));
+                return status.modules.unreadable.map_or(Ok(()), |why| Err(CliError::Failed(format!("shader library: {why}"))));
             }
+            let (status, maps) = (library.status(), maps.unwrap_or_default());
             let folder = status.folder.map_or("in memory".to_owned(), |f| f.display().to_string());
             print_result(&format!(
-                "folder     {folder}\nentries    {} ({} kB)\nother versions  {} ({} kB)\n",
+                "folder     {folder}\nentries    {} ({} kB)\nother versions  {} ({} kB)\nmaps       {} ({} kB)\nof other versions  {} ({} kB)\n",
                 status.entries,
                 status.bytes / 1000,
                 status.other_entries,
-                status.other_bytes / 1000
+                status.other_bytes / 1000,
+                maps.entries,
+                maps.bytes / 1000,
+                maps.other_entries,
+                maps.other_bytes / 1000
             ))?;
             status.unreadable.map_or(Ok(()), |why| Err(CliError::Failed(format!("shader library: {why}"))))
         }
@@ -96,13 +122,17 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             ))
         }
         LibraryVerb::Verify => {
-            let check = library.verify();
+            let (whole_maps, damaged_maps) = maps.map_or((0, Vec::new()), |maps| maps.verify());
+            let mut check = Check { modules: library.verify(), whole_maps };
+            check.modules.damaged.extend(damaged_maps);
             if args.json {
                 json(&check)?;
-            } else {
+            }
+            let Check { modules: check, .. } = check;
+            if !args.json {
                 let damaged =
                     check.damaged.iter().map(|(file, what)| format!("damaged    {}: {what}\n", echo(&file.display().to_string())));
-                print_result(&format!("valid      {}\n{}", check.valid, damaged.collect::<String>()))?;
+                print_result(&format!("valid      {}\nvalid maps {whole_maps}\n{}", check.valid, damaged.collect::<String>()))?;
             }
             if let Some(why) = check.unreadable {
                 return Err(CliError::Failed(format!("shader library: {why}")));
@@ -116,7 +146,10 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             Ok(())
         }
         LibraryVerb::Clear => {
-            let removed = library.clear().map_err(|e| CliError::Failed(format!("the shader library cannot be cleared: {e}")))?;
+            let mut removed = library.clear().map_err(|e| CliError::Failed(format!("the shader library cannot be cleared: {e}")))?;
+            if let Some(maps) = maps {
+                removed += maps.clear().map_err(|e| CliError::Failed(format!("the decoded maps cannot be cleared: {e}")))?;
+            }
             if args.json {
                 return json(&serde_json::json!({ "removed": removed }));
             }

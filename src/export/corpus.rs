@@ -88,7 +88,7 @@ fn address_name(mode: AddressMode) -> &'static str {
 
 /// A texture's mip levels, finest first, in one blob.
 fn texture(binding: u32, name: &str, texture: &Texture, blobs: &mut Vec<Blob>) -> Value {
-    let blob = Blob::of(texture.levels.iter().flat_map(|l| l.bytes.iter().copied()).collect());
+    let blob = Blob::of(texture.levels.iter().flat_map(|l| l.bytes().iter().copied()).collect());
     let levels: Vec<[u32; 2]> = texture.levels.iter().map(|l| [l.width, l.height]).collect();
     let value = json!({ "binding": binding, "name": name, "format": format_name(texture.format), "levels": levels, "data": blob.name });
     blobs.push(blob);

@@ -131,7 +131,7 @@ impl GlyphAtlas {
         let empty = Glyph { at: [0, 0], size: [0, 0], bearing: [0, 0], advance: 0.0 };
         let x_height = font.as_ref().map_or(0.0, |f| -(rasterised(f, 'x', size_px).bearing[1] as f32));
         Self {
-            texture: Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level { width, height, bytes }] }),
+            texture: Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(width, height, bytes)] }),
             marker: all.iter().find(|(c, _)| c.is_none()).map_or(empty, |(_, cell)| *cell),
             block: all.iter().rfind(|(c, _)| c.is_none()).map_or(empty, |(_, cell)| *cell),
             cells: all.into_iter().filter_map(|(c, cell)| Some((c?, cell))).collect(),
@@ -155,7 +155,7 @@ mod tests {
 
     fn covered(glyphs: &GlyphAtlas, cell: &Glyph) -> f64 {
         let level = &glyphs.texture.levels[0];
-        let texel = |x: u32, y: u32| f64::from(level.bytes[4 * (y * level.width + x) as usize]) / 255.0;
+        let texel = |x: u32, y: u32| f64::from(level.bytes()[4 * (y * level.width + x) as usize]) / 255.0;
         (0..cell.size[0] * cell.size[1]).map(|k| texel(cell.at[0] + k % cell.size[0], cell.at[1] + k / cell.size[0])).sum()
     }
 
@@ -168,7 +168,7 @@ mod tests {
         for (k, a) in all.iter().enumerate().filter(|(_, c)| c.size[0] > 0) {
             assert!(all[k + 1..].iter().filter(|c| c.size[0] > 0).all(|b| apart(a, b, 0) || apart(a, b, 1)), "{a:?}");
         }
-        let total: f64 = glyphs.texture.levels[0].bytes.chunks(4).map(|t| f64::from(t[0]) / 255.0).sum();
+        let total: f64 = glyphs.texture.levels[0].bytes().chunks(4).map(|t| f64::from(t[0]) / 255.0).sum();
         let cells: f64 = all.iter().map(|c| covered(&glyphs, c)).sum();
         assert!((total - cells).abs() < 1e-6 && total > 100.0, "{total} of texels, {cells} in cells");
         assert!(glyphs.cells[&' '].advance > 2.0 && glyphs.cells[&' '].size[0] == 0);

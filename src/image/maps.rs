@@ -2,8 +2,12 @@
 //!
 //! In: names of maps and how they are decoded. Out: their texels and mip levels. Always: when the decoded maps exceed [`BUDGET_BYTES`], those that no view has
 //! used for [`MIN_IDLE`] are dropped at the next use of any map, the least recently used first, so that a tour of all bodies does not fill the memory. Textures
-//! that were not read from a file of a map are kept.
+//! that were not read from a file of a map are kept. With [`StoredMaps`], a map is decoded once; later runs read those of its levels that they need.
 
+use super::encoded_map::{EncodedMap, MapDecoding};
+use super::mip_level::Level;
+use super::mips::RowOrder;
+use super::stored_maps::StoredMaps;
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, PoleFilter, SharedTexture, TexelFormat, Texture};
 use crate::files::{check_inside, read_bytes};
 use orrery_textures::MAPS;
@@ -27,12 +31,8 @@ pub enum MapOrigin {
     Missing,
 }
 
-/// How a map's file is decoded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct MapDecoding {
-    pub format: TexelFormat,
-    pub poles: PoleFilter,
-}
+/// How overlays are decoded, before they are multiplied by their alpha.
+const OVERLAY_DECODING: MapDecoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::None };
 
 /// A decoded map in memory.
 #[derive(Debug)]
@@ -43,7 +43,7 @@ struct CachedMap {
 }
 
 fn bytes_of(texture: &Texture) -> usize {
-    texture.levels.iter().map(|level| level.bytes.len()).sum()
+    texture.levels.iter().map(Level::bytes_in_memory).sum()
 }
 
 /// Drops the least recently used maps until the rest fits into the budget.
@@ -70,6 +70,8 @@ pub struct MapStore {
     max_megapixels: u32,
     decoded: Mutex<HashMap<(String, MapDecoding), CachedMap>>,
     premultiplied: Mutex<HashMap<String, SharedTexture>>,
+    /// What earlier runs decoded.
+    stored: Option<Arc<StoredMaps>>,
 }
 
 impl MapStore {
@@ -80,7 +82,13 @@ impl MapStore {
 
     /// As [`Self::new`], with a limit on the megapixels of maps in the folder.
     pub(crate) fn with_limit(folder: Option<PathBuf>, max_megapixels: u32) -> Self {
-        Self { folder, max_megapixels, decoded: Mutex::default(), premultiplied: Mutex::default() }
+        Self { folder, max_megapixels, decoded: Mutex::default(), premultiplied: Mutex::default(), stored: None }
+    }
+
+    /// Keeps decoded maps on disk from now on, and reads those that are there.
+    #[must_use]
+    pub fn stored_in(self, stored: Option<StoredMaps>) -> Self {
+        Self { stored: stored.map(Arc::new), ..self }
     }
 
     /// Names and sizes in bytes of the embedded maps.
@@ -125,7 +133,7 @@ impl MapStore {
         if let Some(found) = self.premultiplied.lock().get(name) {
             return Ok(found.clone());
         }
-        let texture = Arc::new(self.read(name, MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::None })?.premultiplied());
+        let texture = Arc::new(self.encoded(name, OVERLAY_DECODING)?.decode(RowOrder::Parallel)?.premultiplied());
         Ok(self.premultiplied.lock().entry(name.to_owned()).or_insert(texture).clone())
     }
 
@@ -148,18 +156,18 @@ impl MapStore {
         missing.into_par_iter().for_each(|(name, decoding)| drop(self.get_decoded(name, *decoding)));
     }
 
-    fn read(&self, name: &str, decoding: MapDecoding) -> Result<Texture, ImageError> {
+    pub(super) fn encoded(&self, name: &str, decoding: MapDecoding) -> Result<EncodedMap, ImageError> {
         match self.origin(name) {
             MapOrigin::Folder(path) => {
                 let name = path.display().to_string();
                 let folder = self.folder.as_deref().unwrap_or(Path::new(""));
                 let bytes = check_inside(folder, &path).and_then(|()| read_bytes(&path, MAX_FILE_BYTES));
                 let bytes = bytes.map_err(|e| ImageError::Unreadable { name: name.clone(), reason: e.to_string() })?;
-                Texture::decode_filtered(&name, &bytes, decoding, self.max_megapixels)
+                Ok(EncodedMap { name, bytes: bytes.into(), decoding, max_megapixels: self.max_megapixels })
             }
             MapOrigin::Embedded => {
                 let bytes = MAPS.iter().find(|(n, _)| *n == name).map_or(&[][..], |(_, b)| b);
-                Texture::decode_filtered(name, bytes, decoding, DEFAULT_MAX_MEGAPIXELS)
+                Ok(EncodedMap { name: name.to_owned(), bytes: bytes.into(), decoding, max_megapixels: DEFAULT_MAX_MEGAPIXELS })
             }
             MapOrigin::Missing => {
                 let searched = self.folder.as_ref().map_or(String::new(), |f| format!(" nor in {}", f.display()));
@@ -167,20 +175,25 @@ impl MapStore {
             }
         }
     }
+
+    fn read(&self, name: &str, decoding: MapDecoding) -> Result<Texture, ImageError> {
+        let map = self.encoded(name, decoding)?;
+        match &self.stored {
+            Some(stored) => stored.texture(map),
+            None => map.decode(RowOrder::Parallel),
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::Level;
 
     #[test]
     fn unused_maps_are_dropped_above_the_budget() {
         let now = Instant::now();
         let after = |seconds| now + Duration::from_secs(seconds);
-        let megabytes = |n: usize| {
-            Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level { width: 1, height: 1, bytes: vec![0; n << 20] }] })
-        };
+        let megabytes = |n: usize| Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(1, 1, vec![0; n << 20])] });
         let decoding = MapDecoding { format: TexelFormat::Rgba8Unorm, poles: PoleFilter::None };
         let mut decoded = HashMap::new();
         for (name, used) in [("first", Some(after(0))), ("second", Some(after(1))), ("made", None), ("recent", Some(after(33)))] {

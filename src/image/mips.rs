@@ -11,6 +11,25 @@ use crate::units::{linear_to_srgb, srgb_to_linear};
 use rayon::prelude::*;
 use std::sync::LazyLock;
 
+/// How the rows of a level are computed; the result is the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RowOrder {
+    /// On all threads.
+    Parallel,
+    /// On the calling thread, which never waits for others.
+    OneByOne,
+}
+
+impl RowOrder {
+    /// Fewest rows that are not divided among threads.
+    fn min_rows(self) -> usize {
+        match self {
+            Self::Parallel => 1,
+            Self::OneByOne => usize::MAX,
+        }
+    }
+}
+
 static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0) as f32));
 static UNORM: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| i as f32 / 255.0));
 
@@ -99,11 +118,11 @@ fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])
 }
 
 /// The next mip level: the area mean of a level's texels.
-fn halve(width: usize, height: usize, rows: Rows<'_>) -> (usize, usize, Vec<[f32; 4]>) {
+fn halve(width: usize, height: usize, rows: Rows<'_>, order: RowOrder) -> (usize, usize, Vec<[f32; 4]>) {
     let (w, h) = ((width / 2).max(1), (height / 2).max(1));
     let columns: Vec<_> = (0..w).map(|x| taps(x, w, width)).collect();
     let mut out = vec![[0.0; 4]; w * h];
-    out.par_chunks_mut(w).enumerate().for_each_init(Vec::new, |buffer, (y, sums)| {
+    out.par_chunks_mut(w).enumerate().with_min_len(order.min_rows()).for_each_init(Vec::new, |buffer, (y, sums)| {
         let (y0, wy) = taps(y, h, height);
         for (j, &wy) in wy.iter().enumerate().filter(|(_, w)| **w > 0.0) {
             add_row(sums, rows.row(y0 + j, width, buffer), &columns, wy);
@@ -124,10 +143,10 @@ pub(super) fn premultiply(rgba: &mut [u8], format: TexelFormat) {
 }
 
 /// Applies the pole filter to the finest level.
-fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelFormat, poles: PoleFilter) {
+fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelFormat, poles: PoleFilter, order: RowOrder) {
     let (colour, srgb) = (decode_table(format), format == TexelFormat::Rgba8Srgb);
     let pole_filter = PoleRowFilter::of(poles, width, height, false);
-    let rows = rgba.par_chunks_exact_mut(width * 4).enumerate().filter(|(y, _)| pole_filter.changes(*y));
+    let rows = rgba.par_chunks_exact_mut(width * 4).enumerate().with_min_len(order.min_rows()).filter(|(y, _)| pole_filter.changes(*y));
     rows.for_each_init(<(Vec<_>, PrefixSums)>::default, |(row, sums), (y, bytes)| {
         decode_row(bytes, colour, row);
         pole_filter.smooth(y, row, sums);
@@ -138,46 +157,48 @@ fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelForm
 }
 
 /// Applies the pole filter to a coarser level, in floats.
-fn smooth_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: PoleFilter) {
+fn smooth_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: PoleFilter, order: RowOrder) {
     let pole_filter = PoleRowFilter::of(poles, width, height, true);
-    linear.par_chunks_mut(width).enumerate().for_each_init(PrefixSums::new, |sums, (y, row)| pole_filter.smooth(y, row, sums));
+    let rows = linear.par_chunks_mut(width).enumerate().with_min_len(order.min_rows());
+    rows.for_each_init(PrefixSums::new, |sums, (y, row)| pole_filter.smooth(y, row, sums));
 }
 
 /// All levels of an 8-bit image.
-pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, format: TexelFormat, poles: PoleFilter) -> Vec<Level> {
+pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, format: TexelFormat, poles: PoleFilter, order: RowOrder) -> Vec<Level> {
     let srgb = format == TexelFormat::Rgba8Srgb;
     let colour = decode_table(format);
     let pack = |w: usize, h: usize, linear: &[[f32; 4]]| {
         let mut bytes = vec![0; w * h * 4];
-        bytes.par_chunks_mut(w * 4).zip(linear.par_chunks(w)).for_each(|(row, texels)| {
+        bytes.par_chunks_mut(w * 4).zip(linear.par_chunks(w)).with_min_len(order.min_rows()).for_each(|(row, texels)| {
             for (out, t) in row.chunks_exact_mut(4).zip(texels) {
                 out.copy_from_slice(&[encode(t[0], srgb), encode(t[1], srgb), encode(t[2], srgb), encode(t[3], false)]);
             }
         });
-        Level { width: w as u32, height: h as u32, bytes }
+        Level::new(w as u32, h as u32, bytes)
     };
     let (mut w, mut h) = (width as usize, height as usize);
-    smooth_finest(w, h, &mut rgba, format, poles);
+    smooth_finest(w, h, &mut rgba, format, poles, order);
     let mut levels = Vec::new();
     if w > 1 || h > 1 {
-        let (nw, nh, mut linear) = halve(w, h, Rows::Encoded { rgba: &rgba, colour });
+        let (nw, nh, mut linear) = halve(w, h, Rows::Encoded { rgba: &rgba, colour }, order);
         (w, h) = (nw, nh);
-        smooth_level(w, h, &mut linear, poles);
+        smooth_level(w, h, &mut linear, poles, order);
         levels.push(pack(w, h, &linear));
         while w > 1 || h > 1 {
-            let (nw, nh, next) = halve(w, h, Rows::Linear(&linear));
+            let (nw, nh, next) = halve(w, h, Rows::Linear(&linear), order);
             (w, h, linear) = (nw, nh, next);
-            smooth_level(w, h, &mut linear, poles);
+            smooth_level(w, h, &mut linear, poles, order);
             levels.push(pack(w, h, &linear));
         }
     }
-    levels.insert(0, Level { width, height, bytes: rgba });
+    levels.insert(0, Level::new(width, height, rgba));
     levels
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use parking_lot::Mutex;
 
     #[test]
     fn every_byte_survives_decoding_and_encoding() {
@@ -190,10 +211,10 @@ mod tests {
     #[test]
     fn a_checkerboard_averages_in_linear_light() {
         let rgba = [[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]].concat();
-        let levels = chain(2, 2, rgba.clone(), TexelFormat::Rgba8Srgb, PoleFilter::None);
+        let levels = chain(2, 2, rgba.clone(), TexelFormat::Rgba8Srgb, PoleFilter::None, RowOrder::Parallel);
         // IEC 61966-2-1: linear one half is 187.5 of 255; the mean of the encoded bytes would be 127.
-        assert_eq!(levels[1].bytes, [188, 188, 188, 255]);
-        assert_eq!(chain(2, 2, rgba, TexelFormat::Rgba8Unorm, PoleFilter::None)[1].bytes, [128, 128, 128, 255]);
+        assert_eq!(levels[1].bytes(), [188, 188, 188, 255]);
+        assert_eq!(chain(2, 2, rgba, TexelFormat::Rgba8Unorm, PoleFilter::None, RowOrder::OneByOne)[1].bytes(), [128, 128, 128, 255]);
     }
 
     #[test]
@@ -211,11 +232,11 @@ mod tests {
     fn odd_sides_keep_the_mean() {
         let (w, h) = (7_u32, 5_u32);
         let rgba: Vec<u8> = (0..w * h).flat_map(|i| [(i * 7 % 256) as u8, (i * 31 % 256) as u8, 40, 255]).collect();
-        let levels = chain(w, h, rgba.clone(), TexelFormat::Rgba8Unorm, PoleFilter::None);
+        let levels = chain(w, h, rgba.clone(), TexelFormat::Rgba8Unorm, PoleFilter::None, RowOrder::Parallel);
         assert_eq!(levels.iter().map(|l| (l.width, l.height)).collect::<Vec<_>>(), [(7, 5), (3, 2), (1, 1)]);
         for c in 0..4 {
             let mean = rgba.iter().skip(c).step_by(4).map(|&b| f64::from(b)).sum::<f64>() / f64::from(w * h);
-            assert!((f64::from(levels[2].bytes[c]) - mean).abs() <= 0.51, "channel {c}");
+            assert!((f64::from(levels[2].bytes()[c]) - mean).abs() <= 0.51, "channel {c}");
         }
     }
 
@@ -224,7 +245,7 @@ mod tests {
     fn adding_rows_gives_the_area_mean_of_each_texel() {
         for (width, height) in [(8, 6), (7, 5), (9, 8), (2, 1), (1, 3), (1638, 3)] {
             let texels: Vec<[f32; 4]> = (0..width * height).map(|i| [0, 1, 2, 3].map(|c| ((i * 29 + c * 7) % 101) as f32 / 97.0)).collect();
-            let (w, h, level) = halve(width, height, Rows::Linear(&texels));
+            let (w, h, level) = halve(width, height, Rows::Linear(&texels), RowOrder::Parallel);
             for (at, found) in level.iter().enumerate() {
                 let ((x0, wx), (y0, wy)) = (taps(at % w, w, width), taps(at / w, h, height));
                 let mut sum = [0.0_f32; 4];
@@ -236,6 +257,28 @@ mod tests {
                 }
                 assert_eq!(found.map(f32::to_bits), sum.map(f32::to_bits), "{width}x{height}, texel {at}");
             }
+        }
+    }
+
+    /// A thread that took up other work of its pool in between could wait for a level that it is about to make itself.
+    #[test]
+    fn rows_one_by_one_give_the_same_levels_and_take_up_no_other_work() {
+        let (w, h) = (300_u32, 150_u32);
+        let rgba: Vec<u8> = (0..w * h).flat_map(|i| [(i * 7 % 256) as u8, (i * 31 % 251) as u8, (i / 97 % 256) as u8, 255]).collect();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
+        for poles in [PoleFilter::None, PoleFilter::Values, PoleFilter::Slopes] {
+            let of = |order| chain(w, h, rgba.clone(), TexelFormat::Rgba8Srgb, poles, order);
+            let parallel = of(RowOrder::Parallel);
+            let working = Mutex::new(None);
+            pool.scope(|scope| {
+                for _ in 0..1000 {
+                    scope.spawn(|_| assert_ne!(*working.lock(), Some(std::thread::current().id()), "{poles:?}"));
+                }
+                *working.lock() = Some(std::thread::current().id());
+                let one_by_one = of(RowOrder::OneByOne);
+                *working.lock() = None;
+                assert!(one_by_one == parallel, "{poles:?}");
+            });
         }
     }
 }

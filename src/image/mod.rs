@@ -10,13 +10,17 @@ use std::sync::Arc;
 
 mod animation;
 mod compare;
+mod encoded_map;
 mod glyph_atlas;
 pub(crate) mod levels;
+mod map_entry;
 mod maps;
+mod mip_level;
 mod mips;
 mod panorama;
 mod poles;
 mod sealed;
+mod stored_maps;
 pub use panorama::{Panorama, read_panorama};
 pub use poles::PoleFilter;
 mod write;
@@ -24,9 +28,13 @@ mod y4m;
 
 pub use animation::{AnimationFormat, AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation_format};
 pub use compare::{Difference, DisplayImage};
+pub use encoded_map::MapDecoding;
 pub use glyph_atlas::{Glyph, GlyphAtlas};
-pub use maps::{MapDecoding, MapOrigin, MapStore};
+pub use maps::{MapOrigin, MapStore};
+pub use mip_level::Level;
+use mips::RowOrder;
 pub use sealed::{HEAD_LEN, exr_head_text, png_head_text, verify_exr, verify_png};
+pub use stored_maps::{StoredMaps, StoredMapsStatus};
 pub use write::{write_exr, write_png};
 pub use y4m::{write_y4m_header, y4m_frame};
 
@@ -45,14 +53,6 @@ pub enum TexelFormat {
     Rgba8Unorm,
     /// Linear 32-bit floats.
     Rgba32Float,
-}
-
-/// One mip level: tightly packed rows, top row first.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Level {
-    pub width: u32,
-    pub height: u32,
-    pub bytes: Vec<u8>,
 }
 
 /// A texture with its full mip chain, level 0 first.
@@ -88,6 +88,13 @@ fn megapixels(width: u32, height: u32) -> u64 {
     (u64::from(width) * u64::from(height)).div_ceil(1_000_000)
 }
 
+fn check_megapixels(name: &str, (width, height): (u32, u32), max_megapixels: u32) -> Result<(), ImageError> {
+    match megapixels(width, height) > u64::from(max_megapixels) {
+        true => Err(ImageError::TooLarge { name: name.to_owned(), width, height, max_megapixels }),
+        false => Ok(()),
+    }
+}
+
 /// Decodes a PNG or a JPEG; `name` is for the error. Nothing is allocated for an image above the limit.
 fn decode_rgba8(name: &str, encoded: &[u8], max_megapixels: u32) -> Result<RgbaImage, ImageError> {
     Ok(decode_any(name, encoded, &[ImageFormat::Png, ImageFormat::Jpeg], max_megapixels)?.into_rgba8())
@@ -106,10 +113,7 @@ fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixel
     reader.limits(limits);
     let decoder = catch_panic(|| reader.into_decoder()).ok_or_else(|| unreadable("it is damaged".into()))?;
     let decoder = decoder.map_err(|e| unreadable(e.to_string()))?;
-    let (width, height) = decoder.dimensions();
-    if megapixels(width, height) > u64::from(max_megapixels) {
-        return Err(ImageError::TooLarge { name: name.to_owned(), width, height, max_megapixels });
-    }
+    check_megapixels(name, decoder.dimensions(), max_megapixels)?;
     let decoded = catch_panic(|| DynamicImage::from_decoder(decoder)).ok_or_else(|| unreadable("it is damaged".into()))?;
     decoded.map_err(|e| unreadable(e.to_string()))
 }
@@ -117,32 +121,39 @@ fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixel
 impl Texture {
     /// A texture with its full mip chain from 8-bit RGBA rows, top first. `format` is one of the two 8-bit formats.
     pub fn from_rgba8(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat) -> Result<Self, ImageError> {
-        Self::with_pole_filter(width, height, rgba, format, PoleFilter::None)
+        Self::with_pole_filter(width, height, rgba, MapDecoding { format, poles: PoleFilter::None }, RowOrder::Parallel)
     }
 
-    fn with_pole_filter(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat, poles: PoleFilter) -> Result<Self, ImageError> {
+    fn with_pole_filter(
+        width: u32,
+        height: u32,
+        rgba: Vec<u8>,
+        MapDecoding { format, poles }: MapDecoding,
+        order: RowOrder,
+    ) -> Result<Self, ImageError> {
         let needed = u64::from(width) * u64::from(height) * 4;
         if width == 0 || height == 0 || needed != rgba.len() as u64 || format == TexelFormat::Rgba32Float {
             return Err(ImageError::Size { width, height, given: rgba.len() });
         }
-        Ok(Self { format, levels: mips::chain(width, height, rgba, format, poles) })
+        Ok(Self { format, levels: mips::chain(width, height, rgba, format, poles, order) })
     }
 
     /// A texture from an encoded JPEG or PNG; `name` is for the error.
     pub fn decode(name: &str, encoded: &[u8], format: TexelFormat) -> Result<Self, ImageError> {
-        Self::decode_filtered(name, encoded, MapDecoding { format, poles: PoleFilter::None }, DEFAULT_MAX_MEGAPIXELS)
+        Self::decode_filtered(name, encoded, MapDecoding { format, poles: PoleFilter::None }, DEFAULT_MAX_MEGAPIXELS, RowOrder::Parallel)
     }
 
     /// The same for a map of an entire sphere, with the pole filter.
-    pub(crate) fn decode_filtered(
+    fn decode_filtered(
         name: &str,
         encoded: &[u8],
-        MapDecoding { format, poles }: MapDecoding,
+        decoding: MapDecoding,
         max_megapixels: u32,
+        order: RowOrder,
     ) -> Result<Self, ImageError> {
         let rgba = decode_rgba8(name, encoded, max_megapixels)?;
         let (width, height) = rgba.dimensions();
-        Self::with_pole_filter(width, height, rgba.into_raw(), format, poles)
+        Self::with_pole_filter(width, height, rgba.into_raw(), decoding, order)
     }
 
     /// The texture with premultiplied alpha in linear light and a new mip chain: transparent texels then have no colour that
@@ -152,9 +163,10 @@ impl Texture {
         let Some(first) = self.levels.into_iter().next().filter(|_| self.format != TexelFormat::Rgba32Float) else {
             return Self { format: self.format, levels: Vec::new() };
         };
-        let mut bytes = first.bytes;
+        let (width, height) = (first.width, first.height);
+        let mut bytes = first.into_bytes();
         mips::premultiply(&mut bytes, self.format);
-        Self { format: self.format, levels: mips::chain(first.width, first.height, bytes, self.format, PoleFilter::None) }
+        Self { format: self.format, levels: mips::chain(width, height, bytes, self.format, PoleFilter::None, RowOrder::Parallel) }
     }
 
     /// Mean linear RGB over the sphere of an equirectangular map: rows weighted by the cosine of their latitude. 8-bit formats only.
@@ -162,7 +174,7 @@ impl Texture {
         let Some(level) = self.levels.first().filter(|_| self.format != TexelFormat::Rgba32Float) else { return [0.0; 3] };
         let decode = mips::decode_table(self.format);
         let (mut sum, mut weight) = ([0.0; 3], 0.0);
-        for (y, row) in level.bytes.chunks_exact(level.width as usize * 4).enumerate() {
+        for (y, row) in level.bytes().chunks_exact(level.width as usize * 4).enumerate() {
             let w = ((y as f64 + 0.5) / f64::from(level.height) * std::f64::consts::PI).sin();
             let mut row_sum = [0.0_f64; 3];
             for texel in row.chunks_exact(4) {

@@ -4,6 +4,7 @@
 //! luminance of its value 1. Always: 8-bit sRGB, which every device can filter; the brightest ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`,
 //! `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from inside: `pz` has longitude 0 at its centre, `px` is to its right, `py` contains the north pole.
 
+use super::mips::RowOrder;
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, MapDecoding, PoleFilter, TexelFormat, Texture, decode_any};
 use crate::files::read_bytes;
 use crate::units::linear_to_srgb;
@@ -159,7 +160,7 @@ fn texture(path: &Path, picture: Linear) -> Result<Panorama, ImageError> {
     let decoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::Values };
     let (width, height) = (picture.width as u32, picture.height as u32);
     let texture =
-        Texture::with_pole_filter(width, height, bytes, decoding.format, decoding.poles).map_err(|e| unreadable(path, e.to_string()))?;
+        Texture::with_pole_filter(width, height, bytes, decoding, RowOrder::Parallel).map_err(|e| unreadable(path, e.to_string()))?;
     Ok(Panorama { texture, unit_cd_m2: picture.was_linear.then_some(f64::from(unit)) })
 }
 

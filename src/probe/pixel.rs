@@ -162,7 +162,7 @@ pub(crate) fn inspect_pixel(
 
 /// Latitude and longitude of the point on the surface at a globe's pixel.
 fn ground_deg(prober: &Prober<'_>, drawn_body: &Draw, values: &PixelValues) -> Option<[f64; 2]> {
-    let position = values.values.iter().find(|v| v.name == "seen.position" && v.numbers.iter().all(|n| n.is_finite()))?;
+    let position = values.values.iter().find(|v| v.name == "hit.position" && v.numbers.iter().all(|n| n.is_finite()))?;
     let (&[x, y, z], BodyPart::Globe) = (&position.numbers[..], drawn_body.part) else { return None };
     let radii_km = prober.catalog().body(drawn_body.body)?.radii_km;
     // The point on the unit sphere divided by the semi-axes is the direction of the surface normal: planetographic latitude.

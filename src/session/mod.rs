@@ -5,6 +5,7 @@
 //! a cache that cannot be written) are passed to `notify`, each once. The clock is read only to measure times.
 
 mod air_tables;
+mod cache_folder;
 mod composite;
 mod cpu;
 mod custom_surfaces;
@@ -34,6 +35,7 @@ mod tape_cost;
 mod window_surface;
 
 use crate::shader::ModuleId;
+pub use cache_folder::cache_folder;
 pub use cpu::process_cpu;
 pub use custom_surfaces::{SurfaceArgumentError, SurfaceError, SurfaceFile, surface_fragments, with_surfaces};
 use devices::Devices;
@@ -60,8 +62,8 @@ use crate::catalog::small_bodies::SmallBodies;
 use crate::catalog::stars::StarCatalog;
 use crate::catalog::{Catalog, CatalogError, NaifId};
 use crate::ephemeris::Ephemeris;
-use crate::files::{foreign_write_access, read_bytes, read_text};
-use crate::image::{DEFAULT_MAX_MEGAPIXELS, GlyphAtlas, MapDecoding, MapStore, SharedTexture};
+use crate::files::{read_bytes, read_text};
+use crate::image::{DEFAULT_MAX_MEGAPIXELS, GlyphAtlas, MapDecoding, MapStore, SharedTexture, StoredMaps};
 use crate::memo::Memo;
 use crate::render::frame::Frame;
 use crate::render::plan::{self, GpuImage, Plan, PlanError, ResourceProvider, SamplingQuality, SimpleDraw};
@@ -175,30 +177,6 @@ pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Epheme
     if problems.is_empty() { Ok(ephemeris) } else { Err(CatalogError { problems }.into()) }
 }
 
-/// The given cache folder, or else the user's cache folder on this system.
-///
-/// # Errors
-/// There is none, or other users could write to it.
-pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
-    let system_folder = || directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned());
-    let Some(folder) = cache.map(Path::to_owned).or_else(system_folder) else {
-        return Err(CacheFolderError::None);
-    };
-    let program_folder = folder.join("orrery");
-    for (path, is_parent) in [
-        (&folder, true),
-        (&program_folder, false),
-        (&program_folder.join("shaders"), false),
-        (&program_folder.join("air"), false),
-        (&program_folder.join("rings"), false),
-    ] {
-        if let Some(why) = foreign_write_access(path, is_parent) {
-            return Err(CacheFolderError::Shared { folder: echo(&path.display().to_string()), why });
-        }
-    }
-    Ok(folder)
-}
-
 /// The shader library below the cache folder, or in memory if there is no cache folder.
 pub fn open_library(cache: Option<&Path>, lowering: Lowering, notify: Arc<dyn Fn(&str) + Send + Sync>) -> ShaderLibrary {
     match cache {
@@ -229,11 +207,12 @@ impl Session {
         let catalog = catalog.with_stars(stars).with_small_bodies(small_bodies).with_lunar_heights(lunar_heights);
         let catalog = with_surfaces(catalog, &sources.surfaces)?;
         let ephemeris = stages.measure(Stage::Kernel, || read_ephemeris(&catalog, sources.kernel.as_deref()))?;
+        let cache = cache_folder(sources.cache.as_deref()).map_err(|e| notify(&e.to_string())).ok();
         let maps = MapStore::with_limit(sources.textures.clone(), sources.max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS));
+        let maps = maps.stored_in(cache.as_deref().map(StoredMaps::new));
         let sky_map =
             stages.measure(Stage::Maps, || sky_map::read_sky(sources.sky.as_deref(), sources.sky_frame, &maps, sources.max_megapixels))?;
         data_layers::add_images(&catalog, &maps)?;
-        let cache = cache_folder(sources.cache.as_deref()).map_err(|e| notify(&e.to_string())).ok();
         let library = open_library(cache.as_deref(), software::lowering(), notify.clone());
         let ring_shines = cache.as_deref().map(|folder| Box::new(RingShineFiles::new(folder)) as Box<dyn RingShineStore>);
         let air_tables = air_tables::AirTables::open(cache);

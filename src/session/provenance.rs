@@ -263,7 +263,7 @@ impl Provenance {
 impl Session {
     /// Digest of a panorama's texels, axes and unit.
     fn sky_digest(&self, map: &SkyMap) -> String {
-        let texels = self.maps.get_decoded(&map.file, SKY_DECODING).map_or(Vec::new(), |t| t.levels[0].bytes.clone());
+        let texels = self.maps.get_decoded(&map.file, SKY_DECODING).map_or(Vec::new(), |t| t.levels[0].bytes().to_vec());
         hex_digest([texels, format!("{} {}", map.frame.name(), map.unit_radiance).into_bytes()])
     }
 

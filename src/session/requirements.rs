@@ -139,7 +139,7 @@ impl Session {
         let map = self.maps.get_decoded(&night.file, plan::map_decoding(MapRole::Night, Shape::Ellipsoid)).ok()?;
         let level = map.levels.iter().find(|l| l.width <= NIGHT_LIGHTS_WIDTH)?;
         let brightest = |texel: &[u8]| texel.iter().take(3).copied().max().unwrap_or(0);
-        let texels = level.bytes.chunks_exact(4).map(|texel| crate::units::srgb_to_linear(f64::from(brightest(texel)) / 255.0));
+        let texels = level.bytes().chunks_exact(4).map(|texel| crate::units::srgb_to_linear(f64::from(brightest(texel)) / 255.0));
         NightLights::new(body, level.width as usize, level.height as usize, texels).map(Arc::new)
     }
 }

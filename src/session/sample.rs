@@ -296,7 +296,7 @@ pub fn sample_plan(library: &ShaderLibrary, key: &ShaderKey, side: u32, half: f3
 fn coarse_air(side: u32) -> SharedTexture {
     let [width, height] = coarse_air_size([side, side]);
     let bytes = vec![0; 16 * width as usize * height as usize];
-    Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![Level { width, height, bytes }] })
+    Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![Level::new(width, height, bytes)] })
 }
 
 /// As [`sample_plan`], but with a given module of the key instead of the library's.

@@ -126,7 +126,7 @@ fn pipes_and_devices_in_the_place_of_files_are_refused() {
     }
 }
 
-/// The shader library and the scattering tables read entries that another user may have written.
+/// The shader library, the scattering tables and the decoded maps read entries that another user may have written.
 #[cfg(unix)]
 #[test]
 fn unusual_file_types_in_the_cache_are_tolerated() {
@@ -145,12 +145,12 @@ fn unusual_file_types_in_the_cache_are_tolerated() {
         found
     };
     let shaders = entries(&entries(&cache.join("orrery/shaders"))[0]);
-    let tables = entries(&cache.join("orrery/air"));
-    assert!(!shaders.is_empty() && !tables.is_empty());
-    for entry in shaders.iter().chain(&tables) {
+    let (tables, maps) = (entries(&cache.join("orrery/air")), entries(&cache.join("orrery/maps")));
+    assert!(!shaders.is_empty() && !tables.is_empty() && !maps.is_empty());
+    for entry in shaders.iter().chain(&tables).chain(&maps) {
         std::fs::remove_file(entry).expect("removed");
     }
-    shaders.iter().chain(&tables).enumerate().for_each(|(k, entry)| match k % 2 {
+    shaders.iter().chain(&tables).chain(&maps).enumerate().for_each(|(k, entry)| match k % 2 {
         0 => drop(pipe(entry.clone())),
         _ => std::os::unix::fs::symlink("/dev/zero", entry).expect("a link"),
     });
@@ -166,7 +166,7 @@ fn a_cache_folder_writable_by_others_is_not_used() {
     use std::os::unix::fs::PermissionsExt;
     let folder = tempfile::tempdir().expect("a folder");
     let cache = folder.path().join("cache");
-    for part in ["orrery", "orrery/shaders", "orrery/air"] {
+    for part in ["orrery", "orrery/shaders", "orrery/air", "orrery/maps"] {
         let shared = cache.join(part);
         std::fs::create_dir_all(&shared).expect("a folder");
         std::fs::set_permissions(&shared, std::fs::Permissions::from_mode(0o777)).expect("permissions");

@@ -1,4 +1,5 @@
-//! The shipped maps.
+//! The shipped maps, and what is kept of them between runs.
 
 mod poles;
 mod shipped_maps;
+mod stored_maps;

@@ -32,7 +32,7 @@ fn rows(map: &Texture, north: bool, slopes: bool) -> Vec<Vec<[f64; 3]>> {
     let row = |k: usize| {
         let y = if north { k } else { h - 1 - k };
         let texel = |x: usize| {
-            let t = &level.bytes[(y * w + x) * 4..][..3];
+            let t = &level.bytes()[(y * w + x) * 4..][..3];
             let t = [0, 1, 2].map(|c| f64::from(t[c]));
             if !slopes {
                 return t;
@@ -105,7 +105,7 @@ fn no_relief_slopes_towards_its_pole_from_all_sides() {
             let slope = |from_deg: f64, to_deg: f64, north: bool| {
                 let row = |deg: f64| ((if north { 90.0 - deg } else { 90.0 + deg }) / 180.0 * h as f64) as usize;
                 let (a, b) = (row(from_deg).min(row(to_deg)), row(from_deg).max(row(to_deg)).min(h));
-                let values: Vec<f64> = (a * w..b * w).map(|i| f64::from(level.bytes[i * 4 + 1]) - 127.5).collect();
+                let values: Vec<f64> = (a * w..b * w).map(|i| f64::from(level.bytes()[i * 4 + 1]) - 127.5).collect();
                 let mean = values.iter().sum::<f64>() / values.len() as f64;
                 (mean, (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt())
             };

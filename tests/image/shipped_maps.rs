@@ -15,7 +15,7 @@ fn mean_of(map: &Texture, lat: f64, lon: f64, half: f64, decode: impl Fn(u8) -> 
         for column in (x - half_px) as i64..=(x + half_px) as i64 {
             let row = row.clamp(0, i64::from(level.height) - 1);
             let at = (row * i64::from(level.width) + column.rem_euclid(i64::from(level.width))) as usize * 4;
-            for (total, byte) in sum.iter_mut().zip(&level.bytes[at..]) {
+            for (total, byte) in sum.iter_mut().zip(&level.bytes()[at..]) {
                 *total += decode(*byte);
             }
             count += 1.0;
@@ -299,7 +299,7 @@ fn the_users_folder_takes_precedence_and_a_missing_map_is_named() {
     std::fs::write(folder.path().join("mars.jpg"), &bytes).unwrap();
     std::fs::write(folder.path().join("moon.jpg"), b"no picture").unwrap();
     let store = MapStore::new(Some(folder.path().to_owned()));
-    assert_eq!(store.get("mars.jpg", TexelFormat::Rgba8Srgb).unwrap().levels[0].bytes[..4], [9, 8, 7, 255]);
+    assert_eq!(store.get("mars.jpg", TexelFormat::Rgba8Srgb).unwrap().levels[0].bytes()[..4], [9, 8, 7, 255]);
     assert!(matches!(store.get("moon.jpg", TexelFormat::Rgba8Srgb), Err(ImageError::Unreadable { .. })));
     let missing = store.get("vulcan.jpg", TexelFormat::Rgba8Srgb).unwrap_err().to_string();
     assert!(missing.contains("vulcan.jpg") && missing.contains("--textures") && !missing.contains('\n'), "{missing}");

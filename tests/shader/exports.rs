@@ -194,7 +194,7 @@ fn read(folder: &Path, case: &str, edit: impl Fn(String) -> String) -> Case {
             let end = offset + (width * height) as usize * texel;
             let bytes = bytes[offset..end].to_vec();
             offset = end;
-            Level { width, height, bytes }
+            Level::new(width, height, bytes)
         };
         let levels = list(&t["levels"]).iter().map(level).collect();
         TextureBinding { binding: number(&t["binding"]), source: TextureSource::Image(Arc::new(Texture { format, levels })) }

@@ -50,10 +50,8 @@ fn noise() -> Texture {
         (seed >> 8) as f32 / 16_777_216.0
     };
     let sizes = std::iter::successors(Some((256_u32, 128_u32)), |&(w, h)| (w > 1 || h > 1).then_some(((w / 2).max(1), (h / 2).max(1))));
-    let level = |(width, height): (u32, u32), texel: &mut dyn FnMut() -> f32| Level {
-        width,
-        height,
-        bytes: (0..4 * width * height).flat_map(|_| texel().to_le_bytes()).collect(),
+    let level = |(width, height): (u32, u32), texel: &mut dyn FnMut() -> f32| {
+        Level::new(width, height, (0..4 * width * height).flat_map(|_| texel().to_le_bytes()).collect())
     };
     Texture { format: TexelFormat::Rgba32Float, levels: sizes.map(|s| level(s, &mut next)).collect() }
 }

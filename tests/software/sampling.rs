@@ -25,7 +25,7 @@ fn noise(width: u32, height: u32) -> Texture {
     let (mut w, mut h) = (width, height);
     let mut levels = Vec::new();
     loop {
-        levels.push(Level { width: w, height: h, bytes: level.iter().flatten().flat_map(|v| v.to_le_bytes()).collect() });
+        levels.push(Level::new(w, h, level.iter().flatten().flat_map(|v| v.to_le_bytes()).collect()));
         if w == 1 && h == 1 {
             return Texture { format: TexelFormat::Rgba32Float, levels };
         }
@@ -78,7 +78,7 @@ fn tent(level: &Level, u: f64, v: f64, component: usize) -> f64 {
         for j in y.floor() as i64..=y.floor() as i64 + 1 {
             let weight = (1.0 - (x - i as f64).abs()).max(0.0) * (1.0 - (y - j as f64).abs()).max(0.0);
             let at = ((j.clamp(0, h - 1) * w + i.rem_euclid(w)) * 16) as usize + component * 4;
-            sum += weight * f64::from(f32::from_le_bytes(level.bytes[at..at + 4].try_into().expect("four bytes")));
+            sum += weight * f64::from(f32::from_le_bytes(level.bytes()[at..at + 4].try_into().expect("four bytes")));
         }
     }
     sum
@@ -140,7 +140,7 @@ fn stripe_contrast(taps: f64) -> (f64, f64) {
                 0.5
             }
         };
-        level.bytes = (0..(w * w) as usize).flat_map(|i| [texel(i); 4]).flat_map(f32::to_le_bytes).collect();
+        *level = Level::new(w, level.height, (0..(w * w) as usize).flat_map(|i| [texel(i); 4]).flat_map(f32::to_le_bytes).collect());
     }
     let uv: Vec<_> = (0..64).map(|k| [(f64::from(k) + 0.5) / 64.0, 0.5]).collect();
     let got = sample_filtered::<f32>(&bind(&texture, REPEAT), &uv, [1.0 / 64.0, 0.0], [0.0, 16.0 / 64.0], Some(taps));
@@ -175,9 +175,7 @@ fn the_footprint_turns_with_the_gradients() {
 fn a_constant_texture_stays_constant_for_any_gradients() {
     let texture = Texture {
         format: TexelFormat::Rgba8Srgb,
-        levels: [(4, 2), (2, 1), (1, 1)]
-            .map(|(w, h)| Level { width: w, height: h, bytes: [188, 0, 255, 128].repeat((w * h) as usize) })
-            .to_vec(),
+        levels: [(4, 2), (2, 1), (1, 1)].map(|(w, h)| Level::new(w, h, [188, 0, 255, 128].repeat((w * h) as usize))).to_vec(),
     };
     let extremes = [f64::NAN, f64::INFINITY, -1e30, 1e30, 0.0, -0.0, 1.0, 1e-40];
     let uv: Vec<_> = extremes.iter().flat_map(|u| extremes.map(|v| [*u, v])).collect();
@@ -330,7 +328,7 @@ fn loads_outside_read_zero() {
     let mut out = [const { [9.0_f32; 6] }; 4];
     let [r, g, b, a] = &mut out;
     textures.load(0, &x, &y, &level, u128::MAX, [r, g, b, a]);
-    let texel = |level: usize, i: usize| f32::from_le_bytes(texture.levels[level].bytes[i * 16..i * 16 + 4].try_into().expect("four"));
+    let texel = |level: usize, i: usize| f32::from_le_bytes(texture.levels[level].bytes()[i * 16..i * 16 + 4].try_into().expect("four"));
     assert_eq!(out[0], [texel(0, 11), 0.0, 0.0, 0.0, texel(1, 7), 0.0]);
     assert_eq!(TextureUnit::<f32>::dimensions(&textures, 0, 1), [4, 2]);
     assert_eq!(TextureUnit::<f32>::levels(&textures, 0), 4);
@@ -339,7 +337,7 @@ fn loads_outside_read_zero() {
 #[test]
 fn a_level_of_the_wrong_size_is_refused() {
     let mut texture = noise(8, 4);
-    texture.levels[1].bytes.pop();
+    texture.levels[1] = Level::new(4, 2, vec![0; 4 * 2 * 16 - 1]);
     let error = Texels::of_texture(&texture).expect_err("a byte is missing");
     assert!(error.contains("level 1"), "{error}");
     texture.levels.clear();

@@ -186,7 +186,7 @@ fn a_large_texture_is_uploaded_completely() {
     let (width, height) = (2048_u32, 8200_u32);
     let texel = |x: u32, y: u32| [(x % 251) as u8, (y % 241) as u8, (y / 241) as u8, 255];
     let bytes = (0..height).flat_map(|y| (0..width).flat_map(move |x| texel(x, y))).collect();
-    let level = Level { width, height, bytes };
+    let level = Level::new(width, height, bytes);
     let texture = TextureSource::Persistent(std::sync::Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![level] }));
     let clamp = AddressMode::ClampToEdge;
     let sampler = SamplerState { address_u: clamp, address_v: clamp, linear: false };

@@ -100,7 +100,7 @@ impl Uploads {
     ) -> Result<TextureView, String> {
         let key = match &texture.levels[..] {
             [] => return Err("a texture has no mip level".into()),
-            [only] if !persistent => TextureKey::Table(Sha256::digest(&only.bytes).into(), [only.width, only.height], texture.format),
+            [only] if !persistent => TextureKey::Table(Sha256::digest(only.bytes()).into(), [only.width, only.height], texture.format),
             _ => TextureKey::Map(Arc::as_ptr(texture) as usize),
         };
         let is_table = matches!(key, TextureKey::Table(..));
@@ -109,7 +109,7 @@ impl Uploads {
             return Ok(known.view.clone());
         }
         let uploaded = self.upload(device, queue, texture)?;
-        let bytes = texture.levels.iter().map(|level| level.bytes.len() as u64).sum();
+        let bytes = texture.levels.iter().map(|level| level.byte_count() as u64).sum();
         self.sent_bytes += bytes;
         let view = uploaded.create_view(&wgpu::TextureViewDescriptor::default());
         let decoded_map = (!is_table).then(|| Arc::downgrade(texture));
@@ -139,7 +139,7 @@ impl Uploads {
         for (mip_level, level) in (0..).zip(&texture.levels) {
             let row_bytes = texel_bytes * level.width;
             let rows = (CHUNK_BYTES / u64::from(row_bytes)).max(1) as u32;
-            for (y, chunk) in (0..).step_by(rows as usize).zip(level.bytes.chunks(rows as usize * row_bytes as usize)) {
+            for (y, chunk) in (0..).step_by(rows as usize).zip(level.bytes().chunks(rows as usize * row_bytes as usize)) {
                 let to =
                     TexelCopyTextureInfo { texture: &uploaded, mip_level, origin: Origin3d { x: 0, y, z: 0 }, aspect: TextureAspect::All };
                 let layout = TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };

@@ -88,7 +88,7 @@ pub fn interface(primitives: Vec<UiPrimitive>, size: [u32; 2], provider: &impl R
 /// # Errors
 /// See [`interface_step`].
 pub fn warm_up_interface(provider: &impl ResourceProvider) -> Result<Plan, PlanError> {
-    let white = Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level { width: 1, height: 1, bytes: vec![255; 4] }] };
+    let white = Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(1, 1, vec![255; 4])] };
     let primitive = UiPrimitive {
         corners_px: vec![0.0, 0.0, 2.0, 0.0, 0.0, 2.0],
         uvs: vec![0.5; 6],

@@ -104,18 +104,18 @@ fn little_endian_bytes(texels: &[f32]) -> Vec<u8> {
 
 /// The ring's profile as a texture of one level, read with `textureLoad`.
 pub fn ring_profile(table: &RingTable) -> SharedTexture {
-    let level = Level { width: table.width, height: table.height, bytes: little_endian_bytes(&table.texels) };
+    let level = Level::new(table.width, table.height, little_endian_bytes(&table.texels));
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }
 
 /// Ring-shine as a texture of one level, read with `textureLoad`.
 pub fn ring_shine(table: &RingShine) -> SharedTexture {
-    let level = Level { width: ring_shine::COLUMNS as u32, height: 2 * ring_shine::ROWS as u32, bytes: little_endian_bytes(&table.texels) };
+    let level = Level::new(ring_shine::COLUMNS as u32, 2 * ring_shine::ROWS as u32, little_endian_bytes(&table.texels));
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }
 
 /// The Moon's limb profile as a texture of one level, read with `textureLoad`.
 pub fn limb_table(table: &LimbTable) -> SharedTexture {
-    let level = Level { width: LIMB_COLUMNS as u32, height: LIMB_ROWS as u32, bytes: little_endian_bytes(&table.texels) };
+    let level = Level::new(LIMB_COLUMNS as u32, LIMB_ROWS as u32, little_endian_bytes(&table.texels));
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }

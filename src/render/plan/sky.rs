@@ -19,9 +19,8 @@ const SAMPLER_BINDING: u32 = 2;
 pub(crate) const SKY_DECODING: MapDecoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::Values };
 
 /// The map that is bound if the scene has no panorama.
-static BLACK_MAP: LazyLock<SharedTexture> = LazyLock::new(|| {
-    Arc::new(Texture { format: TexelFormat::Rgba8Srgb, levels: vec![Level { width: 1, height: 1, bytes: vec![0, 0, 0, 255] }] })
-});
+static BLACK_MAP: LazyLock<SharedTexture> =
+    LazyLock::new(|| Arc::new(Texture { format: TexelFormat::Rgba8Srgb, levels: vec![Level::new(1, 1, vec![0, 0, 0, 255])] }));
 
 /// The diffuse sky. `opacity`: 0 in a face of a composed picture, because the face is later blended over the stars.
 pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacity: f32) -> Result<Vec<PlanDraw>, PlanError> {

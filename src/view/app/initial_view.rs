@@ -1,6 +1,7 @@
-//! The first view of a window: a body seen from its lit side.
+//! The first view of a window: a body seen from its lit side; the Earth with the Moon beside it, if the Moon's phase allows.
 //!
-//! In: a body, a time, positions. Out: a [`ViewState`].
+//! In: a body, a time, positions. Out: a [`ViewState`]. Not here: a Moon less than about 70 degrees from the Sun could only stand beside a thin crescent of the
+//! Earth, and is not looked for.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::time::Instant;
@@ -12,17 +13,89 @@ use glam::{DQuat, DVec3};
 const START_DISTANCE_RADII: f64 = 3.5;
 /// Angle between the directions to the camera and to the Sun, chosen so that the terminator is visible.
 const SUN_ANGLE_DEG: f64 = 62.0;
+/// Least and greatest of this angle for a view with the Moon, and the steps in which it is tried.
+const SUN_ANGLE_RANGE_DEG: [f64; 2] = [30.0, 94.0];
+const SUN_ANGLE_STEP_DEG: f64 = 4.0;
 /// Offset of the camera towards the pole, as a fraction of the distance.
 const POLE_OFFSET: f64 = 0.25;
+/// Other offsets that are tried for a view with the Moon.
+const POLE_OFFSETS: [f64; 5] = [POLE_OFFSET, 0.1, 0.0, -0.1, -POLE_OFFSET];
+/// Where the Moon may stand in the image, as tangents of angles from its centre: at most so far to the side; between so far below and above; at least so far
+/// from the centre, which is beside the Earth's disc. Below would be the row *What to see now*.
+const MOON_MAX_ASIDE: f64 = 0.5;
+const MOON_HEIGHTS: [f64; 2] = [-0.1, 0.33];
+const MOON_MIN_DISTANCE: f64 = 0.33;
 
 /// # Errors
 /// If the catalog does not contain the body.
 pub fn initial_view(catalog: &Catalog, places: &dyn BodyPositions, target: NaifId, time: Instant) -> Result<ViewState, ViewStateError> {
     let body = catalog.body(target).ok_or(ViewStateError::NoSuchBody(target))?;
     let sunward = places.between_km(target, NaifId::SUN, time).and_then(DVec3::try_normalize);
-    let aside = sunward.map_or(DVec3::X, |sun| DQuat::from_axis_angle(DVec3::Z, SUN_ANGLE_DEG.to_radians()) * sun);
     let pole = places.body_from_icrf(target, time).map_or(DVec3::Z, |m| m.row(2));
-    let side = (aside + POLE_OFFSET * pole).try_normalize().unwrap_or(aside);
     let radius_km = body.radii_km.x;
-    Ok(ViewState::around(target, side * (START_DISTANCE_RADII * radius_km), radius_km, pole, time))
+    let moon_radii = if target == NaifId::EARTH { places.between_km(target, NaifId::MOON, time).map(|km| km / radius_km) } else { None };
+    let beside_moon = sunward.zip(moon_radii).and_then(|(sun, moon)| direction_with_moon(sun, moon, pole));
+    let direction = beside_moon.unwrap_or_else(|| direction_from_sun(sunward, DVec3::Z, SUN_ANGLE_DEG, POLE_OFFSET, pole));
+    Ok(ViewState::around(target, direction * (START_DISTANCE_RADII * radius_km), radius_km, pole, time))
+}
+
+/// Unit vector from the body to the camera: from the direction to the Sun turned about `axis`, then moved towards the pole.
+fn direction_from_sun(sunward: Option<DVec3>, axis: DVec3, sun_angle_deg: f64, pole_offset: f64, pole: DVec3) -> DVec3 {
+    let beside_sun = sunward.map_or(DVec3::X, |sun| DQuat::from_axis_angle(axis, sun_angle_deg.to_radians()) * sun);
+    (beside_sun + pole_offset * pole).try_normalize().unwrap_or(beside_sun)
+}
+
+/// The direction to the camera that shows the Moon beside the Earth, with the terminator as near as possible to that of [`SUN_ANGLE_DEG`]. `moon_radii`: from
+/// the Earth's centre, in its radii.
+fn direction_with_moon(sunward: DVec3, moon_radii: DVec3, pole: DVec3) -> Option<DVec3> {
+    // The camera has the Moon behind the Earth, so it stands on the other side of the Sun's direction.
+    let axis = moon_radii.cross(sunward).try_normalize()?;
+    let [least, greatest] = SUN_ANGLE_RANGE_DEG;
+    let steps = ((greatest - least) / SUN_ANGLE_STEP_DEG) as u32;
+    let mut angles: Vec<f64> = (0..=steps).map(|k| least + f64::from(k) * SUN_ANGLE_STEP_DEG).collect();
+    angles.sort_by(|a, b| (a - SUN_ANGLE_DEG).abs().total_cmp(&(b - SUN_ANGLE_DEG).abs()));
+    let directions = angles.iter().flat_map(|&angle| POLE_OFFSETS.map(|offset| direction_from_sun(Some(sunward), axis, angle, offset, pole)));
+    directions.into_iter().find(|&direction| shows_moon(direction, moon_radii, pole))
+}
+
+/// Whether the Moon stands beside the disc in the image of a camera in this direction, with the pole up.
+fn shows_moon(direction: DVec3, moon_radii: DVec3, pole: DVec3) -> bool {
+    let from_camera = moon_radii - direction * START_DISTANCE_RADII;
+    let depth = -from_camera.dot(direction);
+    let Some(right) = pole.cross(direction).try_normalize().filter(|_| depth > 0.0) else { return false };
+    let [x, y] = [right, direction.cross(right)].map(|axis| from_camera.dot(axis) / depth);
+    let [lowest, highest] = MOON_HEIGHTS;
+    x.abs() <= MOON_MAX_ASIDE && (lowest..=highest).contains(&y) && x.hypot(y) >= MOON_MIN_DISTANCE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The Sun along x, the pole 23 degrees from the ecliptic's; the Moon at an elongation, in the ecliptic.
+    fn with_elongation(deg: f64) -> Option<DVec3> {
+        let pole = DVec3::new(0.0, -0.39, 0.92).normalize();
+        let moon = DQuat::from_axis_angle(DVec3::Z, deg.to_radians()) * DVec3::X * 60.3;
+        let direction = direction_with_moon(DVec3::X, moon, pole);
+        if let Some(direction) = direction {
+            assert!(shows_moon(direction, moon, pole));
+            // More than half of the disc is lit or nearly so, and the terminator is in sight.
+            let sun_angle = direction.angle_between(DVec3::X).to_degrees();
+            assert!((25.0..100.0).contains(&sun_angle), "{deg}: {sun_angle}");
+            // The Moon is beside the disc, whose angular radius is asin(1 / 3.5).
+            let from_camera = moon - START_DISTANCE_RADII * direction;
+            assert!(from_camera.angle_between(-direction) > (1.0 / START_DISTANCE_RADII).asin() + 0.01, "{deg}");
+        }
+        direction
+    }
+
+    #[test]
+    fn the_moon_stands_beside_the_earth_unless_it_is_near_the_sun() {
+        for elongation in (0..360).step_by(5) {
+            let from_sun = f64::from(180 - (elongation - 180_i32).abs());
+            let found = with_elongation(f64::from(elongation));
+            assert!(found.is_some() || from_sun < 75.0, "{elongation}");
+            assert!(found.is_none() || from_sun > 50.0, "{elongation}");
+        }
+    }
 }

@@ -358,7 +358,7 @@ impl PainterTexture {
     pub(crate) fn shared(&self) -> SharedTexture {
         let make = || {
             let bytes = bytemuck::cast_slice(&self.texels).to_vec();
-            let level = Level { width: self.width as u32, height: self.height as u32, bytes };
+            let level = Level::new(self.width as u32, self.height as u32, bytes);
             Arc::new(image::Texture { format: TexelFormat::Rgba8Unorm, levels: vec![level] })
         };
         self.shared.get_or_init(make).clone()

@@ -14,7 +14,7 @@ pub(crate) use super::lane_order::{BATCH, Channels, MAX_TAPS};
 use super::lane_order::{CHUNK, LaneOrder, LazyArray, MAX_LEVELS, PADDED};
 #[cfg(target_arch = "x86_64")]
 use super::registers::{self, SortedLanes};
-use super::texels::{Decode, TexelLevel};
+use super::texels::{BoundLevel, Decode, TexelLevel, read_pair};
 use crate::render::plan::{AddressMode, SamplerState};
 use crate::render::software::exec::LaneMask;
 use crate::render::software::math::Real;
@@ -227,23 +227,20 @@ fn any_positive<R: Real>(values: &[R; CHUNK]) -> bool {
     any
 }
 
-/// Interpolates between a level and the next coarser one, up to level `last`, by each lane's `fraction`.
+/// Interpolates between a level and the coarser one, if there is one, by each lane's `fraction`.
 #[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "all are of one read; a structure would be taken apart at once")]
 fn trilinear<R: Real, D: Decode>(
     decode: D,
-    levels: &[TexelLevel<'_>],
-    level: usize,
-    last: usize,
+    (level, coarser): (TexelLevel<'_>, Option<TexelLevel<'_>>),
     u: &[R; CHUNK],
     v: &[R; CHUNK],
     fraction: &[R; CHUNK],
     state: &SamplerState,
     channels: ChannelMask,
 ) -> [[R; CHUNK]; 4] {
-    let mut value = bilinear(decode, &levels[level], u, v, state, channels);
-    if level < last && any_positive(fraction) {
-        let coarser = bilinear(decode, &levels[level + 1], u, v, state, channels);
+    let mut value = bilinear(decode, &level, u, v, state, channels);
+    if let Some(coarser) = coarser.filter(|_| any_positive(fraction)) {
+        let coarser = bilinear(decode, &coarser, u, v, state, channels);
         for ((value, coarser), _) in value.iter_mut().zip(&coarser).zip(channels).filter(|(_, needed)| *needed) {
             for i in 0..CHUNK {
                 let mixed = value[i] + fraction[i] * (coarser[i] - value[i]);
@@ -258,15 +255,15 @@ fn trilinear<R: Real, D: Decode>(
 #[inline(always)]
 pub(crate) fn sample<R: Real, D: Decode>(
     decode: D,
-    levels: &[TexelLevel<'_>],
+    levels: &[BoundLevel<'_>],
     request: &FilterRequest<'_, R>,
     state: &SamplerState,
     active: LaneMask,
     out: Channels<'_, R>,
 ) {
     let channels = out.each_ref().map(|o| o.is_some());
-    let last = levels.len().min(MAX_LEVELS) - 1;
-    let coarsest_level = R::from_u32(last as u32);
+    let levels = &levels[..levels.len().min(MAX_LEVELS)];
+    let coarsest_level = R::from_u32(levels.len() as u32 - 1);
     // Without linear filtering the nearest level is read.
     let rounding = if state.linear { R::ZERO } else { R::from_f64(0.5) };
     let (mut key, mut level_fraction) = ([0_u16; BATCH], [R::ZERO; BATCH]);
@@ -294,16 +291,20 @@ pub(crate) fn sample<R: Real, D: Decode>(
         let [u, v, fraction] = [u, v, fraction].map(|values| R::as_f32(values).unwrap_or_default());
         let out = out.map(|lanes| R::as_f32_mut(lanes?)?.first_chunk_mut());
         // SAFETY: decoders in registers exist only on machines with AVX2.
-        return unsafe { registers::filter(decode, &levels[..=last], &order, &SortedLanes { u, v, fraction, taps }, state, out) };
+        return unsafe { registers::filter(decode, levels, &order, &SortedLanes { u, v, fraction, taps }, state, out) };
     }
     if state.linear && !order.has_several_taps {
         let level_fraction = order.gather(&level_fraction, &mut buffer_fraction);
         let mut out = out;
         for level in order.levels.clone() {
             let (from, to) = order.positions(level);
+            if from == to {
+                continue;
+            }
+            let both_levels = read_pair(levels, level, &level_fraction[from..to]);
             for start in (from..to).step_by(CHUNK) {
-                let value =
-                    trilinear(decode, levels, level, last, chunk(u, start), chunk(v, start), chunk(level_fraction, start), state, channels);
+                let fraction = chunk(level_fraction, start);
+                let value = trilinear(decode, both_levels, chunk(u, start), chunk(v, start), fraction, state, channels);
                 order.store(&value, start, to - start, &mut out);
             }
         }
@@ -316,8 +317,12 @@ pub(crate) fn sample<R: Real, D: Decode>(
     if !state.linear {
         for level in order.levels.clone() {
             let (from, to) = order.positions(level);
+            if from == to {
+                continue;
+            }
+            let texels = levels[level].read();
             for start in (from..to).step_by(CHUNK) {
-                let value = nearest(decode, &levels[level], chunk(u, start), chunk(v, start), state);
+                let value = nearest(decode, &texels, chunk(u, start), chunk(v, start), state);
                 accumulate(&mut sum, start, to - start, &value);
             }
         }
@@ -326,7 +331,11 @@ pub(crate) fn sample<R: Real, D: Decode>(
         let (step_u, step_v) = (order.gather(&request.step_u, &mut buffer_step_u), order.gather(&request.step_v, &mut buffer_step_v));
         let taps = order.gather(&request.taps, &mut buffer_taps);
         for level in order.levels.clone() {
-            let from = usize::from(order.starts[level * MAX_TAPS]);
+            let (from, end) = order.positions(level);
+            if from == end {
+                continue;
+            }
+            let both_levels = read_pair(levels, level, &level_fraction[from..end]);
             for tap in 0..MAX_TAPS {
                 // Lanes with more than `tap` taps come first.
                 let to = usize::from(order.starts[(level + 1) * MAX_TAPS - tap]);
@@ -341,7 +350,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
                         tap_u[i] = tap_u[i] + offset * step_u[i];
                         tap_v[i] = tap_v[i] + offset * step_v[i];
                     }
-                    let value = trilinear(decode, levels, level, last, &tap_u, &tap_v, chunk(level_fraction, start), state, channels);
+                    let value = trilinear(decode, both_levels, &tap_u, &tap_v, chunk(level_fraction, start), state, channels);
                     accumulate(&mut sum, start, to - start, &value);
                 }
             }

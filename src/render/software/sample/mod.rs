@@ -26,7 +26,7 @@ use crate::render::plan::{AddressMode, SamplerState};
 use filter::{BATCH, Channels, FilterRequest, sample};
 use single::{TexelCoordinates, load};
 use std::sync::Arc;
-use texels::{Decode, Float, Srgb, TexelLevel, Texels, Unorm};
+use texels::{BoundLevel, Decode, Float, Srgb, Texels, Unorm};
 
 /// A texture bound to one texture use of a program.
 #[derive(Clone, Debug)]
@@ -77,7 +77,7 @@ fn full_batch<'a, R: Real>(values: &'a [R], buffer: &'a mut Option<[R; BATCH]>) 
 #[inline(always)]
 fn filter_batch<R: Real, D: Decode>(
     decode: D,
-    levels: &[TexelLevel<'_>],
+    levels: &[BoundLevel<'_>],
     state: &SamplerState,
     request: Request<'_, R>,
     out: Channels<'_, R>,
@@ -112,7 +112,7 @@ macro_rules! class {
             /// The instruction set of this class is available.
             $(#[$feature])*
             pub unsafe fn filtered<R: Real, D: Decode>(
-                $decode: D, levels: &[TexelLevel<'_>], state: &SamplerState, request: Request<'_, R>, out: Channels<'_, R>,
+                $decode: D, levels: &[BoundLevel<'_>], state: &SamplerState, request: Request<'_, R>, out: Channels<'_, R>,
             ) {
                 filter_batch($decoder, levels, state, request, out);
             }
@@ -121,7 +121,7 @@ macro_rules! class {
             /// As above.
             $(#[$feature])*
             pub unsafe fn single<R: Real, D: Decode>(
-                $decode: D, levels: &[TexelLevel<'_>], coordinates: TexelCoordinates<'_, R>, active: LaneMask, out: [&mut [R]; 4],
+                $decode: D, levels: &[BoundLevel<'_>], coordinates: TexelCoordinates<'_, R>, active: LaneMask, out: [&mut [R]; 4],
             ) {
                 load($decoder, levels, coordinates, active, out);
             }

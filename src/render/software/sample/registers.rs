@@ -5,7 +5,7 @@
 
 use super::corners::Corners;
 use super::lane_order::{Channels, LaneOrder, MAX_TAPS};
-use super::texels::{Decode, TexelLevel};
+use super::texels::{BoundLevel, Decode, TexelLevel, read_pair};
 use crate::render::plan::{AddressMode, SamplerState};
 use std::arch::x86_64::{
     __m256, __m256i, _CMP_GT_OQ, _mm256_add_epi32, _mm256_add_ps, _mm256_andnot_si256, _mm256_blendv_ps, _mm256_cmp_ps, _mm256_cmpgt_epi32,
@@ -93,7 +93,7 @@ unsafe fn bilinear<D: Decode>(
 #[inline(always)]
 unsafe fn trilinear<D: Decode>(
     decode: D,
-    [level, coarser]: [Option<&TexelLevel<'_>>; 2],
+    (level, coarser): (TexelLevel<'_>, Option<TexelLevel<'_>>),
     uv: [__m256; 2],
     fraction: __m256,
     state: &SamplerState,
@@ -101,14 +101,12 @@ unsafe fn trilinear<D: Decode>(
 ) -> [__m256; 4] {
     // SAFETY: the caller guarantees AVX2.
     unsafe {
-        let zero = _mm256_setzero_ps();
-        let Some(level) = level else { return [zero; 4] };
-        let mut value = bilinear(decode, level, uv, state, needed);
-        let is_between = _mm256_cmp_ps::<_CMP_GT_OQ>(fraction, zero);
+        let mut value = bilinear(decode, &level, uv, state, needed);
+        let is_between = _mm256_cmp_ps::<_CMP_GT_OQ>(fraction, _mm256_setzero_ps());
         if let Some(coarser) = coarser
             && _mm256_movemask_ps(is_between) != 0
         {
-            let coarser = bilinear(decode, coarser, uv, state, needed);
+            let coarser = bilinear(decode, &coarser, uv, state, needed);
             for k in 0..4 {
                 if needed[k] {
                     let mixed = _mm256_add_ps(value[k], _mm256_mul_ps(fraction, _mm256_sub_ps(coarser[k], value[k])));
@@ -126,7 +124,7 @@ unsafe fn trilinear<D: Decode>(
 #[inline(always)]
 unsafe fn value_at<D: Decode>(
     decode: D,
-    both_levels: [Option<&TexelLevel<'_>>; 2],
+    both_levels: (TexelLevel<'_>, Option<TexelLevel<'_>>),
     lanes: &SortedLanes<'_>,
     start: usize,
     state: &SamplerState,
@@ -163,7 +161,7 @@ unsafe fn value_at<D: Decode>(
 #[inline(always)]
 pub(super) unsafe fn filter<D: Decode>(
     decode: D,
-    levels: &[TexelLevel<'_>],
+    levels: &[BoundLevel<'_>],
     order: &LaneOrder,
     lanes: &SortedLanes<'_>,
     state: &SamplerState,
@@ -172,7 +170,10 @@ pub(super) unsafe fn filter<D: Decode>(
     let needed = out.each_ref().map(|o| o.is_some());
     for level in order.levels.clone() {
         let (from, to) = order.positions(level);
-        let both_levels = [levels.get(level), levels.get(level + 1)];
+        if from == to {
+            continue;
+        }
+        let both_levels = read_pair(levels, level, &lanes.fraction[from..to]);
         let mut start = from;
         while start < to {
             // SAFETY: the caller guarantees AVX2; registers and arrays have eight floats each.

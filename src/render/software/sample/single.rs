@@ -9,7 +9,7 @@
 
 use super::filter::{BATCH, Channels};
 use super::full_batch;
-use super::texels::{Decode, TexelLevel};
+use super::texels::{BoundLevel, Decode, TexelLevel};
 use crate::render::software::exec::{LANE_BITS, LaneMask};
 use crate::render::software::math::Real;
 
@@ -23,7 +23,7 @@ const CHUNK: usize = 8;
 #[inline(always)]
 pub(super) fn load<R: Real, D: Decode>(
     decode: D,
-    levels: &[TexelLevel<'_>],
+    levels: &[BoundLevel<'_>],
     [x, y, level]: TexelCoordinates<'_, R>,
     active: LaneMask,
     mut out: [&mut [R]; 4],
@@ -35,6 +35,7 @@ pub(super) fn load<R: Real, D: Decode>(
     }
     let Some(level) = levels.get(first_level as usize) else { return out.iter_mut().for_each(|lanes| lanes.fill(R::ZERO)) };
     let active = if count == BATCH { active } else { active & ((1 << count) - 1) };
+    let level = &level.read();
     // Not one array, which would be cleared.
     let (mut column_buffer, mut row_buffer) = (None, None);
     let x = full_batch(x, &mut column_buffer);
@@ -179,7 +180,7 @@ fn write<R: Real, const MASKED: bool>(to: &mut [R; CHUNK], values: &[f32; CHUNK]
 #[inline(always)]
 fn load_lane_by_lane<R: Real, D: Decode>(
     decode: D,
-    levels: &[TexelLevel<'_>],
+    levels: &[BoundLevel<'_>],
     [x, y, level]: TexelCoordinates<'_, R>,
     active: LaneMask,
     out: [&mut [R]; 4],
@@ -190,7 +191,7 @@ fn load_lane_by_lane<R: Real, D: Decode>(
         let texel = match levels.get(level.lane_bits() as usize) {
             // SAFETY: both coordinates lie inside the level.
             Some(level) if active >> lane & 1 == 1 && x < level.width && y < level.height => unsafe {
-                decode.texel(level, y * level.width + x)
+                decode.texel(&level.read(), y * level.width + x)
             },
             _ => D::Texel::default(),
         };

@@ -4,7 +4,7 @@
 
 use super::text::{Text, text_of};
 use crate::catalog::NaifId;
-use crate::image::DisplayImage;
+use crate::image::{DisplayImage, Level};
 use crate::render::plan::{self, ResourceProvider, SamplingQuality};
 use crate::scene::draw::{MapRole, PixelView, Shape};
 use crate::scene::effects::possible_features;
@@ -168,7 +168,7 @@ impl ShaderQueries {
                 let reading = plan::map_decoding(role, Shape::Ellipsoid);
                 let map = session.map(&named, reading).map_err(|e| fault_text(&e))?;
                 let first = map.levels.first().ok_or(text!("map-empty"))?;
-                let bytes = map.levels.iter().map(|l| l.bytes.len()).sum();
+                let bytes = map.levels.iter().map(Level::byte_count).sum();
                 Ok(MapFacts { width: first.width, height: first.height, levels: map.levels.len(), bytes })
             })
             .cloned()

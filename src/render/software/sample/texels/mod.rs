@@ -1,14 +1,16 @@
 //! The texels that a binding reads: borrowed bytes of every mip level, which are decoded when read.
 //!
 //! sRGB is decoded with a table of 256 f32, exact to f32 rounding. `Texels::new` checks once that each level has as many bytes as its size
-//! requires, so that reads check only the coordinates.
+//! requires, so that reads check only the coordinates. The bytes of a map's level may still be on disk; [`BoundLevel::read`] fetches them
+//! when lanes need that level.
 
 #[cfg(target_arch = "x86_64")]
 mod gather;
 
 #[cfg(target_arch = "x86_64")]
 use super::corners::Corners;
-use crate::image::{TexelFormat, Texture};
+use crate::image::{Level, TexelFormat, Texture};
+use crate::render::software::math::Real;
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::__m256;
 use std::sync::LazyLock;
@@ -21,7 +23,7 @@ const MAX_TEXELS: u64 = 1 << 30;
 /// Maximum number of texels along a side, the limit of [`crate::render::software::math::Real::round_small`].
 const MAX_SIDE: u32 = 1 << 22;
 
-/// One mip level.
+/// One mip level whose texels can be read.
 #[derive(Clone, Copy, Debug)]
 pub struct TexelLevel<'a> {
     pub width: u32,
@@ -29,31 +31,74 @@ pub struct TexelLevel<'a> {
     bytes: &'a [u8],
 }
 
+/// Where the bytes of a level are.
+#[derive(Clone, Copy, Debug)]
+enum LevelTexels<'a> {
+    Bytes(&'a [u8]),
+    Texture(&'a Level),
+}
+
+/// One mip level of a binding.
+#[derive(Clone, Copy, Debug)]
+pub struct BoundLevel<'a> {
+    pub width: u32,
+    pub height: u32,
+    texels: LevelTexels<'a>,
+}
+
+impl<'a> BoundLevel<'a> {
+    /// The level's texels. The first call for a level of a stored map reads them from disk.
+    #[inline]
+    pub(crate) fn read(&self) -> TexelLevel<'a> {
+        let bytes = match self.texels {
+            LevelTexels::Bytes(bytes) => bytes,
+            LevelTexels::Texture(level) => level.bytes(),
+        };
+        TexelLevel { width: self.width, height: self.height, bytes }
+    }
+}
+
+/// A level and the next coarser one, which is read only if the `fraction` of one of the level's lanes requires it.
+#[inline(always)]
+pub(super) fn read_pair<'a, R: Real>(levels: &[BoundLevel<'a>], level: usize, fraction: &[R]) -> (TexelLevel<'a>, Option<TexelLevel<'a>>) {
+    let coarser = levels.get(level + 1).filter(|_| fraction.iter().fold(false, |any, f| any | (*f > R::ZERO)));
+    (levels[level].read(), coarser.map(BoundLevel::read))
+}
+
 /// A texture or a pass's output.
 #[derive(Clone, Debug)]
 pub struct Texels<'a> {
     pub format: TexelFormat,
-    pub levels: Vec<TexelLevel<'a>>,
+    pub levels: Vec<BoundLevel<'a>>,
 }
 
 impl<'a> Texels<'a> {
     /// # Errors
     /// A level that is too large or whose number of bytes does not match its size, or no level at all.
     pub(crate) fn new(format: TexelFormat, levels: impl Iterator<Item = (u32, u32, &'a [u8])>) -> Result<Self, String> {
+        Self::checked(
+            format,
+            levels.map(|(width, height, bytes)| (BoundLevel { width, height, texels: LevelTexels::Bytes(bytes) }, bytes.len())),
+        )
+    }
+
+    /// Levels, each with its number of bytes.
+    fn checked(format: TexelFormat, levels: impl Iterator<Item = (BoundLevel<'a>, usize)>) -> Result<Self, String> {
         let texel_bytes = match format {
             TexelFormat::Rgba8Srgb | TexelFormat::Rgba8Unorm => 4,
             TexelFormat::Rgba32Float => 16,
         };
         let mut all = Vec::new();
-        for (k, (width, height, bytes)) in levels.enumerate() {
+        for (k, (level, byte_count)) in levels.enumerate() {
+            let (width, height) = (level.width, level.height);
             let needed = u64::from(width) * u64::from(height) * texel_bytes;
             if width.max(height) > MAX_SIDE || needed / texel_bytes > MAX_TEXELS {
                 return Err(format!("level {k} is {width}x{height}, larger than the renderer can read"));
             }
-            if needed == 0 || bytes.len() as u64 != needed {
-                return Err(format!("level {k} is {width}x{height} with {} bytes instead of {needed}", bytes.len()));
+            if needed == 0 || byte_count as u64 != needed {
+                return Err(format!("level {k} is {width}x{height} with {byte_count} bytes instead of {needed}"));
             }
-            all.push(TexelLevel { width, height, bytes });
+            all.push(level);
         }
         if all.is_empty() { Err("it has no mip level".to_owned()) } else { Ok(Self { format, levels: all }) }
     }
@@ -61,7 +106,8 @@ impl<'a> Texels<'a> {
     /// # Errors
     /// As [`Texels::new`].
     pub fn of_texture(texture: &'a Texture) -> Result<Self, String> {
-        Self::new(texture.format, texture.levels.iter().map(|l| (l.width, l.height, l.bytes.as_slice())))
+        let bound = |level: &'a Level| BoundLevel { width: level.width, height: level.height, texels: LevelTexels::Texture(level) };
+        Self::checked(texture.format, texture.levels.iter().map(|level| (bound(level), level.byte_count())))
     }
 }
 

@@ -1,0 +1,30 @@
+//! The file of a map, before it is decoded.
+//!
+//! In: the encoded bytes, and how they are decoded. Out: the texture. Not here: where the file is, and what is kept of it.
+
+use super::mips::RowOrder;
+use super::{ImageError, PoleFilter, TexelFormat, Texture};
+use std::borrow::Cow;
+
+/// How a map's file is decoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MapDecoding {
+    pub format: TexelFormat,
+    pub poles: PoleFilter,
+}
+
+/// A map's file.
+#[derive(Clone, Debug)]
+pub(super) struct EncodedMap {
+    /// For messages.
+    pub name: String,
+    pub bytes: Cow<'static, [u8]>,
+    pub decoding: MapDecoding,
+    pub max_megapixels: u32,
+}
+
+impl EncodedMap {
+    pub(super) fn decode(&self, order: RowOrder) -> Result<Texture, ImageError> {
+        Texture::decode_filtered(&self.name, &self.bytes, self.decoding, self.max_megapixels, order)
+    }
+}

@@ -1,0 +1,154 @@
+//! The file format of a stored map: a head with a checksum, then the mip levels, each with its own checksum, so that one can be read without the others.
+//!
+//! In: a mip chain, or the bytes of a file. Out: the file, or levels. Always: a file that was cut or changed anywhere gives no level, except by a chance of 2^-256; the
+//! levels have the sizes of a complete chain. Opaque texels are kept without alpha, grey ones as one channel.
+//!
+//! Layout: [`MAGIC`]; the key of the map; width and height of level 0, u32; for each level its number of channels, u8, and the SHA-256 of its packed texels; the SHA-256
+//! of all before. Then the packed texels of all levels. Integers are little-endian.
+
+use super::mip_level::Level;
+use sha2::{Digest, Sha256};
+
+/// What determines the levels of a map.
+pub(super) type Key = [u8; 32];
+
+/// The first bytes of an entry: its kind and the version of this format.
+const MAGIC: &[u8; 8] = b"ORRMAP01";
+const CHECKSUM_BYTES: usize = 32;
+/// Number of channels, and checksum.
+const LEVEL_BYTES: usize = 1 + CHECKSUM_BYTES;
+/// Magic, key and size.
+const PREFIX_BYTES: usize = 8 + 32 + 8;
+/// A side has at most 2^32 - 1 texels.
+const MAX_LEVELS: usize = 32;
+/// No head is longer.
+pub(super) const MAX_HEAD_BYTES: usize = head_bytes(MAX_LEVELS);
+
+const fn head_bytes(levels: usize) -> usize {
+    PREFIX_BYTES + levels * LEVEL_BYTES + CHECKSUM_BYTES
+}
+
+/// Sizes of all levels, finest first.
+fn chain_sizes((width, height): (u32, u32)) -> Vec<(u32, u32)> {
+    let halved = |&(w, h): &(u32, u32)| (w > 1 || h > 1).then_some(((w / 2).max(1), (h / 2).max(1)));
+    std::iter::successors(Some((width, height)), halved).collect()
+}
+
+fn texels((width, height): (u32, u32)) -> u64 {
+    u64::from(width) * u64::from(height)
+}
+
+/// What the head of a file says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Entry {
+    pub key: Key,
+    /// Of level 0.
+    pub size: (u32, u32),
+    /// Channels and checksum of each level.
+    levels: Vec<(u8, [u8; CHECKSUM_BYTES])>,
+}
+
+impl Entry {
+    /// Reads the head of a file from its first bytes; `None` if it is damaged or does not fit the file's length.
+    pub(super) fn from_head(bytes: &[u8], file_bytes: u64) -> Option<Self> {
+        let (key, rest) = bytes.strip_prefix(MAGIC)?.split_first_chunk()?;
+        let (width, rest) = rest.split_first_chunk()?;
+        let (height, rest) = rest.split_first_chunk()?;
+        let size = (u32::from_le_bytes(*width), u32::from_le_bytes(*height));
+        let sizes = chain_sizes(size);
+        let (levels, rest) = rest.as_chunks::<LEVEL_BYTES>().0.split_at_checked(sizes.len()).map(|(levels, _)| (levels, rest))?;
+        let covered = head_bytes(sizes.len()) - CHECKSUM_BYTES;
+        let sum = rest.get(levels.as_flattened().len()..)?.first_chunk::<CHECKSUM_BYTES>()?;
+        if texels(size) == 0 || Sha256::digest(&bytes[..covered]).as_slice() != sum {
+            return None;
+        }
+        let level = |[channels, sum @ ..]: &[u8; LEVEL_BYTES]| matches!(channels, 1 | 3 | 4).then_some((*channels, *sum));
+        let entry = Self { key: *key, size, levels: levels.iter().map(level).collect::<Option<_>>()? };
+        let (last, count) = entry.place(sizes.len() - 1);
+        (last.checked_add(count as u64) == Some(file_bytes)).then_some(entry)
+    }
+
+    pub(super) fn sizes(&self) -> Vec<(u32, u32)> {
+        chain_sizes(self.size)
+    }
+
+    /// Where the packed texels of a level begin in the file, and their number of bytes.
+    pub(super) fn place(&self, level: usize) -> (u64, usize) {
+        let mut counts =
+            self.sizes().into_iter().zip(&self.levels).map(|(size, (channels, _))| texels(size).saturating_mul(u64::from(*channels)));
+        let start = counts.by_ref().take(level).fold(head_bytes(self.levels.len()) as u64, u64::saturating_add);
+        (start, counts.next().map_or(0, |count| usize::try_from(count).unwrap_or(usize::MAX)))
+    }
+
+    /// The texels of a level, four bytes each; `None` if the packed ones are damaged.
+    pub(super) fn unpack(&self, level: usize, packed: &[u8]) -> Option<Vec<u8>> {
+        let (channels, sum) = self.levels.get(level)?;
+        if packed.len() != self.place(level).1 || Sha256::digest(packed).as_slice() != sum {
+            return None;
+        }
+        if *channels == 4 {
+            return Some(packed.to_vec());
+        }
+        let mut rgba = vec![u8::MAX; packed.len() / usize::from(*channels) * 4];
+        let texels = rgba.as_chunks_mut::<4>().0.iter_mut();
+        match channels {
+            1 => texels.zip(packed).for_each(|(to, v)| [to[0], to[1], to[2]] = [*v; 3]),
+            _ => texels.zip(packed.as_chunks::<3>().0).for_each(|(to, t)| [to[0], to[1], to[2]] = *t),
+        }
+        Some(rgba)
+    }
+}
+
+/// The first channels of each texel that are kept: red alone, or all but alpha, where the others follow from them.
+fn kept_channels(rgba: &[u8]) -> u8 {
+    let texels = rgba.as_chunks::<4>().0;
+    if !texels.iter().all(|t| t[3] == u8::MAX) {
+        return 4;
+    }
+    if texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]) { 1 } else { 3 }
+}
+
+fn pack(rgba: &[u8]) -> (u8, Vec<u8>) {
+    let (channels, texels) = (kept_channels(rgba), rgba.as_chunks::<4>().0);
+    let packed = match channels {
+        1 => texels.iter().map(|t| t[0]).collect(),
+        3 => {
+            let mut packed = vec![0; 3 * texels.len()];
+            packed.as_chunks_mut::<3>().0.iter_mut().zip(texels).for_each(|(to, t)| *to = [t[0], t[1], t[2]]);
+            packed
+        }
+        _ => rgba.to_vec(),
+    };
+    (channels, packed)
+}
+
+/// The file of a complete chain of levels with four bytes a texel; `None` of any other.
+pub(super) fn encode(key: &Key, chain: &[Level]) -> Option<Vec<u8>> {
+    let first = chain.first()?;
+    let size = (first.width, first.height);
+    let is_complete = chain.iter().map(|level| (level.width, level.height)).eq(chain_sizes(size));
+    if !is_complete || chain.iter().any(|level| level.byte_count() as u64 != 4 * texels((level.width, level.height))) {
+        return None;
+    }
+    let mut file = [MAGIC.as_slice(), key, &size.0.to_le_bytes(), &size.1.to_le_bytes()].concat();
+    let packed: Vec<(u8, Vec<u8>)> = chain.iter().map(|level| pack(level.bytes())).collect();
+    for (channels, texels) in &packed {
+        file.push(*channels);
+        file.extend_from_slice(&Sha256::digest(texels));
+    }
+    let sum = Sha256::digest(&file);
+    file.extend_from_slice(&sum);
+    packed.iter().for_each(|(_, texels)| file.extend_from_slice(texels));
+    Some(file)
+}
+
+/// The key of a file in which nothing is damaged.
+pub(super) fn whole(file: &[u8]) -> Option<Key> {
+    let entry = Entry::from_head(file, file.len() as u64)?;
+    let is_intact = |level: usize| {
+        let (start, count) = entry.place(level);
+        let packed = usize::try_from(start).ok().and_then(|start| file.get(start..)?.get(..count));
+        packed.is_some_and(|packed| entry.unpack(level, packed).is_some())
+    };
+    (0..entry.levels.len()).all(is_intact).then_some(entry.key)
+}

@@ -1,0 +1,135 @@
+//! One mip level of a texture, in memory or read from a store when its texels are first needed.
+//!
+//! In: texels, or a [`LevelSource`] and the level's place in its chain. Out: size and bytes. Always: a level has the same bytes whenever and by whomever it is
+//! read first; threads that need it meanwhile wait for the one that reads it. A source never waits for another thread, so that it can be used
+//! inside a parallel computation.
+
+use std::fmt::Debug;
+use std::sync::{Arc, OnceLock};
+
+/// What supplies the texels of a mip chain, level by level.
+pub(super) trait LevelSource: Debug + Send + Sync {
+    /// The texels of a level. Must not run parallel work: a thread that waits for such work may take up another piece of drawing, which may need
+    /// the same level, and would wait for itself.
+    fn read(&self, level: usize) -> Vec<u8>;
+}
+
+/// The texels of a level that is not read yet, or was read when it was needed.
+#[derive(Clone, Debug)]
+struct Pending {
+    source: Arc<dyn LevelSource>,
+    level: usize,
+    byte_count: usize,
+    bytes: OnceLock<Vec<u8>>,
+}
+
+#[derive(Clone, Debug)]
+enum Texels {
+    InMemory(Vec<u8>),
+    Pending(Pending),
+}
+
+/// One mip level: tightly packed rows, top row first.
+#[derive(Clone, Debug)]
+pub struct Level {
+    pub width: u32,
+    pub height: u32,
+    texels: Texels,
+}
+
+impl Level {
+    /// A level in memory.
+    pub fn new(width: u32, height: u32, bytes: Vec<u8>) -> Self {
+        Self { width, height, texels: Texels::InMemory(bytes) }
+    }
+
+    /// A level of four bytes a texel, which `source` supplies when it is needed.
+    pub(super) fn pending((width, height): (u32, u32), source: Arc<dyn LevelSource>, level: usize) -> Self {
+        let byte_count = 4 * width as usize * height as usize;
+        Self { width, height, texels: Texels::Pending(Pending { source, level, byte_count, bytes: OnceLock::new() }) }
+    }
+
+    /// The bytes of all texels, which are read now unless they were before.
+    pub fn bytes(&self) -> &[u8] {
+        match &self.texels {
+            Texels::InMemory(bytes) => bytes,
+            Texels::Pending(pending) => pending.bytes.get_or_init(|| {
+                let mut bytes = pending.source.read(pending.level);
+                // Samplers do not check the length again.
+                bytes.resize(pending.byte_count, 0);
+                bytes
+            }),
+        }
+    }
+
+    /// As [`Self::bytes`], without a copy.
+    pub(super) fn into_bytes(mut self) -> Vec<u8> {
+        self.bytes();
+        match &mut self.texels {
+            Texels::InMemory(bytes) => std::mem::take(bytes),
+            Texels::Pending(pending) => pending.bytes.take().unwrap_or_default(),
+        }
+    }
+
+    /// The number of bytes of all texels, whether they were read or not.
+    pub fn byte_count(&self) -> usize {
+        match &self.texels {
+            Texels::InMemory(bytes) => bytes.len(),
+            Texels::Pending(pending) => pending.byte_count,
+        }
+    }
+
+    /// The number of bytes that take memory now.
+    pub fn bytes_in_memory(&self) -> usize {
+        match &self.texels {
+            Texels::InMemory(bytes) => bytes.len(),
+            Texels::Pending(pending) => pending.bytes.get().map_or(0, Vec::len),
+        }
+    }
+}
+
+impl PartialEq for Level {
+    fn eq(&self, other: &Self) -> bool {
+        (self.width, self.height, self.bytes()) == (other.width, other.height, other.bytes())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// Gives bytes of any length and counts how often it is asked.
+    #[derive(Debug)]
+    struct Counting {
+        length: usize,
+        reads: AtomicUsize,
+    }
+
+    impl LevelSource for Counting {
+        fn read(&self, level: usize) -> Vec<u8> {
+            self.reads.fetch_add(1, Ordering::SeqCst);
+            vec![level as u8; self.length]
+        }
+    }
+
+    #[test]
+    fn a_level_is_read_once_and_has_the_length_of_its_size() {
+        for length in [0, 31, 32, 100] {
+            let source = Arc::new(Counting { length, reads: AtomicUsize::new(0) });
+            let level = Level::pending((4, 2), source.clone(), 3);
+            assert_eq!((level.byte_count(), level.bytes_in_memory()), (32, 0));
+            assert_eq!(source.reads.load(Ordering::SeqCst), 0, "its size needs no texels");
+            std::thread::scope(|scope| {
+                for _ in 0..4 {
+                    scope.spawn(|| assert_eq!(level.bytes().len(), 32));
+                }
+            });
+            assert_eq!((level.byte_count(), level.bytes_in_memory(), source.reads.load(Ordering::SeqCst)), (32, 32, 1));
+            let mut expected = vec![3; length.min(32)];
+            expected.resize(32, 0);
+            assert!(level == Level::new(4, 2, expected.clone()) && level != Level::new(2, 4, expected.clone()));
+            assert_eq!(level.into_bytes(), expected);
+        }
+    }
+}

@@ -1,0 +1,399 @@
+//! The folder in which decoded maps are kept between runs of the program, because decoding a map and computing its mip levels takes longer than drawing a frame.
+//!
+//! In: the file of a map. Out: its texture, whose levels are read from the folder one by one, each when it is first needed; or a decoded texture, which is
+//! then stored. Always: the levels are those that the decoder gives; a damaged entry is decoded anew and replaced; a folder that cannot be written
+//! only costs time; the entries together have at most [`BUDGET_BYTES`], those of other versions of the program make room first, then the oldest.
+
+use super::encoded_map::EncodedMap;
+use super::map_entry::{self, Entry, Key};
+use super::mip_level::{Level, LevelSource};
+use super::mips::RowOrder;
+use super::{ImageError, PoleFilter, TexelFormat, Texture, check_megapixels};
+use crate::files::{is_temporary, read_bytes, read_part, write_cached};
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock, OnceLock};
+use std::time::SystemTime;
+
+/// Most bytes of all entries: the 45 embedded maps take less than half of them.
+pub(crate) const BUDGET_BYTES: u64 = 256 << 20;
+/// Most bytes of one entry. A larger map is decoded in each run: coloured ones from 17 megapixels on.
+const MAX_ENTRY_BYTES: u64 = 64 << 20;
+/// The extension of entries.
+const EXTENSION: &str = "levels";
+
+/// The sources that make the levels.
+const SOURCES: [&str; 6] = [
+    include_str!("map_entry.rs"),
+    include_str!("encoded_map.rs"),
+    include_str!("mips.rs"),
+    include_str!("poles.rs"),
+    include_str!("mod.rs"),
+    include_str!("../units.rs"),
+];
+/// The libraries that decode pictures, whose versions are in the lock file.
+const DECODERS: [&str; 5] = ["image", "png", "fdeflate", "zune-core", "zune-jpeg"];
+const LOCK: &str = include_str!("../../Cargo.lock");
+
+/// The lock file's block of a library, with version and checksum.
+fn locked(name: &str) -> Option<&'static str> {
+    let line = format!("name = \"{name}\"\n");
+    LOCK.split("\n\n").find(|block| block.contains(&line))
+}
+
+/// Digest of the code that makes the levels.
+static CODE: LazyLock<[u8; 32]> = LazyLock::new(|| code_digest(&SOURCES));
+
+fn code_digest(sources: &[&str]) -> [u8; 32] {
+    let mut hash = Sha256::new();
+    for text in sources.iter().copied().chain(DECODERS.iter().filter_map(|name| locked(name))) {
+        // The length precedes each text, so that different lists of texts never give the same bytes.
+        hash.update((text.len() as u64).to_le_bytes());
+        hash.update(text);
+    }
+    hash.finalize().into()
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Digest of everything that determines the levels of a map.
+fn key_of(map: &EncodedMap) -> Key {
+    let format = match map.decoding.format {
+        TexelFormat::Rgba8Srgb => 0,
+        TexelFormat::Rgba8Unorm => 1,
+        TexelFormat::Rgba32Float => 2,
+    };
+    let poles = match map.decoding.poles {
+        PoleFilter::None => 0,
+        PoleFilter::Values => 1,
+        PoleFilter::Slopes => 2,
+    };
+    let mut hash = Sha256::new();
+    hash.update(*CODE);
+    hash.update([format, poles]);
+    hash.update(&map.bytes);
+    hash.finalize().into()
+}
+
+/// Number and size of the entries.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct StoredMapsStatus {
+    pub entries: u64,
+    pub bytes: u64,
+    /// Those of other versions of the program.
+    pub other_entries: u64,
+    pub other_bytes: u64,
+}
+
+/// A file that is an entry by its name.
+struct EntryFile {
+    path: PathBuf,
+    is_own: bool,
+    bytes: u64,
+    modified: SystemTime,
+}
+
+/// The folder of stored maps.
+#[derive(Debug)]
+pub struct StoredMaps {
+    folder: PathBuf,
+    budget_bytes: u64,
+    write_failed: AtomicBool,
+}
+
+impl StoredMaps {
+    /// `cache`: the folder that contains `orrery/`. It need not exist.
+    pub fn new(cache: &Path) -> Self {
+        Self { folder: cache.join("orrery").join("maps"), budget_bytes: BUDGET_BYTES, write_failed: AtomicBool::new(false) }
+    }
+
+    /// What the names of this version's entries begin with.
+    fn version() -> String {
+        hex(&CODE[..8])
+    }
+
+    fn path(&self, key: &Key) -> PathBuf {
+        self.folder.join(format!("{}-{}.{EXTENSION}", Self::version(), hex(&key[..16])))
+    }
+
+    /// The texture of a map.
+    pub(super) fn texture(self: &Arc<Self>, map: EncodedMap) -> Result<Texture, ImageError> {
+        let key = key_of(&map);
+        let head = read_part(&self.path(&key), 0, map_entry::MAX_HEAD_BYTES).ok();
+        let Some(entry) = head.and_then(|(head, file_bytes)| Entry::from_head(&head, file_bytes)).filter(|entry| entry.key == key) else {
+            let texture = map.decode(RowOrder::Parallel)?;
+            self.write(&key, &texture.levels);
+            return Ok(texture);
+        };
+        check_megapixels(&map.name, entry.size, map.max_megapixels)?;
+        let (format, sizes) = (map.decoding.format, entry.sizes());
+        let stored = Arc::new(StoredMap { store: Arc::clone(self), map, entry, decoded: OnceLock::new() });
+        let level = |(k, size)| Level::pending(size, Arc::clone(&stored) as Arc<dyn LevelSource>, k);
+        Ok(Texture { format, levels: sizes.into_iter().enumerate().map(level).collect() })
+    }
+
+    /// Stores a complete chain, unless it is too large. After one failure nothing more is written: on a full or read-only disk it would only cost time.
+    fn write(&self, key: &Key, chain: &[Level]) {
+        let largest_bytes: u64 = chain.iter().map(|level| level.byte_count() as u64).sum();
+        // Most maps are stored with three of four bytes a texel.
+        if largest_bytes / 4 > MAX_ENTRY_BYTES || self.write_failed.load(Ordering::Relaxed) {
+            return;
+        }
+        let Some(bytes) = map_entry::encode(key, chain).filter(|bytes| bytes.len() as u64 <= MAX_ENTRY_BYTES) else { return };
+        let path = self.path(key);
+        if write_cached(&path, &bytes).is_err() {
+            self.write_failed.store(true, Ordering::Relaxed);
+            return;
+        }
+        self.make_room(&path);
+    }
+
+    /// Removes entries until the others fit into the budget. `kept`: an entry that stays.
+    fn make_room(&self, kept: &Path) {
+        let mut entries = self.entries();
+        let mut total: u64 = entries.iter().map(|entry| entry.bytes).sum();
+        entries.sort_by(|a, b| (a.is_own, a.modified, &a.path).cmp(&(b.is_own, b.modified, &b.path)));
+        for entry in entries.iter().filter(|entry| entry.path != kept) {
+            if total <= self.budget_bytes {
+                return;
+            }
+            // What another process removed meanwhile is gone as well.
+            let _ = std::fs::remove_file(&entry.path);
+            total -= entry.bytes;
+        }
+    }
+
+    fn files(&self) -> impl Iterator<Item = PathBuf> + use<> {
+        std::fs::read_dir(&self.folder).ok().into_iter().flatten().flatten().map(|entry| entry.path())
+    }
+
+    /// Everything named like an entry, except folders; includes pipes and links.
+    fn entries(&self) -> Vec<EntryFile> {
+        let version = Self::version();
+        let entry = |path: PathBuf| {
+            let metadata = path.symlink_metadata().ok().filter(|m| !m.is_dir())?;
+            let is_own = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&version));
+            let modified = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+            Some(EntryFile { path, is_own, bytes: metadata.len(), modified })
+        };
+        self.files().filter(|path| path.extension().is_some_and(|e| e == EXTENSION)).filter_map(entry).collect()
+    }
+
+    /// Counts the entries.
+    pub fn status(&self) -> StoredMapsStatus {
+        let mut status = StoredMapsStatus::default();
+        for entry in self.entries() {
+            let (entries, bytes) = match entry.is_own {
+                true => (&mut status.entries, &mut status.bytes),
+                false => (&mut status.other_entries, &mut status.other_bytes),
+            };
+            *entries += 1;
+            *bytes += entry.bytes;
+        }
+        status
+    }
+
+    /// Checks every entry of this version. Returns the number of whole ones, and the others with what is wrong.
+    pub fn verify(&self) -> (u64, Vec<(PathBuf, String)>) {
+        let mut files: Vec<PathBuf> = self.entries().into_iter().filter(|entry| entry.is_own).map(|entry| entry.path).collect();
+        files.sort();
+        let (mut valid, mut damaged) = (0, Vec::new());
+        for path in files {
+            match read_bytes(&path, MAX_ENTRY_BYTES).map(|bytes| map_entry::whole(&bytes)) {
+                Ok(Some(key)) if self.path(&key) == path => valid += 1,
+                Ok(Some(_)) => damaged.push((path, "it is the entry of another map".into())),
+                Ok(None) => damaged.push((path, "its checksum is wrong".into())),
+                Err(e) => damaged.push((path, e.to_string())),
+            }
+        }
+        (valid, damaged)
+    }
+
+    /// Removes the entries of all versions, and temporary files of crashed writers. Returns the number of files removed.
+    pub fn clear(&self) -> std::io::Result<u64> {
+        let mut removed = 0;
+        for file in self.files().filter(|f| is_temporary(f)).chain(self.entries().into_iter().map(|entry| entry.path)) {
+            std::fs::remove_file(&file)?;
+            removed += 1;
+        }
+        // A folder that contains other files is kept.
+        let _ = std::fs::remove_dir(&self.folder);
+        Ok(removed)
+    }
+}
+
+/// A map with an entry whose head is intact.
+#[derive(Debug)]
+struct StoredMap {
+    store: Arc<StoredMaps>,
+    map: EncodedMap,
+    entry: Entry,
+    /// The levels by the decoder, once a level could not be read.
+    decoded: OnceLock<Vec<Level>>,
+}
+
+impl LevelSource for StoredMap {
+    fn read(&self, level: usize) -> Vec<u8> {
+        if self.decoded.get().is_none() {
+            let (start, count) = self.entry.place(level);
+            let read = read_part(&self.store.path(&self.entry.key), start, count).ok();
+            if let Some(texels) = read.and_then(|(packed, _)| self.entry.unpack(level, &packed)) {
+                return texels;
+            }
+        }
+        let decoded = self.decoded.get_or_init(|| {
+            // An entry exists only for a file that can be decoded.
+            let levels = self.map.decode(RowOrder::OneByOne).map_or(Vec::new(), |texture| texture.levels);
+            self.store.write(&self.entry.key, &levels);
+            levels
+        });
+        decoded.get(level).map_or(Vec::new(), |level| level.bytes().to_vec())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::{MapDecoding, MapStore, SharedTexture};
+
+    const COLOUR: MapDecoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::Values };
+    const SLOPES: MapDecoding = MapDecoding { format: TexelFormat::Rgba8Unorm, poles: PoleFilter::Slopes };
+
+    /// A map as a new run of the program reads it.
+    fn read(cache: &Path, (name, decoding): (&str, MapDecoding)) -> SharedTexture {
+        MapStore::new(None).stored_in(Some(StoredMaps::new(cache))).get_decoded(name, decoding).expect("a map")
+    }
+
+    fn files(cache: &Path) -> Vec<PathBuf> {
+        let mut all: Vec<_> = std::fs::read_dir(cache.join("orrery/maps")).into_iter().flatten().flatten().map(|e| e.path()).collect();
+        all.sort();
+        all
+    }
+
+    /// The levels that were read so far.
+    fn in_memory(texture: &Texture) -> Vec<usize> {
+        (0..texture.levels.len()).filter(|level| texture.levels[*level].bytes_in_memory() > 0).collect()
+    }
+
+    /// Of colours, slopes, a grey map and one with odd sides: the levels are those of the decoder; a second run reads only what is asked for.
+    #[test]
+    fn levels_are_those_of_the_decoder_and_are_read_one_by_one() {
+        for map in [("iapetus.jpg", COLOUR), ("mars_normal.jpg", SLOPES), ("earth_water.jpg", COLOUR), ("jupiter.jpg", COLOUR)] {
+            let cache = tempfile::tempdir().expect("a folder");
+            let decoded = MapStore::new(None).get_decoded(map.0, map.1).expect("a map");
+            let first = read(cache.path(), map);
+            assert!(*first == *decoded && in_memory(&first).len() == decoded.levels.len(), "{}", map.0);
+            let second = read(cache.path(), map);
+            assert!(in_memory(&second).is_empty(), "{}", map.0);
+            assert!(second.levels[2] == decoded.levels[2]);
+            assert_eq!(in_memory(&second), [2], "{}", map.0);
+            assert!(*second == *decoded, "{}", map.0);
+            assert_eq!(files(cache.path()).len(), 1);
+        }
+    }
+
+    /// Damage of any part, before the map is asked for and after its head was read.
+    #[test]
+    fn a_damaged_entry_is_decoded_anew_and_replaced() {
+        let cache = tempfile::tempdir().expect("a folder");
+        let map = ("ceres.jpg", COLOUR);
+        let complete = read(cache.path(), map);
+        read(cache.path(), ("vesta.jpg", COLOUR));
+        let vesta = MapStore::new(None).get_decoded("vesta.jpg", COLOUR).expect("a map");
+        let ceres = key_of(&MapStore::new(None).encoded("ceres.jpg", COLOUR).expect("a map"));
+        let file = &StoredMaps::new(cache.path()).path(&ceres);
+        let stored = files(cache.path());
+        let other = stored.iter().find(|other| *other != file).expect("Vesta's");
+        let intact = std::fs::read(file).expect("stored");
+        let with_bit = |at: usize| {
+            let mut bytes = intact.clone();
+            bytes[at] ^= 1;
+            bytes
+        };
+        let mut damaged: Vec<Vec<u8>> = [0, 9, 41, 45, 49, 60, 400, 5000, intact.len() - 1].map(with_bit).to_vec();
+        damaged.extend([intact[..20].to_vec(), intact[..intact.len() - 4].to_vec(), Vec::new(), [&intact[..], b"x"].concat()]);
+        damaged.push(std::fs::read(other).expect("stored"));
+        for bytes in &damaged {
+            std::fs::write(file, bytes).expect("written");
+            let (_, found) = StoredMaps::new(cache.path()).verify();
+            assert_eq!(found.len(), 1, "{found:?}");
+            assert!(*read(cache.path(), map) == *complete);
+            assert!(std::fs::read(file).expect("stored") == intact, "replaced");
+            // Each level is asked for after the file was damaged.
+            for level in 0..complete.levels.len() {
+                let opened = read(cache.path(), map);
+                std::fs::write(file, bytes).expect("written");
+                assert!(opened.levels[level] == complete.levels[level], "level {level}");
+                assert!(*opened == *complete);
+                std::fs::write(file, &intact).expect("written");
+            }
+        }
+        let opened = read(cache.path(), map);
+        std::fs::remove_file(file).expect("removed");
+        assert!(*opened == *complete && std::fs::read(file).expect("stored") == intact);
+        assert_eq!(StoredMaps::new(cache.path()).verify(), (2, Vec::new()));
+        // Entries are really read: one of the right form under the right name changes the map.
+        let key = map_entry::whole(&intact).expect("whole");
+        std::fs::write(file, map_entry::encode(&key, &vesta.levels).expect("a chain")).expect("written");
+        assert!(*read(cache.path(), map) == *vesta);
+    }
+
+    /// A map of the user under the name of a shipped one, another decoding, and other code have other entries.
+    #[test]
+    fn another_file_or_decoding_has_its_own_entry() {
+        let (cache, folder) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
+        let shipped = read(cache.path(), ("ceres.jpg", COLOUR));
+        assert!(*read(cache.path(), ("ceres.jpg", SLOPES)) != *shipped);
+        assert_eq!(files(cache.path()).len(), 2);
+        let vesta = orrery_textures::MAPS.iter().find(|(name, _)| *name == "vesta.jpg").expect("shipped").1;
+        std::fs::write(folder.path().join("ceres.jpg"), vesta).expect("written");
+        let own = MapStore::new(Some(folder.path().to_owned())).stored_in(Some(StoredMaps::new(cache.path())));
+        assert!(own.get_decoded("ceres.jpg", COLOUR).expect("a map").levels == read(cache.path(), ("vesta.jpg", COLOUR)).levels);
+        assert_eq!(files(cache.path()).len(), 3, "Vesta's entry serves both names");
+        // The limit of megapixels holds for stored maps as well: 512 x 256 texels are less than one.
+        let small = MapStore::with_limit(Some(folder.path().to_owned()), 0).stored_in(Some(StoredMaps::new(cache.path())));
+        assert!(matches!(small.get_decoded("ceres.jpg", COLOUR), Err(ImageError::TooLarge { .. })));
+        let mut edited = SOURCES;
+        edited[2] = "// edited";
+        assert_ne!(code_digest(&edited), code_digest(&SOURCES));
+        for name in DECODERS {
+            assert!(locked(name).is_some_and(|block| block.contains("version = ")), "{name}");
+        }
+    }
+
+    #[test]
+    fn entries_of_other_versions_and_then_the_oldest_make_room() {
+        let cache = tempfile::tempdir().expect("a folder");
+        let store = Arc::new(StoredMaps { budget_bytes: 1_200_000, ..StoredMaps::new(cache.path()) });
+        let maps = MapStore::new(None);
+        let texture = |name: &str| store.texture(maps.encoded(name, COLOUR).expect("a map")).expect("a map");
+        // Ceres and Pluto take 0.52 MB each, Vesta, which is grey, 0.18: two of the three fit, or two and no other file.
+        texture("ceres.jpg");
+        let first = files(cache.path());
+        std::fs::write(store.folder.join("0123456789abcdef-0.levels"), vec![0; 600_000]).expect("written");
+        std::fs::write(store.folder.join("notes.txt"), vec![0; 900_000]).expect("written");
+        assert_eq!((store.status().entries, store.status().other_entries), (1, 1));
+        texture("vesta.jpg");
+        assert_eq!((store.status().entries, store.status().other_entries), (2, 0));
+        // The oldest by its time, whatever the order of names.
+        let old = SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(1_000_000);
+        std::fs::File::options().write(true).open(&first[0]).and_then(|file| file.set_modified(old)).expect("a time");
+        texture("pluto.jpg");
+        assert_eq!(store.status().entries, 2);
+        assert!(!first[0].exists() && store.status().bytes <= 1_200_000);
+        assert_eq!((store.clear().expect("cleared"), store.status()), (2, StoredMapsStatus::default()));
+        assert!(store.folder.join("notes.txt").exists(), "not an entry");
+    }
+
+    /// A folder that cannot be made costs time only.
+    #[test]
+    fn a_folder_that_cannot_be_written_is_ignored() {
+        let cache = tempfile::NamedTempFile::new().expect("a file");
+        let decoded = MapStore::new(None).get_decoded("ceres.jpg", COLOUR).expect("a map");
+        assert!(*read(cache.path(), ("ceres.jpg", COLOUR)) == *decoded);
+        assert_eq!(StoredMaps::new(cache.path()).status(), StoredMapsStatus::default());
+    }
+}

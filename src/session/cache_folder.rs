@@ -1,0 +1,28 @@
+//! The folder of everything that is kept between runs: the shader library, tables and decoded maps.
+
+use super::CacheFolderError;
+use crate::files::foreign_write_access;
+use crate::wording::echo;
+use std::path::{Path, PathBuf};
+
+/// The folders below `orrery/`.
+const PARTS: [&str; 4] = ["shaders", "air", "rings", "maps"];
+
+/// The given cache folder, or else the user's cache folder on this system.
+///
+/// # Errors
+/// There is none, or other users could write to it.
+pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
+    let system_folder = || directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned());
+    let Some(folder) = cache.map(Path::to_owned).or_else(system_folder) else {
+        return Err(CacheFolderError::None);
+    };
+    let program_folder = folder.join("orrery");
+    let parts = PARTS.map(|part| (program_folder.join(part), false));
+    for (path, is_parent) in [(folder.clone(), true), (program_folder, false)].into_iter().chain(parts) {
+        if let Some(why) = foreign_write_access(&path, is_parent) {
+            return Err(CacheFolderError::Shared { folder: echo(&path.display().to_string()), why });
+        }
+    }
+    Ok(folder)
+}

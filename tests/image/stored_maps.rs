@@ -1,0 +1,69 @@
+//! Pictures of a start with an empty cache folder, against those of a start with the maps that the first one left there.
+
+use orrery::catalog::NaifId;
+use orrery::image::StoredMaps;
+use orrery::render::plan::SamplingQuality;
+use orrery::scene::request::{Axes, Look, Position, ViewRequest};
+use orrery::session::{Session, Sources};
+use orrery::time::Instant;
+use std::path::Path;
+
+const STANDARD: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
+const DRAFT: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
+
+fn session(cache: &Path) -> Session {
+    let sources = Sources { cache: Some(cache.to_owned()), threads: Some(2), ..Sources::default() };
+    Session::open(&sources, |line| panic!("{line}")).expect("opens")
+}
+
+/// Each body whole, at its limb, over its pole and near its ground, of 256 x 256 pixels and of one.
+fn views() -> Vec<(String, ViewRequest)> {
+    let time = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
+    let mut all = Vec::new();
+    for (name, body) in [("Earth", 399), ("Moon", 301), ("Mars", 499), ("Saturn", 699), ("Jupiter", 599)] {
+        let body = NaifId(body);
+        let whole = ViewRequest { width: 256, height: 256, ..ViewRequest::of(body, time) };
+        let above = |latitude_deg: f64, height_km: f64| Position::Ground { body, latitude_deg, longitude_deg: 40.0, height_km };
+        // Along the local tangent, so that the limb crosses the picture.
+        let limb = ViewRequest {
+            position: above(10.0, 2000.0),
+            look: Look::Along { direction: glam::DVec3::new(-0.9, 0.6, 0.3), axes: Axes::BodyFixed },
+            fov_deg: Some(60.0),
+            ..whole.clone()
+        };
+        let pole = ViewRequest { position: above(88.0, 5000.0), fov_deg: Some(40.0), ..whole.clone() };
+        let near = ViewRequest { position: above(12.0, 300.0), fov_deg: Some(40.0), ..whole.clone() };
+        let pixel = ViewRequest { width: 1, height: 1, ..whole.clone() };
+        for (view, request) in [("whole", whole), ("limb", limb), ("pole", pole), ("near the ground", near), ("one pixel", pixel)] {
+            all.push((format!("{name}, {view}"), request));
+        }
+    }
+    all
+}
+
+#[test]
+fn a_start_with_stored_maps_draws_the_same_bytes() {
+    let cache = tempfile::tempdir().expect("a folder");
+    let draw = |session: &Session, request: &ViewRequest, sampling| {
+        let frame = session.draw(request, sampling, true).expect("drawn").frame;
+        (frame.display, frame.hdr.into_iter().map(|pixel| pixel.map(f32::to_bits)).collect::<Vec<_>>())
+    };
+    // The first session decodes every map that it needs, completely.
+    let cold = session(cache.path());
+    let views = views();
+    let drawn: Vec<_> = views.iter().map(|(_, request)| [DRAFT, STANDARD].map(|sampling| draw(&cold, request, sampling))).collect();
+    let stored = StoredMaps::new(cache.path());
+    let entries = stored.status().entries;
+    assert!(entries >= 9, "{entries}");
+    assert_eq!(stored.verify(), (entries, Vec::new()));
+    // A session for each view, so that no level is in memory because another view needed it.
+    for ((name, request), expected) in views.iter().zip(&drawn) {
+        let warm = session(cache.path());
+        for (sampling, expected) in [DRAFT, STANDARD].into_iter().zip(expected) {
+            assert!(draw(&warm, request, sampling) == *expected, "{name}, {sampling:?}");
+        }
+    }
+    assert_eq!(stored.status().entries, entries, "nothing was decoded again");
+    let differing = drawn.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    assert_eq!(differing, views.len() - 1, "the views differ from each other");
+}
