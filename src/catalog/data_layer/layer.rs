@@ -10,7 +10,7 @@ use std::sync::Arc;
 pub(super) const MAX_POSITIONS: usize = 1_000_000;
 
 /// Maximum length of the lines of a layer together, degrees of longitude and latitude: 4,000 times around a globe. Lines are drawn in short steps, and
-/// a file of a megabyte could go around 20,000 times, which took 6 GB.
+/// a file of a megabyte could go around tens of thousands of times, which took 6 GB.
 const MAX_LENGTH_DEG: f64 = 4000.0 * 360.0;
 
 /// A layer of data.
