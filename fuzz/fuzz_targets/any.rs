@@ -1,4 +1,5 @@
-//! The targets under libFuzzer: `ORRERY_FUZZ=catalog cargo +nightly fuzz run --features coverage any`. The variable chooses the target.
+//! The targets under libFuzzer: `ORRERY_FUZZ=catalog cargo +nightly fuzz run --dev --features coverage any -- -print_funcs=0`. The variable chooses the target; without
+//! the option each new function is looked up by a symbolizer, which takes longer than the runs.
 #![no_main]
 
 use orrery_fuzz::{TARGETS, Target};
@@ -10,4 +11,12 @@ static TARGET: LazyLock<&Target> = LazyLock::new(|| {
     TARGETS.iter().find(|t| t.name == name).unwrap_or_else(|| panic!("ORRERY_FUZZ is one of {}", names.join(", ")))
 });
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| (TARGET.run)(bytes));
+libfuzzer_sys::fuzz_target!(
+    init: {
+        // What all runs share is loaded before the first one is timed.
+        if let Some(seed) = (TARGET.seeds)().first() {
+            (TARGET.run)(seed);
+        }
+    },
+    |bytes: &[u8]| (TARGET.run)(bytes)
+);

@@ -14,6 +14,7 @@ use super::table::{Problems, SourceLine, TableReader, TomlFile, WithLine};
 use super::{
     Atmosphere, Body, BodyField, BodyKind, Catalog, CatalogError, EclipseRadii, FileLine, NaifId, Overlay, Ring, Species, moments,
 };
+use crate::wording::echo_within;
 use glam::{DVec3, Vec3};
 use orrery_catalogs::TABLES;
 use std::collections::{BTreeMap, BTreeSet};
@@ -62,13 +63,23 @@ fn species(mut s: TableReader) -> Option<Species> {
     })
 }
 
+/// Most species of an atmosphere: each adds to every sample of a view ray, and thousands in a file of a megabyte would take minutes.
+const MAX_SPECIES: usize = 16;
+/// Most rings of a body; their table of radii has room for 4,096 edges.
+const MAX_RINGS: usize = 2000;
+
 fn atmosphere(mut s: TableReader) -> Option<(WithLine<String>, Atmosphere)> {
     let body_name = s.required("body", "the name of a body", |_: &String| true);
     let top_km = number(&mut s, "top_km", "kilometres above 0", |x| x > 0.0);
     let refractivity = s.optional("refractivity", "a number above 0 and below 0.01", |x: &f64| *x > 0.0 && *x < 0.01).map(|l| l.value);
     let airglow_cd_m2 =
         s.optional("airglow_cd_m2", "candelas a square metre from 0 to 1", |x: &f64| (0.0..=1.0).contains(x)).map(|l| l.value);
-    let species: Vec<_> = s.sections("species").into_iter().filter_map(species).collect();
+    let sections = s.sections("species");
+    if let Some(section) = sections.get(MAX_SPECIES) {
+        s.problem(&section.source_line, "species", &sections.len().to_string(), &format!("at most {MAX_SPECIES} species"));
+        return None;
+    }
+    let species: Vec<_> = sections.into_iter().filter_map(species).collect();
     let _ = s.optional::<String>("source", "a string", |_| true);
     s.finish();
     Some((body_name?, Atmosphere { top_km: top_km?, refractivity, airglow_cd_m2, species }))
@@ -96,6 +107,10 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
                 Some((_, list)) => list.push(ring),
                 None => of_file.push((body_name, vec![ring])),
             }
+        }
+        for (body_name, list) in of_file.iter().filter(|(_, list)| list.len() > MAX_RINGS) {
+            let (body, count) = (echo_within(&body_name.value, 60), list.len());
+            problems.add(&body_name.source_line, format!("{body} has {count} rings: expected at most {MAX_RINGS}"));
         }
         rings.extend(of_file);
         overlays.extend(root.sections("overlay").into_iter().filter_map(overlay::overlay));

@@ -32,7 +32,7 @@ pub struct DisplayImage {
 impl DisplayImage {
     /// Reads an encoded PNG or JPEG; `name` is for the error.
     pub fn decode(name: &str, encoded: &[u8], max_megapixels: u32) -> Result<Self, ImageError> {
-        let rgba = decode_rgba8(name, encoded, max_megapixels)?;
+        let rgba = decode_rgba8(name, encoded, max_megapixels, u32::MAX)?;
         Ok(Self { width: rgba.width(), height: rgba.height(), rgba: rgba.pixels().map(|p| p.0).collect() })
     }
 

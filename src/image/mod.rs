@@ -42,6 +42,10 @@ pub use y4m::{write_y4m_header, y4m_frame};
 pub(crate) const MAX_FILE_BYTES: u64 = 1 << 30;
 /// Default limit in megapixels. A map of 8192 x 4096 has 34; a small file can claim any size.
 pub const DEFAULT_MAX_MEGAPIXELS: u32 = 64;
+/// Longest side of a map. One of 64 megapixels in one row would need 2.5 GB for its mip levels.
+const MAX_MAP_SIDE: u32 = 1 << 16;
+/// Memory that a decoder may use apart from the pixels, bytes: colour profiles and text, which a file of a megabyte can blow up to one gigabyte.
+const DECODER_BYTES: u64 = 16 << 20;
 /// Memory that a decoder may use per pixel, bytes: four channels of 16 bits, and the same again for its own buffers.
 const DECODER_BYTES_PER_PIXEL: u64 = 16;
 
@@ -88,20 +92,31 @@ fn megapixels(width: u32, height: u32) -> u64 {
     (u64::from(width) * u64::from(height)).div_ceil(1_000_000)
 }
 
-fn check_megapixels(name: &str, (width, height): (u32, u32), max_megapixels: u32) -> Result<(), ImageError> {
-    match megapixels(width, height) > u64::from(max_megapixels) {
-        true => Err(ImageError::TooLarge { name: name.to_owned(), width, height, max_megapixels }),
-        false => Ok(()),
+/// Whether an image of this size may be decoded.
+fn check_size(name: &str, (width, height): (u32, u32), max_megapixels: u32, max_side: u32) -> Result<(), ImageError> {
+    if megapixels(width, height) > u64::from(max_megapixels) {
+        return Err(ImageError::TooLarge { name: name.to_owned(), width, height, max_megapixels });
     }
+    if width.max(height) > max_side {
+        let reason = format!("{width} x {height} pixels; at most {max_side} on each side");
+        return Err(ImageError::Unreadable { name: name.to_owned(), reason });
+    }
+    Ok(())
 }
 
-/// Decodes a PNG or a JPEG; `name` is for the error. Nothing is allocated for an image above the limit.
-fn decode_rgba8(name: &str, encoded: &[u8], max_megapixels: u32) -> Result<RgbaImage, ImageError> {
-    Ok(decode_any(name, encoded, &[ImageFormat::Png, ImageFormat::Jpeg], max_megapixels)?.into_rgba8())
+/// Decodes a PNG or a JPEG; `name` is for the error. Nothing is allocated for an image above the limits.
+fn decode_rgba8(name: &str, encoded: &[u8], max_megapixels: u32, max_side: u32) -> Result<RgbaImage, ImageError> {
+    Ok(decode_any(name, encoded, &[ImageFormat::Png, ImageFormat::Jpeg], max_megapixels, max_side)?.into_rgba8())
+}
+
+/// Width and height that the head of a PNG states. Its decoder reads colour profiles before it says them.
+fn stated_png_size(encoded: &[u8]) -> Option<(u32, u32)> {
+    let number = |at: usize| Some(u32::from_be_bytes(encoded.get(at..at + 4)?.try_into().ok()?));
+    Some((number(16)?, number(20)?))
 }
 
 /// Decodes an image of any of these formats, with the file's own bit depth.
-fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixels: u32) -> Result<DynamicImage, ImageError> {
+fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixels: u32, max_side: u32) -> Result<DynamicImage, ImageError> {
     let unreadable = |reason: String| ImageError::Unreadable { name: name.to_owned(), reason };
     let format = image::guess_format(encoded).ok().filter(|f| formats.contains(f));
     let format = format.ok_or_else(|| {
@@ -109,11 +124,16 @@ fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixel
     })?;
     let mut reader = ImageReader::with_format(Cursor::new(encoded), format);
     let mut limits = Limits::default();
-    limits.max_alloc = Some(u64::from(max_megapixels) * 1_000_000 * DECODER_BYTES_PER_PIXEL);
+    let max_pixels = u64::from(max_megapixels) * 1_000_000;
+    let stated_pixels = match format {
+        ImageFormat::Png => stated_png_size(encoded).map_or(0, |(width, height)| u64::from(width) * u64::from(height)),
+        _ => max_pixels,
+    };
+    limits.max_alloc = Some(stated_pixels.min(max_pixels) * DECODER_BYTES_PER_PIXEL + DECODER_BYTES);
     reader.limits(limits);
     let decoder = catch_panic(|| reader.into_decoder()).ok_or_else(|| unreadable("it is damaged".into()))?;
     let decoder = decoder.map_err(|e| unreadable(e.to_string()))?;
-    check_megapixels(name, decoder.dimensions(), max_megapixels)?;
+    check_size(name, decoder.dimensions(), max_megapixels, max_side)?;
     let decoded = catch_panic(|| DynamicImage::from_decoder(decoder)).ok_or_else(|| unreadable("it is damaged".into()))?;
     decoded.map_err(|e| unreadable(e.to_string()))
 }
@@ -151,7 +171,7 @@ impl Texture {
         max_megapixels: u32,
         order: RowOrder,
     ) -> Result<Self, ImageError> {
-        let rgba = decode_rgba8(name, encoded, max_megapixels)?;
+        let rgba = decode_rgba8(name, encoded, max_megapixels, MAX_MAP_SIDE)?;
         let (width, height) = rgba.dimensions();
         Self::with_pole_filter(width, height, rgba.into_raw(), decoding, order)
     }

@@ -5,7 +5,7 @@
 //! `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from inside: `pz` has longitude 0 at its centre, `px` is to its right, `py` contains the north pole.
 
 use super::mips::RowOrder;
-use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, MapDecoding, PoleFilter, TexelFormat, Texture, decode_any};
+use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, MAX_MAP_SIDE, MapDecoding, PoleFilter, TexelFormat, Texture, decode_any};
 use crate::files::read_bytes;
 use crate::units::linear_to_srgb;
 use glam::{DVec2, DVec3, Vec3};
@@ -43,7 +43,7 @@ fn unreadable(path: &Path, reason: impl Into<String>) -> ImageError {
 pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panorama, ImageError> {
     let read = |path: &Path| {
         let bytes = read_bytes(path, MAX_FILE_BYTES).map_err(|e| unreadable(path, e.to_string()))?;
-        decode_any(&path.display().to_string(), &bytes, &FORMATS, max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS))
+        decode_any(&path.display().to_string(), &bytes, &FORMATS, max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS), MAX_MAP_SIDE)
     };
     let is_pattern = path.file_name().is_some_and(|name| name.to_string_lossy().contains('*'));
     if !is_pattern && !path.is_dir() {
@@ -55,7 +55,7 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
                 format!("{width}x{height} pixels are no whole sky: an equirectangular panorama is twice as wide as high"),
             ));
         }
-        return texture(path, Linear::of(&picture));
+        return if is_linear(&picture) { texture(path, Linear::of(picture)) } else { encoded_texture(path, picture) };
     }
     let faces = FACES.map(|face| face_path(path, face));
     let mut decoded = Vec::new();
@@ -67,9 +67,17 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
             let size = format!("{}x{} pixels: the six faces must be squares of one size", picture.width(), picture.height());
             return Err(unreadable(&face, size));
         }
+        let (side, max) = (u64::from(picture.width()), u64::from(max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS)));
+        let together = (6 * side * side).div_ceil(1_000_000);
+        if together > max {
+            let size = format!(
+                "six faces of {side}x{side} pixels are {together} megapixels, more than {max}; --max-megapixels {together} allows them"
+            );
+            return Err(unreadable(&face, size));
+        }
         decoded.push(picture);
     }
-    let faces: Vec<Linear> = decoded.iter().map(Linear::of).collect();
+    let faces: Vec<Linear> = decoded.into_iter().map(Linear::of).collect();
     texture(path, Linear::from_cube(&faces))
 }
 
@@ -82,27 +90,37 @@ fn face_path(path: &Path, face: &str) -> Result<PathBuf, ImageError> {
     existing.ok_or_else(|| unreadable(path, format!("no {face}.png, .jpg or .exr in it; a cube map has the faces {}", FACES.join(", "))))
 }
 
+fn is_linear(picture: &DynamicImage) -> bool {
+    matches!(picture, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_))
+}
+
 /// An image in linear light.
 struct Linear {
     width: usize,
     height: usize,
-    texels: Vec<Vec3>,
+    /// Red, green and blue of each texel: flat, as the decoder returns them, so that a large file is not copied.
+    values: Vec<f32>,
     /// Whether the file was linear.
     was_linear: bool,
 }
 
 impl Linear {
-    fn of(picture: &DynamicImage) -> Self {
+    fn of(picture: DynamicImage) -> Self {
         let (width, height) = (picture.width() as usize, picture.height() as usize);
-        let was_linear = matches!(picture, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
-        let texels = if was_linear {
-            let valid = |v: f32| if v.is_finite() { v.max(0.0) } else { 0.0 };
-            picture.to_rgb32f().pixels().map(|p| Vec3::from_array(p.0.map(valid))).collect()
+        let was_linear = is_linear(&picture);
+        let values = if was_linear {
+            let mut values = picture.into_rgb32f().into_raw();
+            values.iter_mut().for_each(|v| *v = if v.is_finite() { v.max(0.0) } else { 0.0 });
+            values
         } else {
             let table: Vec<f32> = (0..=255).map(|i| crate::units::srgb_to_linear(f64::from(i) / 255.0) as f32).collect();
-            picture.to_rgb8().pixels().map(|p| Vec3::from_array(p.0.map(|b| table[usize::from(b)]))).collect()
+            picture.into_rgb8().into_raw().into_iter().map(|b| table[usize::from(b)]).collect()
         };
-        Self { width, height, texels, was_linear }
+        Self { width, height, values, was_linear }
+    }
+
+    fn texel(&self, x: usize, y: usize) -> Vec3 {
+        Vec3::from_slice(&self.values[3 * (y * self.width + x)..])
     }
 
     /// Bilinear interpolation between texel centres, clamped at the edges. `position`: in texels.
@@ -110,7 +128,7 @@ impl Linear {
         let p = (position - 0.5).clamp(DVec2::ZERO, DVec2::new((self.width - 1) as f64, (self.height - 1) as f64));
         let (x, y) = (p.x as usize, p.y as usize);
         let (x1, y1) = ((x + 1).min(self.width - 1), (y + 1).min(self.height - 1));
-        let row = |y: usize| self.texels[y * self.width + x].lerp(self.texels[y * self.width + x1], p.x.fract() as f32);
+        let row = |y: usize| self.texel(x, y).lerp(self.texel(x1, y), p.x.fract() as f32);
         row(y).lerp(row(y1), p.y.fract() as f32)
     }
 
@@ -124,10 +142,10 @@ impl Linear {
             let latitude = PI * (0.5 - ((k / width) as f64 + 0.5) / height as f64);
             let (forward, left, up) = (latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
             let (face, position) = cube_face(DVec3::new(-left, up, forward));
-            faces[face].sample((position * 0.5 + 0.5) * side as f64)
+            faces[face].sample((position * 0.5 + 0.5) * side as f64).to_array()
         };
-        let texels = (0..width * height).into_par_iter().map(texel).collect();
-        Self { width, height, texels, was_linear: faces.iter().all(|f| f.was_linear) }
+        let values = (0..width * height).into_par_iter().flat_map_iter(texel).collect();
+        Self { width, height, values, was_linear: faces.iter().all(|f| f.was_linear) }
     }
 }
 
@@ -148,7 +166,7 @@ fn cube_face(d: DVec3) -> (usize, DVec2) {
 
 fn texture(path: &Path, picture: Linear) -> Result<Panorama, ImageError> {
     let unit = if picture.was_linear {
-        let mut brightest: Vec<f32> = picture.texels.iter().map(|t| t.max_element()).collect();
+        let mut brightest: Vec<f32> = picture.values.as_chunks::<3>().0.iter().map(|t| Vec3::from_array(*t).max_element()).collect();
         let index = ((brightest.len() as f64 * (1.0 - CLIPPED_FRACTION)) as usize).min(brightest.len() - 1);
         let (_, unit, _) = brightest.select_nth_unstable_by(index, f32::total_cmp);
         if *unit > 0.0 { *unit } else { 1.0 }
@@ -156,12 +174,24 @@ fn texture(path: &Path, picture: Linear) -> Result<Panorama, ImageError> {
         1.0
     };
     let encode = |v: f32| (linear_to_srgb(f64::from((v / unit).clamp(0.0, 1.0))) * 255.0).round() as u8;
-    let bytes: Vec<u8> = picture.texels.par_iter().flat_map_iter(|t| [encode(t.x), encode(t.y), encode(t.z), 255]).collect();
+    let texels = picture.values.as_chunks::<3>().0;
+    let bytes: Vec<u8> = texels.par_iter().flat_map_iter(|[r, g, b]| [encode(*r), encode(*g), encode(*b), 255]).collect();
+    let (size, unit_cd_m2) = ((picture.width as u32, picture.height as u32), picture.was_linear.then_some(f64::from(unit)));
+    drop(picture);
+    panorama(path, size, bytes, unit_cd_m2)
+}
+
+/// A picture that is encoded in sRGB stays so: half the memory and time of the way through linear light.
+fn encoded_texture(path: &Path, picture: DynamicImage) -> Result<Panorama, ImageError> {
+    let mut rgba = picture.into_rgba8();
+    rgba.pixels_mut().for_each(|p| p.0[3] = 255);
+    panorama(path, rgba.dimensions(), rgba.into_raw(), None)
+}
+
+fn panorama(path: &Path, (width, height): (u32, u32), rgba: Vec<u8>, unit_cd_m2: Option<f64>) -> Result<Panorama, ImageError> {
     let decoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::Values };
-    let (width, height) = (picture.width as u32, picture.height as u32);
-    let texture =
-        Texture::with_pole_filter(width, height, bytes, decoding, RowOrder::Parallel).map_err(|e| unreadable(path, e.to_string()))?;
-    Ok(Panorama { texture, unit_cd_m2: picture.was_linear.then_some(f64::from(unit)) })
+    let texture = Texture::with_pole_filter(width, height, rgba, decoding, RowOrder::Parallel);
+    Ok(Panorama { texture: texture.map_err(|e| unreadable(path, e.to_string()))?, unit_cd_m2 })
 }
 
 #[cfg(test)]
@@ -202,8 +232,8 @@ mod tests {
         ];
         let middle = |k: usize| (k as f64 + 0.5) / side as f64 * 2.0 - 1.0;
         let face = |axis: fn(f64, f64) -> DVec3| {
-            let texels = (0..side * side).map(|k| paint(axis(middle(k % side), middle(k / side)))).collect();
-            Linear { width: side, height: side, texels, was_linear: false }
+            let values = (0..side * side).flat_map(|k| paint(axis(middle(k % side), middle(k / side))).to_array()).collect();
+            Linear { width: side, height: side, values, was_linear: false }
         };
         let faces: Vec<Linear> = axes.map(face).into();
         let sky = Linear::from_cube(&faces);
@@ -216,7 +246,7 @@ mod tests {
             (9, 0, DVec3::Y),
             (77, 127, DVec3::NEG_Y),
         ] {
-            let off = (sky.texels[y * 256 + x] - paint(d)).abs().max_element();
+            let off = (sky.texel(x, y) - paint(d)).abs().max_element();
             assert!(off < 0.02, "{x}, {y}: {off}");
         }
     }

@@ -8,7 +8,7 @@ use super::encoded_map::EncodedMap;
 use super::map_entry::{self, Entry, Key};
 use super::mip_level::{Level, LevelSource};
 use super::mips::RowOrder;
-use super::{ImageError, PoleFilter, TexelFormat, Texture, check_megapixels};
+use super::{ImageError, MAX_MAP_SIDE, PoleFilter, TexelFormat, Texture, check_size};
 use crate::files::{is_temporary, read_bytes, read_part, write_cached};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -128,7 +128,7 @@ impl StoredMaps {
             self.write(&key, &texture.levels);
             return Ok(texture);
         };
-        check_megapixels(&map.name, entry.size, map.max_megapixels)?;
+        check_size(&map.name, entry.size, map.max_megapixels, MAX_MAP_SIDE)?;
         let (format, sizes) = (map.decoding.format, entry.sizes());
         let stored = Arc::new(StoredMap { store: Arc::clone(self), map, entry, decoded: OnceLock::new() });
         let level = |(k, size)| Level::pending(size, Arc::clone(&stored) as Arc<dyn LevelSource>, k);

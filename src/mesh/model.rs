@@ -42,6 +42,12 @@ pub enum ShapeError {
         /// The body's largest semi-axis.
         radius_km: f64,
     },
+    /// A tangle, in which the shape's own shadow would take minutes.
+    #[error("its triangles overlap: a line meets the boxes around {overlap:.0} of them on average; expected at most {MAX_OVERLAP:.0}")]
+    Overlap {
+        /// Mean number of triangles' boxes that a line through the shape's box meets.
+        overlap: f64,
+    },
     /// Nothing to draw.
     #[error("none of its faces has an area")]
     NoArea,
@@ -49,6 +55,8 @@ pub enum ShapeError {
 
 /// Largest distance of a vertex from the centre, in the body's largest semi-axis; a larger file is in another unit.
 pub(crate) const REACH: std::ops::RangeInclusive<f64> = 0.2..=4.0;
+/// Most boxes of triangles that a line through the shape's box may meet on average. A round shape has 3 of any number of triangles.
+const MAX_OVERLAP: f64 = 64.0;
 /// Distance from the axis, in radii, within which a corner is at the pole.
 const ON_AXIS: f64 = 1e-7;
 
@@ -165,6 +173,18 @@ impl MeshBuilder {
         index
     }
 
+    /// Mean number of triangles' boxes that a line through the box of all meets: the ratio of the boxes' areas (Cauchy's formula for convex bodies).
+    fn overlap(&self) -> f64 {
+        let area = |corners: &mut dyn Iterator<Item = DVec3>| {
+            let (low, high) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+            let side = high - low;
+            side.x * side.y + side.y * side.z + side.z * side.x
+        };
+        let corner = |k: &u32| self.points[*k as usize].position_km;
+        let of_triangles: f64 = self.indices.chunks_exact(3).map(|t| area(&mut t.iter().map(corner))).sum();
+        of_triangles / area(&mut self.indices.iter().map(corner))
+    }
+
     fn triangle(&mut self, frame: &ShapeFrame, position_ids: [u32; 3], mut corners: [Point; 3], from_file: bool) {
         if !from_file {
             join_map_coordinates(frame, &mut corners);
@@ -249,6 +269,10 @@ impl Mesh {
         }
         if builder.indices.is_empty() {
             return Err(ShapeError::NoArea);
+        }
+        let overlap = builder.overlap();
+        if overlap > MAX_OVERLAP {
+            return Err(ShapeError::Overlap { overlap });
         }
         Ok(Self::narrowed(builder, frame, !obj.colours.is_empty()))
     }

@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 fn bench(args: &[&str]) -> Output {
     let cache = tempfile::tempdir().expect("a folder");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
+    let mut command = Command::new(crate::support::program::path());
     command.args(["--renderer", "software", "bench"]).args(args).arg("--cache").arg(cache.path()).output().expect("the program runs")
 }
 

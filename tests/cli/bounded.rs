@@ -16,7 +16,7 @@ const ADDRESS_SPACE_KB: u32 = 1_600_000;
 fn orrery(cache: &Path, args: &[&str], input: &[u8]) -> Output {
     let mut command = Command::new("bash");
     command.arg("-c").arg(format!("ulimit -c 0; ulimit -t {SECONDS}; ulimit -v {ADDRESS_SPACE_KB}; exec \"$@\"")).arg("bash");
-    command.arg(env!("CARGO_BIN_EXE_orrery")).args(["--renderer", "software", "--threads", "1", "--cache"]).arg(cache).args(args);
+    command.arg(crate::support::program::path()).args(["--renderer", "software", "--threads", "1", "--cache"]).arg(cache).args(args);
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
     let mut stdin = child.stdin.take().expect("a pipe");
@@ -81,6 +81,15 @@ fn catalogs_of_a_megabyte() {
             "rings of Mars",
             fill_a_megabyte(|k| format!("[[ring]]\nbody = \"Mars\"\nname = \"r{k}\"\ninner_km = 4e3\nouter_km = 5e3\ntau_normal = 0.1\n")),
         ),
+        (
+            "an atmosphere of many species",
+            format!(
+                "[[atmosphere]]\nbody = \"Mars\"\ntop_km = 80.0\n{}",
+                fill_a_megabyte(|k| {
+                    format!("[[atmosphere.species]]\nname = \"d{k}\"\nscale_height_km = 11.0\nscattering_per_km = [0.1, 0.2, 0.3]\n")
+                })
+            ),
+        ),
         ("atmospheres", fill_a_megabyte(|k| format!("[[atmosphere]]\nbody = \"phobos{k}\"\ntop_km = 80.0\n"))),
         (
             "overlays",
@@ -120,6 +129,10 @@ fn catalogs_of_a_megabyte() {
             &["ephemeris", "--body", "moon", "--center", "earth", "--time", "2024-01-01", "--catalogs", catalog],
             &[],
         );
+        let picture = folder.path().join("mars.png");
+        let picture = picture.to_str().expect("a plain name");
+        let view = ["render", "--target", "mars", "--time", "2024-01-01", "--size", "16x16", "--overwrite", "-o", picture];
+        assert_terminates(folder.path(), case, &[&view[..], &["--catalogs", catalog]].concat(), &[]);
         // The ephemeris and the list of names must end too.
         assert_terminates(folder.path(), case, &["doctor", "--catalogs", catalog], &[]);
     }
@@ -272,7 +285,7 @@ fn queries_views_and_names_of_a_megabyte() {
         assert_terminates(folder.path(), case, &["ephemeris", "--stdin"], text.as_bytes());
         let path = file(text);
         assert_terminates(folder.path(), case, &["explain", "--camera-json", &path], &[]);
-        if cfg!(feature = "view") {
+        if crate::support::program::has_view() {
             assert_terminates(folder.path(), case, &["view", &path], &[]);
             assert_terminates(folder.path(), case, &["view", "--settings", &path], &[]);
         }
@@ -291,4 +304,79 @@ fn queries_views_and_names_of_a_megabyte() {
     assert_terminates(folder.path(), "key", &["shader", "emit", &long], &[]);
     assert_terminates(folder.path(), "time", &["explain", "--target", "moon", "--time", &long], &[]);
     assert_terminates(folder.path(), "target", &["explain", "--target", &long, "--time", "2024-01-01"], &[]);
+}
+
+/// A picture as a PNG, and the compressed bytes of its one data chunk.
+fn blank_png(width: u32, height: u32) -> (Vec<u8>, Vec<u8>) {
+    let mut bytes = Vec::new();
+    let mut writer = png::Encoder::new(&mut bytes, width, height);
+    writer.set_color(png::ColorType::Grayscale);
+    writer.write_header().and_then(|mut w| w.write_image_data(&vec![0x4e; width as usize * height as usize])).expect("a PNG");
+    let length = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().expect("four")) as usize;
+    // After the signature and the head, of 8 and 25 bytes.
+    let data = bytes[41..41 + length(33)].to_vec();
+    (bytes, data)
+}
+
+/// A PNG of 16 x 8 pixels with a colour profile: its chunk stands between the head and the data.
+fn png_with_profile(compressed: &[u8]) -> Vec<u8> {
+    let (small, _) = blank_png(16, 8);
+    let chunk = [&b"iCCPa\0\0"[..], compressed].concat();
+    let mut crc = !0_u32;
+    for byte in &chunk {
+        crc ^= u32::from(*byte);
+        (0..8).for_each(|_| crc = if crc & 1 == 1 { (crc >> 1) ^ 0xedb8_8320 } else { crc >> 1 });
+    }
+    let length = (chunk.len() as u32 - 4).to_be_bytes();
+    [&small[..33], &length[..], &chunk, &(!crc).to_be_bytes(), &small[33..]].concat()
+}
+
+/// Inputs that once took minutes or gigabytes though each has less than a megabyte.
+#[test]
+fn maps_lines_shapes_and_surfaces_of_a_megabyte() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("a plain name").to_owned();
+    let write = |name: &str, bytes: &[u8]| {
+        assert!(bytes.len() <= MEGABYTE, "{name}: {}", bytes.len());
+        std::fs::create_dir_all(folder.path().join(name).parent().expect("a folder")).expect("a folder");
+        std::fs::write(folder.path().join(name), bytes).expect("a file");
+    };
+    let picture = path("a.png");
+    let terminates = |case: &str, target: &str, args: &[&str]| {
+        let view = ["render", "--target", target, "--time", "2024-04-08T18:17:16Z", "--size", "32x32", "--overwrite", "-o", &picture];
+        assert_terminates(folder.path(), case, &[&view[..], args].concat(), &[]);
+    };
+    write("row/moon.jpg", &blank_png(60_000_000, 1).0);
+    terminates("a map of one row", "moon", &["--textures", &path("row")]);
+    write("profile/moon.jpg", &png_with_profile(&blank_png(8000, 8000).1));
+    terminates("a colour profile of 64 MB", "moon", &["--textures", &path("profile")]);
+    write("sky.png", &blank_png(11_300, 5650).0);
+    terminates("a sky of 64 megapixels", "moon", &["--sky", &path("sky.png")]);
+    for face in ["px", "nx", "py", "ny", "pz", "nz"] {
+        write(&format!("cube/{face}.png"), &blank_png(7000, 7000).0);
+    }
+    terminates("a cube of 294 megapixels", "moon", &["--sky", &path("cube")]);
+    let turns = fill_a_megabyte(|k| format!("[{},{}],", (k * 179) % 360, (k * 89) % 90));
+    let line =
+        format!("{{\"type\":\"LineString\",\"coordinates\":[{}]}}", turns[..turns.len() - 100].rsplit_once(",[").expect("a place").0);
+    write("line/a.toml", b"[[layer]]\nname = \"a\"\nfile = \"a.json\"\nbody = \"Earth\"\n");
+    write("line/a.json", line.as_bytes());
+    terminates("a line around the globe for ever", "earth", &["--catalogs", &path("line")]);
+    let corner = |k: usize| {
+        let (a, b) = (k as f64 * 2.399_963, (1.0 - (k as f64 + 0.5) / 1500.0).acos());
+        format!("v {:.2} {:.2} {:.2}\n", 11.0 * b.sin() * a.cos(), 11.0 * b.sin() * a.sin(), 11.0 * b.cos())
+    };
+    let corners: String = (0..3000).map(corner).collect();
+    let face = |k: usize| format!("f {} {} {}\n", 1 + k * 7919 % 3000, 1 + k * 104_729 % 3000, 1 + (k * 1299 + 7) % 3000);
+    let faces: String = (0..50_000).map(face).collect();
+    write("tangle/a.toml", b"[[body]]\nid = 401\nmesh = { file = \"a.obj\" }\n");
+    write("tangle/a.obj", format!("{corners}{faces}").as_bytes());
+    terminates("a tangle of triangles", "phobos", &["--catalogs", &path("tangle")]);
+    let statements = fill_a_megabyte(|k| format!("a += sin(a + {k}.5);\n"));
+    let surface = format!(
+        "import package::lib::custom::surface_point::{{CustomSurface, SurfacePoint}};\nfn custom_surface(point: SurfacePoint) -> CustomSurface {{\nvar a = 0.0;\n{}return CustomSurface(vec3f(a), vec3f(0.0)); }}\n",
+        &statements[..statements.len() - 1000].rsplit_once('\n').expect("a statement").0.to_owned()
+    );
+    write("a.wesl", surface.as_bytes());
+    terminates("a surface of statements", "mars", &["--surface", &format!("mars={}", path("a.wesl"))]);
 }

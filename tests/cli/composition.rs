@@ -8,7 +8,7 @@ static CACHE: LazyLock<PathBuf> = LazyLock::new(|| std::env::temp_dir().join(for
 
 fn orrery(args: &[&str]) -> Output {
     let base = ["--renderer", "software", "--cache", CACHE.to_str().expect("a plain name")];
-    Command::new(env!("CARGO_BIN_EXE_orrery")).args(args).args(base).output().expect("the program starts")
+    Command::new(crate::support::program::path()).args(args).args(base).output().expect("the program starts")
 }
 
 const VIEW: [&str; 7] = ["render", "--target", "saturn", "--time", "2017-05-17T00:00:00Z", "--size", "96x64"];

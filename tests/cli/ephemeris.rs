@@ -4,7 +4,7 @@ use serde_json::Value;
 use std::process::{Command, Output};
 
 fn orrery(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_orrery")).arg("ephemeris").args(args).output().expect("the program starts")
+    Command::new(crate::support::program::path()).arg("ephemeris").args(args).output().expect("the program starts")
 }
 
 fn text(args: &[&str]) -> String {

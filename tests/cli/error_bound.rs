@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 fn orrery(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_orrery"))
+    Command::new(crate::support::program::path())
         .current_dir(folder)
         .env_remove("XDG_RUNTIME_DIR")
         .args(args)

@@ -9,7 +9,7 @@ static CACHE: LazyLock<PathBuf> = LazyLock::new(|| std::env::temp_dir().join(for
 
 fn render(args: &[&str]) -> Output {
     let base = ["render", "--renderer", "software", "--cache", CACHE.to_str().expect("a plain name")];
-    Command::new(env!("CARGO_BIN_EXE_orrery")).args(base).args(args).output().expect("the program starts")
+    Command::new(crate::support::program::path()).args(base).args(args).output().expect("the program starts")
 }
 
 fn stderr_text(out: &Output) -> String {
@@ -85,7 +85,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
         let base: Vec<&str> = BASE.chunks(2).filter(|pair| pair[0] != args[0]).flatten().copied().collect();
         let out = match *args {
             ["--renderer", _] => {
-                let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
+                let mut command = Command::new(crate::support::program::path());
                 command.args(["render", "--cache", path_text(&CACHE)]).args(&base).args(["-o", path_text(&path)]).output().expect("starts")
             }
             _ => render(&[&base[..], args, &["-o", path_text(&path)]].concat()),
@@ -198,9 +198,11 @@ fn write_errors_do_not_name_the_temporary_file() {
 }
 
 /// A tour's frames resume where they stopped, end with it, and have their provenance; an error names file, stop and field, and view options beside a tour are refused.
-#[cfg(feature = "view")]
 #[test]
 fn a_tour_is_drawn_frame_by_frame() {
+    if !crate::support::program::has_view() {
+        return;
+    }
     let folder = tempfile::tempdir().expect("a folder");
     let (tour, pattern) = (folder.path().join("tour.json"), folder.path().join("out-%02d.png"));
     let stop = |target: &str| format!(r#"{{"view":"orrery://view?target={target}&time={TIME}","text":"Here","hold_s":1,"travel_s":1}}"#);

@@ -9,7 +9,7 @@ const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// The program's output, without a display. A timeout is a failure.
 fn orrery(cache: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
+    let mut command = Command::new(crate::support::program::path());
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env("COLUMNS", "200");
     command.args(["--renderer", "software", "--cache", path_text(cache)]).args(args);
     run_with_timeout(command)
@@ -67,9 +67,11 @@ fn pipe(path: PathBuf) -> PathBuf {
 }
 
 /// A link may come from a web page: 30,000 dotted parts, and as many brackets, once overflowed the stack.
-#[cfg(feature = "view")]
 #[test]
 fn a_link_of_any_depth_and_length_is_answered() {
+    if !crate::support::program::has_view() {
+        return;
+    }
     let folder = tempfile::tempdir().expect("a folder");
     let dotted = format!("orrery://view?{}=1", vec!["a"; 30_000].join("."));
     let brackets = format!("orrery://view?eye={}", "[".repeat(60_000));
@@ -113,7 +115,7 @@ fn pipes_and_devices_in_the_place_of_files_are_refused() {
             assert!(error_line(&orrery(&path_of("cache"), &args), kind).contains("not a regular file"), "{kind} {args:?}");
         }
         // A build without the window reads neither.
-        for args in [&["view", o][..], &["view", "--settings", o]].into_iter().filter(|_| cfg!(feature = "view")) {
+        for args in [&["view", o][..], &["view", "--settings", o]].into_iter().filter(|_| crate::support::program::has_view()) {
             let out = orrery(&path_of("cache"), args);
             assert!(
                 out.status.code() == Some(1) && stderr_text(&out).contains("not a regular file"),
@@ -378,12 +380,12 @@ fn no_partial_or_stale_file_is_left_behind() {
     let args = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", path_text(&picture)];
     assert!(orrery(&cache, &args).status.success());
     assert!(!old.exists() && young.exists() && other.exists());
-    let program = env!("CARGO_BIN_EXE_orrery");
+    let program = crate::support::program::path();
     let mut full = Command::new("sh");
     full.args([
         "-c",
         "trap '' XFSZ; ulimit -f 0; exec \"$0\" \"$@\"",
-        program,
+        &program,
         "compare",
         path_text(&picture),
         path_text(&picture),

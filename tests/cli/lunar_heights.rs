@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 fn find(folder: &Path, heights: &str, json: bool) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
+    let mut command = Command::new(crate::support::program::path());
     command.arg("--cache").arg(folder).args(["--lunar-heights", heights]);
     command.args(["eclipse", "find", "--from", "2024-04-08", "--to", "2024-04-09", "--kind", "solar", "--at", "32.78,-96.80"]);
     command.args(json.then_some("--json")).output().expect("starts")

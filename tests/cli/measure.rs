@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 
 fn orrery(args: &[&str]) -> Output {
     let cache = std::env::temp_dir().join(format!("orrery-measure-{}", std::process::id()));
-    Command::new(env!("CARGO_BIN_EXE_orrery"))
+    Command::new(crate::support::program::path())
         .env_remove("XDG_RUNTIME_DIR")
         .args(args)
         .args(["--renderer", "software", "--cache"])

@@ -9,7 +9,7 @@ static CACHE: LazyLock<PathBuf> = LazyLock::new(|| std::env::temp_dir().join(for
 
 /// No display: the window cannot open, which is reported and ends the program.
 fn orrery(args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
+    let mut command = Command::new(crate::support::program::path());
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env("COLUMNS", "200");
     command.args(["--renderer", "software", "--cache", CACHE.to_str().expect("a plain name")]).args(args).output().expect("starts")
 }
@@ -123,7 +123,7 @@ fn invalid_json_lines_get_short_errors_in_order() {
         r#"{"q":"disc-overlap","k":1,"d":1}"#.into(),
     ];
     for (verb, good) in [("probe", true), ("ephemeris", false)] {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_orrery"))
+        let mut child = Command::new(crate::support::program::path())
             .args([verb, "--stdin", "--cache", path_text(&CACHE)])
             .stdin(std::process::Stdio::piped())
             .stdout(std::process::Stdio::piped())
@@ -171,7 +171,7 @@ fn similar_names_are_suggested_everywhere() {
         (&["--targte", "mars"], "'--target'"),
     ] {
         // Without a window the arguments of a view are not read.
-        if args == ["--target", "marz"] && !cfg!(feature = "view") {
+        if args == ["--target", "marz"] && !crate::support::program::has_view() {
             continue;
         }
         let out = orrery(args);
@@ -357,7 +357,7 @@ fn exported_fragments_override_the_built_in_ones() {
         &["view"],
         &["--target", "moon"],
     ] {
-        if (args == ["view"] || args == ["--target", "moon"]) && !cfg!(feature = "view") {
+        if (args == ["view"] || args == ["--target", "moon"]) && !crate::support::program::has_view() {
             continue;
         }
         let out = orrery(&[args, &["--shaders", path_text(&shaders)]].concat());
@@ -475,7 +475,7 @@ fn every_shipped_body_has_a_position_source() {
 #[test]
 fn no_line_of_a_driver_library_reaches_the_user() {
     for folder in [None, Some(""), Some("relative"), Some("/nonexistent")] {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
+        let mut command = Command::new(crate::support::program::path());
         command.env_remove("XDG_RUNTIME_DIR").env_remove("WAYLAND_DISPLAY").env_remove("DISPLAY").args([
             "doctor",
             "--cache",

@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 /// Without XDG_RUNTIME_DIR, as in a container, drivers must stay silent as well.
 fn orrery(args: &[&str]) -> Output {
     let cache = std::env::temp_dir().join(format!("orrery-cli-{}", std::process::id()));
-    Command::new(env!("CARGO_BIN_EXE_orrery"))
+    Command::new(crate::support::program::path())
         .env_remove("XDG_RUNTIME_DIR")
         .args(args)
         .arg("--cache")
@@ -201,7 +201,7 @@ fn a_missing_renderer_is_refused_with_one_line() {
     let no_drivers =
         [("VK_DRIVER_FILES", "/nonexistent"), ("VK_ICD_FILENAMES", "/nonexistent"), ("__EGL_VENDOR_LIBRARY_DIRS", "/nonexistent")];
     let without_drivers =
-        |args: &[&str]| Command::new(env!("CARGO_BIN_EXE_orrery")).args(args).envs(no_drivers).output().expect("the program starts");
+        |args: &[&str]| Command::new(crate::support::program::path()).args(args).envs(no_drivers).output().expect("the program starts");
     let render = ["render", "--target", "moon", "--size", "16x16", "-o", png];
     for args in [
         &[&render[..], &["--renderer", "gpu"]].concat()[..],
@@ -217,7 +217,7 @@ fn a_missing_renderer_is_refused_with_one_line() {
     let out = without_drivers(&render);
     let stderr_text = String::from_utf8_lossy(&out.stderr);
     assert!(out.status.success() && std::path::Path::new(png).exists(), "{stderr_text}");
-    let expected = if cfg!(feature = "gpu") { 1 } else { 0 };
+    let expected = if crate::support::program::has_gpu() { 1 } else { 0 };
     assert_eq!(stderr_text.trim().lines().filter(|l| l.contains("drawing in software")).count(), expected, "{stderr_text}");
     std::fs::remove_file(png).expect("written just now");
     let drawn = orrery(&["render", "--target", "moon", "--size", "16x16", "-o", png, "--renderer", "software"]);
@@ -299,7 +299,7 @@ fn closed_streams_end_every_verb_quietly() {
     ];
     let failing: &[&[&str]] = &[&["compare", &a, "none.png"], &["man", "nothing"], &["shader", "emit", "nothing"], &["--nothing"]];
     let run = |args: &[&str], out: Stdio, err: Stdio| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
+        let mut command = Command::new(crate::support::program::path());
         command.args(args).env("XDG_CACHE_HOME", &cache).stdin(Stdio::null()).stdout(out).stderr(err);
         command.spawn().and_then(|child| child.wait_with_output()).expect("the program runs")
     };

@@ -109,7 +109,7 @@ const CANON: [(&str, f64, f64, f64, f64); 7] = [
 
 /// Magnitude and longest central duration near a position: the canon's positions are rounded, and the duration peaks on the central line.
 fn longest_central_duration(catalog: &Catalog, ephemeris: &Ephemeris, start: Instant, latitude_deg: f64, longitude_deg: f64) -> (f64, f64) {
-    let offsets = [-0.08, -0.04, 0.0, 0.04, 0.08];
+    let offsets = [-0.05, 0.0, 0.05];
     let places = offsets.iter().flat_map(|north| offsets.map(|east| (latitude_deg + north, longitude_deg + east)));
     let found = places.map(|(latitude_deg, longitude_deg)| {
         let place = Observer { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km: 0.0 };

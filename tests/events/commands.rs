@@ -4,7 +4,7 @@ use serde_json::Value;
 use std::process::{Command, Output};
 
 fn find(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_orrery")).args(["eclipse", "find"]).args(args).output().expect("the program starts")
+    Command::new(crate::support::program::path()).args(["eclipse", "find"]).args(args).output().expect("the program starts")
 }
 
 fn json(args: &[&str]) -> Value {

@@ -20,8 +20,8 @@ fn both_renderers_interpolate_the_same_air() {
         let request = ViewRequest {
             position: Position::Over { towards: None, distance_radii: Some(3.0) },
             quality,
-            width: 300,
-            height: 260,
+            width: 200,
+            height: 174,
             fov_deg: Some(45.0),
             ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time"))
         };

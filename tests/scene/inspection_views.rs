@@ -156,6 +156,6 @@ fn the_legend_is_in_the_file() {
 
 /// Runs the built program.
 fn orrery(args: &[&str], path: &std::path::Path) {
-    let done = std::process::Command::new(env!("CARGO_BIN_EXE_orrery")).args(args).arg(path).output().expect("runs");
+    let done = std::process::Command::new(crate::support::program::path()).args(args).arg(path).output().expect("runs");
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
 }

@@ -80,7 +80,7 @@ fn earthshine_is_in_the_file() {
         "software",
         "-o",
     ];
-    let done = std::process::Command::new(env!("CARGO_BIN_EXE_orrery")).args(args).arg(&path).output().expect("runs");
+    let done = std::process::Command::new(crate::support::program::path()).args(args).arg(&path).output().expect("runs");
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let picture = image::open(&path).expect("an EXR").into_rgb32f();
     let on_disc = (0..64u32).flat_map(|y| (0..64u32).map(move |x| (x, y))).filter(|(x, y)| {

@@ -215,26 +215,27 @@ fn distance_moves_the_exposure_smoothly() {
     }
 }
 
-fn view_at_phase(target: NaifId, time: &str, radii: f64, phase_deg: f64, fov_deg: f64) -> ViewRequest {
+/// The views of a body at each phase, in degrees. The scene that says where the Sun is, is built once.
+fn views_by_phase(target: NaifId, time: &str, radii: f64, fov_deg: f64) -> impl Fn(f64) -> ViewRequest {
     let body = SESSION.catalog().body(target).expect("a body");
     let request = view(target, time, Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(radii) }, Some(fov_deg));
     let lit_side = scene(&request);
     let sunward = -lit_side.body(target).expect("there").placement.centre_km.normalize();
-    let rotation = DMat3::from_axis_angle(sunward.any_orthonormal_vector(), phase_deg.to_radians());
-    ViewRequest {
-        position: Position::Offset { body: target, offset_km: rotation * sunward * radii * body.radii_km.x, axes: Axes::Icrf },
-        ..request
+    let distance_km = radii * body.radii_km.x;
+    move |phase_deg| {
+        let rotation = DMat3::from_axis_angle(sunward.any_orthonormal_vector(), phase_deg.to_radians());
+        let position = Position::Offset { body: target, offset_km: rotation * sunward * distance_km, axes: Axes::Icrf };
+        ViewRequest { position, ..request.clone() }
     }
 }
 
 #[test]
 fn phase_moves_the_exposure_smoothly() {
     for (target, radii) in [(NaifId::MOON, 12.0), (NaifId::EARTH, 3.0), (SATURN, 12.0), (NaifId(299), 5.0)] {
+        let view_at = views_by_phase(target, "2024-03-01T00:00:00Z", radii, 25.0);
         // Until the Sun enters the frame; there it appears and sets behind the body, by a five-hundredth of the frame per step.
-        assert_changes_smoothly(&format!("phase of {target:?}"), 1.5, 110, |k| {
-            view_at_phase(target, "2024-03-01T00:00:00Z", radii, 1.5 * k, 25.0)
-        });
-        let near = |k: f64| view_at_phase(target, "2024-03-01T00:00:00Z", radii, 165.0 + 0.15 * k, 25.0);
+        assert_changes_smoothly(&format!("phase of {target:?}"), 1.5, 110, |k| view_at(1.5 * k));
+        let near = |k: f64| view_at(165.0 + 0.15 * k);
         assert_changes_smoothly(&format!("the Sun goes down behind {target:?}"), 3.0, 100, near);
     }
 }

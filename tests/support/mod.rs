@@ -5,5 +5,6 @@ pub mod emitted;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod hand_shader;
+pub mod program;
 pub mod session;
 pub mod views;

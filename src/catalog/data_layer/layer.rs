@@ -9,6 +9,10 @@ use std::sync::Arc;
 /// Maximum number of points and line vertices of a layer together.
 pub(super) const MAX_POSITIONS: usize = 1_000_000;
 
+/// Maximum length of the lines of a layer together, degrees of longitude and latitude: 4,000 times around a globe. Lines are drawn in short steps, and
+/// a file of a megabyte could go around tens of thousands of times, which took 6 GB.
+const MAX_LENGTH_DEG: f64 = 4000.0 * 360.0;
+
 /// A layer of data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DataLayer {
@@ -66,6 +70,7 @@ pub(super) struct Content {
     pub points: Vec<DataPoint>,
     pub lines: Vec<DataLine>,
     positions: usize,
+    length_deg: f64,
 }
 
 impl Content {
@@ -81,6 +86,14 @@ impl Content {
         if vertices.len() < 2 {
             let count = vertices.len();
             return Err(format!("a line with {count} position{}; two are needed", if count == 1 { "" } else { "s" }));
+        }
+        let length_deg = |[a, b]: &[[f64; 2]; 2]| {
+            let turn = (b[1] - a[1]).abs();
+            (b[0] - a[0]).abs() + if turn > 180.0 { (turn - 360.0).abs() } else { turn }
+        };
+        self.length_deg += vertices.array_windows().map(length_deg).sum::<f64>();
+        if self.length_deg > MAX_LENGTH_DEG {
+            return Err(format!("the lines are longer than {} times around the globe", MAX_LENGTH_DEG / 360.0));
         }
         self.lines.push(DataLine { vertices, time });
         Ok(())

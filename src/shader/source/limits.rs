@@ -12,6 +12,8 @@ const MAX_OPEN_ANGLES: usize = 12;
 const MAX_DEPTH: usize = 64;
 /// Most bytes, without blanks, between two of `;`, `,`, `{` and `}`: a sum of thousands of terms becomes a syntax tree that is as deep.
 const MAX_PART_BYTES: usize = 4096;
+/// Most bytes, without blanks, of one function: naga 30 takes the square of the number of expressions, 20 s for a megabyte of statements.
+const MAX_BODY_BYTES: usize = 1 << 17;
 /// Most `else` in one chain: each is nested in the one before it.
 const MAX_ELSE: usize = 64;
 
@@ -49,11 +51,17 @@ fn without_comments(text: &str) -> Vec<u8> {
 /// The first byte that exceeds a limit, and a message that names the limit.
 pub(super) fn first_excess(text: &str) -> Option<(usize, String)> {
     let code = without_comments(text);
-    let (mut angles, mut part) = (0, 0);
+    let (mut angles, mut part, mut body) = (0, 0, 0);
+    // Whether the outermost open bracket is `{`: that of a function or a structure.
+    let mut in_body = false;
     // The number of `else` in the current chain, for each open bracket and for the fragment itself.
     let mut chains = vec![0];
     for (at, byte) in code.iter().enumerate() {
         part = if byte.is_ascii_whitespace() { part } else { part + 1 };
+        body = if byte.is_ascii_whitespace() { body } else { body + 1 };
+        if chains.len() == 1 {
+            (in_body, body) = (*byte == b'{', 0);
+        }
         match byte {
             b'<' => angles += 1,
             b'>' => angles -= usize::from(angles > 0),
@@ -78,6 +86,8 @@ pub(super) fn first_excess(text: &str) -> Option<(usize, String)> {
             format!("more than {MAX_DEPTH} brackets stand inside each other")
         } else if part > MAX_PART_BYTES {
             format!("more than {MAX_PART_BYTES} bytes stand without a `;` or `,`")
+        } else if in_body && body > MAX_BODY_BYTES {
+            format!("more than {MAX_BODY_BYTES} bytes stand in one function")
         } else if chains.last().is_some_and(|chain| *chain > MAX_ELSE) {
             format!("more than {MAX_ELSE} `else` follow one `if`")
         } else {
@@ -120,6 +130,9 @@ mod tests {
         assert_eq!(excess(&"x ".repeat(MAX_PART_BYTES)), None);
         assert_eq!(excess(&"x ".repeat(MAX_PART_BYTES + 1)), Some((2 * MAX_PART_BYTES, number(MAX_PART_BYTES))));
         assert_eq!(excess(&"x, ".repeat(100_000)), None);
+        let function = |n: usize| format!("fn f() {{{}}}", "a; ".repeat(n));
+        assert_eq!(excess(&function(MAX_BODY_BYTES / 2 - 1).repeat(3)), None);
+        assert_eq!(excess(&function(MAX_BODY_BYTES / 2 + 1)).map(|(_, what)| what), Some(number(MAX_BODY_BYTES)));
         let chain = |n: usize| format!("if a {{}}{}", " else if b { if c {} }".repeat(n));
         assert_eq!(excess(&chain(MAX_ELSE)), None);
         assert!(excess(&chain(MAX_ELSE + 1)).is_some());

@@ -17,6 +17,8 @@ use serde_json::Value;
 
 /// Largest tour file, bytes; a stop has about 600.
 pub(crate) const MAX_BYTES: u64 = 1 << 20;
+/// Most stops. The way between two takes 3 ms to plan in a development build, and a file of a megabyte could have 8,000.
+const MAX_STOPS: usize = 1000;
 /// Longest tour, seconds: an hour.
 const MAX_LENGTH_S: f64 = 3600.0;
 
@@ -120,6 +122,9 @@ impl Tour {
         let mut length_s = 0.0;
         for (k, stop_file) in file.stops.into_iter().enumerate() {
             let error = |field: &'static str, why: String| TourError::Stop { stop: k + 1, field, why };
+            if k == MAX_STOPS {
+                return Err(error("stops", format!("more than {MAX_STOPS} stops")));
+            }
             let view_text = match stop_file.view {
                 Value::String(link) => link,
                 fields => fields.to_string(),
