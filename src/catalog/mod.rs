@@ -204,9 +204,17 @@ impl Catalog {
     /// This catalog with the content of its data layers, each by [`DataLayer::with_content`]. An image on a body becomes one of the body's overlays.
     ///
     /// # Errors
-    /// The error of the first file that cannot be read, or of an image that exceeds the limit of a body.
+    /// The error of the first file that cannot be read, or that exceeds the limits of all layers together, or of an image that exceeds the limit of a body.
     pub fn with_data<E: From<CatalogError>>(mut self, mut read: impl FnMut(DataLayer) -> Result<DataLayer, E>) -> Result<Self, E> {
-        let layers = self.data_layers.all().into_iter().map(|layer| read(Arc::unwrap_or_clone(layer))).collect::<Result<Vec<_>, _>>()?;
+        let mut layers: Vec<DataLayer> = Vec::new();
+        let mut total = data_layer::TotalSize::default();
+        for layer in self.data_layers.all() {
+            let layer = read(Arc::unwrap_or_clone(layer))?;
+            if let Err(message) = total.add(&layer) {
+                return Err(CatalogError { problems: vec![Problem { file: layer.file, line: 1, message }] }.into());
+            }
+            layers.push(layer);
+        }
         for layer in &layers {
             let body = self.bodies.iter_mut().find(|b| Some(b.id) == layer.body);
             let Some((body, overlay)) = body.zip(layer.overlay()) else { continue };

@@ -362,6 +362,10 @@ fn maps_lines_shapes_and_surfaces_of_a_megabyte() {
     write("line/a.toml", b"[[layer]]\nname = \"a\"\nfile = \"a.json\"\nbody = \"Earth\"\n");
     write("line/a.json", line.as_bytes());
     terminates("a line around the globe for ever", "earth", &["--catalogs", &path("line")]);
+    let layers = fill_a_megabyte(|k| format!("[[layer]]\nname = \"{k}\"\nfile = \"a.csv\"\nbody = \"Earth\"\n"));
+    write("layers/a.toml", layers[..layers.len() - 200].rsplit_once("[[layer]]").expect("a layer").0.as_bytes());
+    write("layers/a.csv", format!("lat_deg,lon_deg\n{}", "1,2\n".repeat(200_000)).as_bytes());
+    terminates("thousands of layers of one file", "earth", &["--catalogs", &path("layers")]);
     let corner = |k: usize| {
         let (a, b) = (k as f64 * 2.399_963, (1.0 - (k as f64 + 0.5) / 1500.0).acos());
         format!("v {:.2} {:.2} {:.2}\n", 11.0 * b.sin() * a.cos(), 11.0 * b.sin() * a.sin(), 11.0 * b.cos())

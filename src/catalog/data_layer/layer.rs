@@ -9,7 +9,10 @@ use std::sync::Arc;
 /// Maximum number of points and line vertices of a layer together.
 pub(super) const MAX_POSITIONS: usize = 1_000_000;
 
-/// Maximum length of the lines of a layer together, degrees of longitude and latitude: 4,000 times around a globe. Lines are drawn in short steps, and
+/// Maximum number for all layers of a catalog.
+const MAX_POSITIONS_TOGETHER: usize = 2 * MAX_POSITIONS;
+
+/// Maximum length of the lines of a layer, and of all layers, together, degrees of longitude and latitude: 4,000 times around a globe. Lines are drawn in short steps, and
 /// a file of a megabyte could go around tens of thousands of times, which took 6 GB.
 const MAX_LENGTH_DEG: f64 = 4000.0 * 360.0;
 
@@ -87,11 +90,7 @@ impl Content {
             let count = vertices.len();
             return Err(format!("a line with {count} position{}; two are needed", if count == 1 { "" } else { "s" }));
         }
-        let length_deg = |[a, b]: &[[f64; 2]; 2]| {
-            let turn = (b[1] - a[1]).abs();
-            (b[0] - a[0]).abs() + if turn > 180.0 { (turn - 360.0).abs() } else { turn }
-        };
-        self.length_deg += vertices.array_windows().map(length_deg).sum::<f64>();
+        self.length_deg += length_deg(&vertices);
         if self.length_deg > MAX_LENGTH_DEG {
             return Err(format!("the lines are longer than {} times around the globe", MAX_LENGTH_DEG / 360.0));
         }
@@ -103,6 +102,43 @@ impl Content {
     pub fn point(&mut self, [lat_deg, lon_deg]: [f64; 2], time: Option<Instant>) -> Result<(), String> {
         self.count(1)?;
         self.points.push(DataPoint { lat_deg, lon_deg, time, size_px: None, colour: None });
+        Ok(())
+    }
+}
+
+/// Length of a line of latitudes and longitudes, degrees of both together.
+fn length_deg(vertices: &[[f64; 2]]) -> f64 {
+    let of_piece = |[a, b]: &[[f64; 2]; 2]| {
+        let turn = (b[1] - a[1]).abs();
+        (b[0] - a[0]).abs() + if turn > 180.0 { (turn - 360.0).abs() } else { turn }
+    };
+    vertices.array_windows().map(of_piece).sum()
+}
+
+/// Sizes of all layers of a catalog together: a small catalog may name one file thousands of times.
+#[derive(Debug, Default)]
+pub(in crate::catalog) struct TotalSize {
+    positions: usize,
+    length_deg: f64,
+}
+
+impl TotalSize {
+    /// Adds a layer.
+    ///
+    /// # Errors
+    /// With it, the layers are larger than [`MAX_POSITIONS_TOGETHER`] or [`MAX_LENGTH_DEG`].
+    pub fn add(&mut self, layer: &DataLayer) -> Result<(), String> {
+        self.positions += layer.points.len() + layer.lines.iter().map(|line| line.vertices.len()).sum::<usize>();
+        self.length_deg += layer.lines.iter().map(|line| length_deg(&line.vertices)).sum::<f64>();
+        if self.positions > MAX_POSITIONS_TOGETHER {
+            return Err(format!("with this file all layers have more than {MAX_POSITIONS_TOGETHER} points"));
+        }
+        if self.length_deg > MAX_LENGTH_DEG {
+            return Err(format!(
+                "with this file the lines of all layers are longer than {} times around the globe",
+                MAX_LENGTH_DEG / 360.0
+            ));
+        }
         Ok(())
     }
 }

@@ -19,6 +19,7 @@ use super::table::{TableReader, WithLine};
 use super::{Overlay, OverlayProjection, Problem};
 use crate::wording::echo_within;
 pub use fits::{ImageWcs, PlacedImage};
+pub(super) use layer::TotalSize;
 use layer::{Content, hex_colour};
 pub use layer::{DataLayer, DataLine, DataPoint};
 pub use look::{ColourMap, ImageLook, Stretch};
