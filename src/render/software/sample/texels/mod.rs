@@ -1,7 +1,7 @@
 //! The texels that a binding reads: borrowed bytes of every mip level, which are decoded when read.
 //!
 //! sRGB is decoded with a table of 256 f32, exact to f32 rounding. `Texels::new` checks once that each level has as many bytes as its size
-//! requires, so that reads check only the coordinates. The bytes of a map's level may still be on disk; [`BoundLevel::read`] fetches them
+//! requires, so that reads check only the coordinates. The bytes of a map's level may still be on disk; `BoundLevel::read` fetches them
 //! when lanes need that level.
 
 #[cfg(target_arch = "x86_64")]
