@@ -88,6 +88,7 @@ impl Scene {
     }
 
     /// Rectangles of the texts in the picture: caption, scale bar, compass, names of features, labels of lines. Without the names of bodies.
+    #[cfg_attr(not(feature = "view"), expect(dead_code, reason = "the window alone asks for them"))]
     pub(crate) fn text_rects(&self) -> Vec<Rect> {
         let margin = |layer: &labels::LabelLayer| layer.occupied(&LabelMetrics::of_size(layer.size_px)).collect::<Vec<_>>();
         let lines = |layer: &line_texts::TextLayer| {
