@@ -49,7 +49,7 @@ struct Check {
     #[serde(flatten)]
     modules: DiskCheck,
     /// Number of intact decoded maps. Damaged ones are among the modules' damaged files.
-    whole_maps: u64,
+    valid_maps: u64,
 }
 
 /// The shader library that the common options select, and the decoded maps. Disk errors are reported on standard error.
@@ -122,8 +122,8 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             ))
         }
         LibraryVerb::Verify => {
-            let (whole_maps, damaged_maps) = maps.map_or((0, Vec::new()), |maps| maps.verify());
-            let mut check = Check { modules: library.verify(), whole_maps };
+            let (valid_maps, damaged_maps) = maps.map_or((0, Vec::new()), |maps| maps.verify());
+            let mut check = Check { modules: library.verify(), valid_maps };
             check.modules.damaged.extend(damaged_maps);
             if args.json {
                 json(&check)?;
@@ -132,7 +132,7 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             if !args.json {
                 let damaged =
                     check.damaged.iter().map(|(file, what)| format!("damaged    {}: {what}\n", echo(&file.display().to_string())));
-                print_result(&format!("valid      {}\nvalid maps {whole_maps}\n{}", check.valid, damaged.collect::<String>()))?;
+                print_result(&format!("valid      {}\nvalid maps {valid_maps}\n{}", check.valid, damaged.collect::<String>()))?;
             }
             if let Some(why) = check.unreadable {
                 return Err(CliError::Failed(format!("shader library: {why}")));

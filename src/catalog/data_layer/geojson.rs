@@ -193,11 +193,7 @@ fn members<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeometrie
                     "features" => {
                         members.has_list = true;
                         for feature in map.next_value::<Vec<Object>>()? {
-                            let positions =
-                                feature.content.points.len() + feature.content.lines.iter().map(|l| l.vertices.len()).sum::<usize>();
-                            members.content.count(positions).map_err(A::Error::custom)?;
-                            members.content.points.extend(feature.content.points);
-                            members.content.lines.extend(feature.content.lines);
+                            members.content.append(feature.content).map_err(A::Error::custom)?;
                         }
                     }
                     "crs" => check_crs(&map.next_value()?).map_err(A::Error::custom)?,

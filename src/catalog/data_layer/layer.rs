@@ -90,12 +90,27 @@ impl Content {
             let count = vertices.len();
             return Err(format!("a line with {count} position{}; two are needed", if count == 1 { "" } else { "s" }));
         }
-        self.length_deg += length_deg(&vertices);
-        if self.length_deg > MAX_LENGTH_DEG {
-            return Err(format!("the lines are longer than {} times around the globe", MAX_LENGTH_DEG / 360.0));
-        }
+        self.lengthen(length_deg(&vertices))?;
         self.lines.push(DataLine { vertices, time });
         Ok(())
+    }
+
+    /// Adds points and lines that were read into a content of their own.
+    pub fn append(&mut self, other: Self) -> Result<(), String> {
+        self.count(other.positions)?;
+        self.lengthen(other.length_deg)?;
+        self.points.extend(other.points);
+        self.lines.extend(other.lines);
+        Ok(())
+    }
+
+    /// Checks the length of the lines before they are added.
+    fn lengthen(&mut self, length_deg: f64) -> Result<(), String> {
+        self.length_deg += length_deg;
+        match self.length_deg > MAX_LENGTH_DEG {
+            true => Err(format!("the lines are longer than {} times around the globe", MAX_LENGTH_DEG / 360.0)),
+            false => Ok(()),
+        }
     }
 
     /// Adds a point with the layer's size and colour.
@@ -159,4 +174,35 @@ pub(super) fn hex_colour(text: &str) -> Option<[u8; 3]> {
     let digits = text.trim().strip_prefix('#').filter(|d| d.len() == 6 && d.is_ascii())?;
     let channel = |k: usize| u8::from_str_radix(&digits[2 * k..2 * k + 2], 16).ok();
     Some([channel(0)?, channel(1)?, channel(2)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::data_layer::geojson;
+
+    /// A line that goes to and fro between the poles, half a turn each time.
+    fn line(pieces: usize) -> String {
+        let vertices: Vec<String> = (0..=pieces).map(|k| format!("[0,{}]", if k % 2 == 0 { -90 } else { 90 })).collect();
+        format!("{{\"type\":\"LineString\",\"coordinates\":[{}]}}", vertices.join(","))
+    }
+
+    /// The limits hold for what a file holds in several features, and for several layers.
+    #[test]
+    fn lengths_of_features_and_of_layers_add_up() {
+        let most_pieces = (MAX_LENGTH_DEG / 180.0) as usize;
+        let collection = |pieces: [usize; 2]| {
+            let features = pieces.map(|n| format!("{{\"type\":\"Feature\",\"geometry\":{}}}", line(n)));
+            geojson::read(&format!("{{\"type\":\"FeatureCollection\",\"features\":[{}]}}", features.join(",")))
+        };
+        assert!(geojson::read(&line(most_pieces)).is_ok() && geojson::read(&line(most_pieces + 1)).is_err());
+        let content = collection([most_pieces / 2; 2]).expect("within the limit");
+        assert_eq!((content.lines.len(), content.positions), (2, most_pieces + 2));
+        let (_, why) = collection([most_pieces / 2, most_pieces / 2 + 1]).expect_err("together too long");
+        assert!(why.contains("4000 times around the globe"), "{why}");
+        let layer = DataLayer { lines: Arc::new(content.lines), ..DataLayer::new("a".into(), "a.json".into()) };
+        let mut total = TotalSize::default();
+        assert_eq!(total.add(&layer), Ok(()));
+        assert!(total.add(&layer).is_err_and(|why| why.contains("all layers")));
+    }
 }
