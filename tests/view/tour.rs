@@ -118,6 +118,12 @@ fn a_tour_error_names_its_stop_and_field() {
     }
     let long = format!(r#"{{"title":"T","stops":[{}]}}"#, [r#"{"view":"orrery://view?target=Moon","hold_s":3600}"#; 2].join(","));
     assert!(parse(&long).expect_err("too long").contains("stop 2, hold_s: the tour is longer"));
+    // Stops of no length, without ways between them.
+    let stops = |count| {
+        format!(r#"{{"title":"T","stops":[{}]}}"#, vec![r#"{"view":"orrery://view?target=Moon","hold_s":0,"travel_s":0}"#; count].join(","))
+    };
+    assert_eq!(parse(&stops(1000)).expect("a tour").stops(), 1000);
+    assert!(parse(&stops(1001)).expect_err("too many").contains("stop 1001, stops: more than 1000 stops"));
 }
 
 /// One more click records the tour: as many frames as its length, with the first and last frames showing its ends.

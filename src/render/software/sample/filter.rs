@@ -9,7 +9,7 @@
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
 
-use super::footprint::{Footprint, floor};
+use super::footprint::{Footprint, ceil, floor, tap};
 pub(crate) use super::lane_order::{BATCH, Channels, MAX_TAPS};
 use super::lane_order::{CHUNK, LaneOrder, LazyArray, MAX_LEVELS, PADDED};
 #[cfg(target_arch = "x86_64")]
@@ -22,12 +22,13 @@ use crate::render::software::math::Real;
 /// Which channels are needed.
 type ChannelMask = [bool; 4];
 
-/// The coordinates, levels and taps of the lanes of a batch.
+/// The coordinates, levels and footprints of the lanes of a batch.
 pub(crate) struct FilterRequest<'a, R> {
     pub u: &'a [R; BATCH],
     pub v: &'a [R; BATCH],
     pub level: [R; BATCH],
-    pub taps: [R; BATCH],
+    /// Of the footprint, in taps.
+    pub length: [R; BATCH],
     pub step_u: [R; BATCH],
     pub step_v: [R; BATCH],
 }
@@ -35,10 +36,10 @@ pub(crate) struct FilterRequest<'a, R> {
 impl<'a, R: Real> FilterRequest<'a, R> {
     pub(crate) fn new(u: &'a [R; BATCH], v: &'a [R; BATCH]) -> Self {
         let zeros = [R::ZERO; BATCH];
-        Self { u, v, level: zeros, taps: [R::ONE; BATCH], step_u: zeros, step_v: zeros }
+        Self { u, v, level: zeros, length: [R::ONE; BATCH], step_u: zeros, step_v: zeros }
     }
 
-    /// Fills levels and taps from the gradients du/dx, dv/dx, du/dy, dv/dy. `max_taps`: `None` for isotropic filtering.
+    /// Fills levels and footprints from the gradients du/dx, dv/dx, du/dy, dv/dy. `max_taps`: `None` for isotropic filtering.
     #[inline(always)]
     pub(crate) fn set_footprints(&mut self, size: [u32; 2], g: [&[R; BATCH]; 4], max_taps: Option<&[R; BATCH]>) {
         let size = [R::from_u32(size[0]), R::from_u32(size[1])];
@@ -54,7 +55,7 @@ impl<'a, R: Real> FilterRequest<'a, R> {
         for i in 0..BATCH {
             let max_taps = if max_taps[i] < limit { max_taps[i] } else { limit };
             let f = Footprint::anisotropic(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]], max_taps);
-            (self.level[i], self.taps[i], self.step_u[i], self.step_v[i]) = (f.level, f.taps, f.step[0], f.step[1]);
+            (self.level[i], self.length[i], self.step_u[i], self.step_v[i]) = (f.level, f.length, f.step[0], f.step[1]);
         }
     }
 }
@@ -218,6 +219,18 @@ fn accumulate<R: Real>(sum: &mut [LazyArray<R>; 4], start: usize, count: usize, 
     }
 }
 
+/// As [`accumulate`], each lane with its weight.
+#[inline(always)]
+fn accumulate_weighted<R: Real>(sum: &mut [LazyArray<R>; 4], start: usize, count: usize, value: &[[R; CHUNK]; 4], weight: &[R; CHUNK]) {
+    let mut weighted = *value;
+    for channel in &mut weighted {
+        for i in 0..CHUNK {
+            channel[i] = weight[i] * channel[i];
+        }
+    }
+    accumulate(sum, start, count, &weighted);
+}
+
 #[inline(always)]
 fn any_positive<R: Real>(values: &[R; CHUNK]) -> bool {
     let mut any = false;
@@ -273,25 +286,25 @@ pub(crate) fn sample<R: Real, D: Decode>(
         let finer_level = floor(level + rounding);
         let finer_level = if finer_level < coarsest_level { finer_level } else { coarsest_level };
         level_fraction[i] = level - finer_level;
-        let missing_taps = R::from_u32(MAX_TAPS as u32) - request.taps[i];
+        let missing_taps = R::from_u32(MAX_TAPS as u32) - ceil(request.length[i]);
         key[i] = (finer_level * R::from_u32(MAX_TAPS as u32) + missing_taps).round_small().1 as u16;
     }
     let order = LaneOrder::new(&key, active);
     // Arrays that are not needed are not zeroed, because together they are as large as all other data of a batch.
-    let (mut buffer_u, mut buffer_v, mut buffer_fraction, mut buffer_step_u, mut buffer_step_v, mut buffer_taps) =
+    let (mut buffer_u, mut buffer_v, mut buffer_fraction, mut buffer_step_u, mut buffer_step_v, mut buffer_length) =
         (LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new());
     let (u, v) = (order.gather(request.u, &mut buffer_u), order.gather(request.v, &mut buffer_v));
     #[cfg(target_arch = "x86_64")]
     if D::IN_REGISTERS && state.linear && R::as_f32(&[]).is_some() {
         let fraction = order.gather(&level_fraction, &mut buffer_fraction);
-        let taps = order.has_several_taps.then(|| {
+        let footprints = order.has_several_taps.then(|| {
             let (step_u, step_v) = (order.gather(&request.step_u, &mut buffer_step_u), order.gather(&request.step_v, &mut buffer_step_v));
-            [step_u, step_v, order.gather(&request.taps, &mut buffer_taps)].map(|values| R::as_f32(values).unwrap_or_default())
+            [step_u, step_v, order.gather(&request.length, &mut buffer_length)].map(|values| R::as_f32(values).unwrap_or_default())
         });
         let [u, v, fraction] = [u, v, fraction].map(|values| R::as_f32(values).unwrap_or_default());
         let out = out.map(|lanes| R::as_f32_mut(lanes?)?.first_chunk_mut());
         // SAFETY: decoders in registers exist only on machines with AVX2.
-        return unsafe { registers::filter(decode, levels, &order, &SortedLanes { u, v, fraction, taps }, state, out) };
+        return unsafe { registers::filter(decode, levels, &order, &SortedLanes { u, v, fraction, footprints }, state, out) };
     }
     if state.linear && !order.has_several_taps {
         let level_fraction = order.gather(&level_fraction, &mut buffer_fraction);
@@ -329,35 +342,37 @@ pub(crate) fn sample<R: Real, D: Decode>(
     } else {
         let level_fraction = order.gather(&level_fraction, &mut buffer_fraction);
         let (step_u, step_v) = (order.gather(&request.step_u, &mut buffer_step_u), order.gather(&request.step_v, &mut buffer_step_v));
-        let taps = order.gather(&request.taps, &mut buffer_taps);
+        let length = order.gather(&request.length, &mut buffer_length);
         for level in order.levels.clone() {
             let (from, end) = order.positions(level);
             if from == end {
                 continue;
             }
             let both_levels = read_pair(levels, level, &level_fraction[from..end]);
-            for tap in 0..MAX_TAPS {
-                // Lanes with more than `tap` taps come first.
-                let to = usize::from(order.starts[(level + 1) * MAX_TAPS - tap]);
+            for index in 0..MAX_TAPS {
+                // Lanes with more than `index` taps come first.
+                let to = usize::from(order.starts[(level + 1) * MAX_TAPS - index]);
                 if to == from {
                     break;
                 }
                 for start in (from..to).step_by(CHUNK) {
                     let (mut tap_u, mut tap_v) = (*chunk(u, start), *chunk(v, start));
-                    let (step_u, step_v, taps) = (chunk(step_u, start), chunk(step_v, start), chunk(taps, start));
+                    let (step_u, step_v, length) = (chunk(step_u, start), chunk(step_v, start), chunk(length, start));
+                    let mut weight = [R::ZERO; CHUNK];
                     for i in 0..CHUNK {
-                        let offset = R::from_u32(tap as u32) - R::from_f64(0.5) * (taps[i] - R::ONE);
+                        let (offset, tap_weight) = tap(index, length[i]);
+                        weight[i] = tap_weight;
                         tap_u[i] = tap_u[i] + offset * step_u[i];
                         tap_v[i] = tap_v[i] + offset * step_v[i];
                     }
                     let value = trilinear(decode, both_levels, &tap_u, &tap_v, chunk(level_fraction, start), state, channels);
-                    accumulate(&mut sum, start, to - start, &value);
+                    accumulate_weighted(&mut sum, start, to - start, &value, &weight);
                 }
             }
         }
         for sum in sum.iter_mut().filter_map(|sum| sum.0.as_mut()) {
-            for (sum, taps) in sum.iter_mut().zip(taps) {
-                *sum = *sum / *taps;
+            for (sum, length) in sum.iter_mut().zip(length) {
+                *sum = *sum / *length;
             }
         }
     }

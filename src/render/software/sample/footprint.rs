@@ -1,10 +1,10 @@
 //! Computes the mip level and the taps that a lane reads from the gradients of its texture coordinates.
 //!
 //! A pixel's footprint is the ellipse, in texels, onto which the gradients map a circle of diameter 1 pixel. The lengths of its axes are the
-//! singular values of the gradient matrix. Up to `max_taps` trilinear taps are spread evenly along the major axis, from end to end, and the mip
-//! level is log2 of the minor axis (or of the major axis / `max_taps`, if that is greater), as in shaders/lib/filtered_map.wesl. The level of a
-//! plain sampler is log2 of the longer gradient. Everything is branch-free, so that loops over lanes are vectorised. Gradients that are not finite
-//! give an unspecified valid level and number of taps.
+//! singular values of the gradient matrix. Up to `max_taps` trilinear taps fill the major axis from both ends, and the mip level is log2 of the minor
+//! axis (or of the major axis / `max_taps`, if that is greater), as in shaders/lib/filtered_map.wesl. Where their number is no integer, the taps in the
+//! middle overlap and weigh less, so that the filtered value is continuous in the gradients. The level of a plain sampler is log2 of the longer
+//! gradient. Everything is branch-free, so that loops over lanes are vectorised. Gradients that are not finite give an unspecified valid level and length.
 
 use crate::render::software::math::Real;
 
@@ -13,10 +13,29 @@ use crate::render::software::math::Real;
 pub(crate) struct Footprint<R> {
     /// Mip level, before clamping.
     pub level: R,
-    /// Number of taps, at least 1.
-    pub taps: R,
-    /// Step from one tap to the next, in texture coordinates.
+    /// Length of the major axis in taps, at least 1. The number of taps is the next integer.
+    pub length: R,
+    /// The width of a tap along the major axis, in texture coordinates.
     pub step: [R; 2],
+}
+
+/// A tap of a footprint of the given length: its offset from the middle, in taps, and its weight. The weights of all taps add up to the length.
+#[inline(always)]
+pub(super) fn tap<R: Real>(index: usize, length: R) -> (R, R) {
+    let half = R::from_f64(0.5);
+    let taps = ceil(length);
+    let excess = taps - length;
+    let offset = R::from_u32(index as u32) - half * (taps - R::ONE);
+    let distance = offset.abs();
+    let to_middle = half * excess;
+    let moved = if distance < to_middle { R::ZERO } else { distance - to_middle };
+    let overlap = if distance < R::ONE { R::ONE - distance } else { R::ZERO };
+    (if offset < R::ZERO { -moved } else { moved }, R::ONE - excess * overlap)
+}
+
+#[inline(always)]
+pub(super) fn ceil<R: Real>(x: R) -> R {
+    -floor(-x)
 }
 
 #[inline(always)]
@@ -29,7 +48,7 @@ impl<R: Real> Footprint<R> {
     /// One tap at a given level.
     #[inline(always)]
     pub(crate) fn at_level(level: R) -> Self {
-        Self { level, taps: R::ONE, step: [R::ZERO; 2] }
+        Self { level, length: R::ONE, step: [R::ZERO; 2] }
     }
 
     /// Isotropic filtering, one tap. `dx`, `dy`: gradients `[du, dv]` per pixel in x and in y; `size`: of the texture, in texels.
@@ -58,21 +77,17 @@ impl<R: Real> Footprint<R> {
         let width_sq = if minor_sq > min_width_sq { minor_sq } else { min_width_sq };
         // At least one texel, since no level is finer than level 0. NaN becomes one texel as well.
         let width_sq = if width_sq > R::ONE { width_sq } else { R::ONE };
-        // Rounded up, unless the excess over an integer is below 0.01.
-        let taps = floor((major_sq / width_sq).sqrt() + R::from_f64(0.99));
-        let taps = if taps < max_taps { taps } else { max_taps };
-        let taps = if taps > R::ONE { taps } else { R::ONE };
+        // Shorter by 0.01, so that a round footprint has one tap in spite of rounding.
+        let length = (major_sq / width_sq).sqrt() - R::from_f64(0.01);
+        let length = if length < max_taps { length } else { max_taps };
+        let length = if length > R::ONE { length } else { R::ONE };
         // The eigenvector of the major axis, computed from the better conditioned row of the matrix.
         let is_wide = difference > R::ZERO;
         let x = if is_wide { major_sq - c } else { b };
         let y = if is_wide { b } else { major_sq - a };
-        let has_several_taps = taps > R::ONE;
-        // The outermost taps end at the ends of the major axis, so the distance between their centres is the axis length minus the width of a tap.
-        let spread = major_sq.sqrt() - width_sq.sqrt();
-        let scale = spread / ((x * x + y * y).sqrt() * if has_several_taps { taps - R::ONE } else { R::ONE });
-        let step_u = if has_several_taps { x * scale / size[0] } else { R::ZERO };
-        let step_v = if has_several_taps { y * scale / size[1] } else { R::ZERO };
-        Self { level: half_log2(width_sq), taps, step: [step_u, step_v] }
+        let axis_sq = x * x + y * y;
+        let scale = width_sq.sqrt() / if axis_sq > R::from_f64(1e-30) { axis_sq } else { R::from_f64(1e-30) }.sqrt();
+        Self { level: half_log2(width_sq), length, step: [x * scale / size[0], y * scale / size[1]] }
     }
 }
 

@@ -8,10 +8,10 @@ use super::lane_order::{Channels, LaneOrder, MAX_TAPS};
 use super::texels::{BoundLevel, Decode, TexelLevel, read_pair};
 use crate::render::plan::{AddressMode, SamplerState};
 use std::arch::x86_64::{
-    __m256, __m256i, _CMP_GT_OQ, _mm256_add_epi32, _mm256_add_ps, _mm256_andnot_si256, _mm256_blendv_ps, _mm256_cmp_ps, _mm256_cmpgt_epi32,
-    _mm256_cvttps_epi32, _mm256_div_ps, _mm256_floor_ps, _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32, _mm256_min_epu32,
-    _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setzero_ps,
-    _mm256_setzero_si256, _mm256_sub_ps,
+    __m256, __m256i, _CMP_GT_OQ, _mm256_add_epi32, _mm256_add_ps, _mm256_and_ps, _mm256_andnot_ps, _mm256_andnot_si256, _mm256_blendv_ps,
+    _mm256_ceil_ps, _mm256_cmp_ps, _mm256_cmpgt_epi32, _mm256_cvttps_epi32, _mm256_div_ps, _mm256_floor_ps, _mm256_max_epi32,
+    _mm256_max_ps, _mm256_min_epi32, _mm256_min_epu32, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_or_ps,
+    _mm256_set1_epi32, _mm256_set1_ps, _mm256_setzero_ps, _mm256_setzero_si256, _mm256_sub_ps,
 };
 use std::mem::transmute;
 
@@ -24,8 +24,8 @@ pub(super) struct SortedLanes<'a> {
     pub v: &'a [f32],
     /// Part of the next coarser level.
     pub fraction: &'a [f32],
-    /// Steps in u and v from tap to tap, and the numbers of taps; `None` if each lane has one.
-    pub taps: Option<[&'a [f32]; 3]>,
+    /// The width of a tap in u and v, and the length in taps; `None` if each lane has one tap.
+    pub footprints: Option<[&'a [f32]; 3]>,
 }
 
 /// Eight values from position `start` on; zeros where there are not as many.
@@ -134,24 +134,33 @@ unsafe fn value_at<D: Decode>(
     unsafe {
         let (u, v, fraction) = (eight(lanes.u, start), eight(lanes.v, start), eight(lanes.fraction, start));
         // The first lane has the most taps.
-        let most_taps = lanes.taps.map_or(1, |[.., taps]| (taps[start] as usize).min(MAX_TAPS));
-        let Some([step_u, step_v, taps]) = lanes.taps.filter(|_| most_taps > 1) else {
+        let most_taps = lanes.footprints.map_or(1, |[.., length]| (length[start].ceil() as usize).min(MAX_TAPS));
+        let Some([step_u, step_v, length]) = lanes.footprints.filter(|_| most_taps > 1) else {
             return trilinear(decode, both_levels, [u, v], fraction, state, needed);
         };
-        let (step_u, step_v, taps) = (eight(step_u, start), eight(step_v, start), eight(taps, start));
-        let half = _mm256_mul_ps(_mm256_set1_ps(0.5), _mm256_sub_ps(taps, _mm256_set1_ps(1.0)));
-        let mut sum = [_mm256_setzero_ps(); 4];
-        for tap in 0..most_taps {
-            let tap = _mm256_set1_ps(tap as f32);
-            let offset = _mm256_sub_ps(tap, half);
+        let (step_u, step_v, length) = (eight(step_u, start), eight(step_v, start), eight(length, start));
+        let (zero, half, one) = (_mm256_setzero_ps(), _mm256_set1_ps(0.5), _mm256_set1_ps(1.0));
+        let sign = _mm256_set1_ps(-0.0);
+        let taps = _mm256_ceil_ps(length);
+        let excess = _mm256_sub_ps(taps, length);
+        let (middle, to_middle) = (_mm256_mul_ps(half, _mm256_sub_ps(taps, one)), _mm256_mul_ps(half, excess));
+        let mut sum = [zero; 4];
+        for index in 0..most_taps {
+            // As `footprint::tap`.
+            let index = _mm256_set1_ps(index as f32);
+            let offset = _mm256_sub_ps(index, middle);
+            let distance = _mm256_andnot_ps(sign, offset);
+            let moved = _mm256_max_ps(_mm256_sub_ps(distance, to_middle), zero);
+            let weight = _mm256_sub_ps(one, _mm256_mul_ps(excess, _mm256_max_ps(_mm256_sub_ps(one, distance), zero)));
+            let offset = _mm256_or_ps(moved, _mm256_and_ps(sign, offset));
             let uv = [_mm256_add_ps(u, _mm256_mul_ps(offset, step_u)), _mm256_add_ps(v, _mm256_mul_ps(offset, step_v))];
             let value = trilinear(decode, both_levels, uv, fraction, state, needed);
-            let has_tap = _mm256_cmp_ps::<_CMP_GT_OQ>(taps, tap);
+            let has_tap = _mm256_cmp_ps::<_CMP_GT_OQ>(taps, index);
             for k in 0..4 {
-                sum[k] = _mm256_blendv_ps(sum[k], _mm256_add_ps(sum[k], value[k]), has_tap);
+                sum[k] = _mm256_blendv_ps(sum[k], _mm256_add_ps(sum[k], _mm256_mul_ps(weight, value[k])), has_tap);
             }
         }
-        [_mm256_div_ps(sum[0], taps), _mm256_div_ps(sum[1], taps), _mm256_div_ps(sum[2], taps), _mm256_div_ps(sum[3], taps)]
+        [_mm256_div_ps(sum[0], length), _mm256_div_ps(sum[1], length), _mm256_div_ps(sum[2], length), _mm256_div_ps(sum[3], length)]
     }
 }
 
