@@ -178,9 +178,45 @@ pub const PCK: &str = "\\begindata\nBODY4_NUT_PREC_ANGLES = ( 190.7 19139.8 21.4
 pub const SETTINGS: &str = r#"{"dark":null,"zoom":1.2,"names":true,"unit":"miles","home":{"latitude_deg":51.5,"longitude_deg":0},"place":null,
 "bookmarks":[{"name":"a","view":{"target":699,"eye":{"kind":"orbit","body":699},"time":"2024-01-01T00:00:00Z"}}],"recent":[]}"#;
 
-/// A fragment that everyone may lay over the built-in one.
-pub fn fragments() -> Vec<Vec<u8>> {
-    FRAGMENTS.iter().filter(|(name, _)| *name == "entry/tone_map.wesl").map(|(_, text)| text.as_bytes().to_vec()).collect()
+/// A built-in fragment.
+pub fn fragment(path: &str) -> Vec<Vec<u8>> {
+    FRAGMENTS.iter().filter(|(name, _)| *name == path).map(|(_, text)| text.as_bytes().to_vec()).collect()
+}
+
+pub const MINOR_PLANETS: [&str; 3] = [
+    "name,e,a_au,i_deg,node_deg,argp_deg,M_deg,epoch_mjd,H,G\nCeres,0.0789125,2.7672543,10.58769,80.25498,73.42179,60.07881,60200,3.34,0.15\n",
+    r#"{"signature":{"version":"1.0"},"fields":["full_name","epoch.mjd","e","a","i","om","w","ma","H","G"],
+"data":[["     1 Ceres (A801 AA)",60200,".0789125","2.7672543",10.58769,"80.25498","73.42179","60.07881","3.34",null]]}"#,
+    "00001    3.34  0.15 K239D  60.07881   73.42179   80.25498   10.58769  0.0789125  0.21410522   2.7672543\n",
+];
+
+pub const TOUR: &str = r#"{"title":"a","stops":[{"view":{"target":"saturn","eye":{"kind":"orbit","body":699},"time":"2024-01-01T00:00:00Z"},"text":"b","hold_s":3,"travel_s":2},
+{"view":"orrery://view?target=599&eye.kind=orbit&eye.body=599","text":"c","time_rate":60,"hold_s":1,"travel_s":0}]}"#;
+
+/// Heights of the Moon: after the byte that says which, and the quarter of the label's length, 4 x 2 of 16 bits with a label; a grey PNG; a TIFF.
+pub fn lunar_heights() -> Vec<Vec<u8>> {
+    let mut label = "PDS_VERSION_ID = PDS3\n^IMAGE = \"A.IMG\"\nOBJECT = IMAGE\nLINES = 2\nLINE_SAMPLES = 4\nSAMPLE_TYPE = LSB_INTEGER\nSAMPLE_BITS = 16\n\
+        SCALING_FACTOR = 0.5\nOFFSET = 1737400.\nUNIT = METER\nEND_OBJECT = IMAGE\nOBJECT = IMAGE_MAP_PROJECTION\nMAP_PROJECTION_TYPE = \"SIMPLE CYLINDRICAL\"\n\
+        WESTERNMOST_LONGITUDE = 0. <DEG>\nEND_OBJECT = IMAGE_MAP_PROJECTION\nEND\n"
+        .to_owned();
+    label.push_str(&" ".repeat(label.len().next_multiple_of(4) - label.len()));
+    let encoded = |format| {
+        let mut bytes = Cursor::new(Vec::new());
+        image::DynamicImage::new_luma16(4, 2).write_to(&mut bytes, format).expect("written");
+        bytes.into_inner()
+    };
+    let tiff = {
+        let mut bytes = Cursor::new(Vec::new());
+        let mut encoder = tiff::encoder::TiffEncoder::new(&mut bytes).expect("a head");
+        encoder.write_image::<tiff::encoder::colortype::Gray16>(4, 2, &[20_000; 8]).expect("heights");
+        bytes.into_inner()
+    };
+    let quarter = u8::try_from(label.len() / 4).expect("a short label");
+    vec![
+        [&[0, quarter], label.as_bytes(), &[1; 16]].concat(),
+        [&[1, 0], encoded(image::ImageFormat::Png).as_slice()].concat(),
+        [&[2, 0], tiff.as_slice()].concat(),
+    ]
 }
 
 pub fn questions() -> Vec<Vec<u8>> {
@@ -203,6 +239,13 @@ pub fn small_jpeg() -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     image::DynamicImage::new_rgb8(16, 8).write_to(&mut bytes, image::ImageFormat::Jpeg).expect("written");
     bytes.into_inner()
+}
+
+/// A whole sky.
+pub fn wide_exr() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    orrery::image::write_exr(&mut bytes, 8, 4, &[[0.5; 4]; 32], "", None).expect("written");
+    bytes
 }
 
 pub fn small_exr() -> Vec<u8> {

@@ -4,9 +4,11 @@
 
 use glam::DVec3;
 use orrery::catalog::DataLayer;
+use orrery::catalog::lunar_heights::{HeightMap, HeightRange};
+use orrery::catalog::small_bodies::SmallBodies;
 use orrery::catalog::stars::StarCatalog;
 use orrery::ephemeris::orientation::Pck;
-use orrery::image::{TexelFormat, Texture, exr_head_text, png_head_text, verify_exr, verify_png};
+use orrery::image::{MapStore, StoredMaps, TexelFormat, Texture, exr_head_text, png_head_text, read_panorama, verify_exr, verify_png};
 use orrery::mesh::{Mesh, ShapeFrame, obj};
 use orrery::probe::Prober;
 use orrery::render::software::lower::{check_bytes, programs_from_bytes};
@@ -14,15 +16,18 @@ use orrery::render::software::{Options, SoftwareRenderer};
 use orrery::scene::draw::DrawFeatures;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::CameraFile;
+use orrery::scene::request::warp_mesh::WarpMesh;
 use orrery::session::{HALF_SIDE_WITH_LIMB, sample_plan};
 use orrery::shader::key::{DIMENSIONS, ShaderKey};
 use orrery::shader::library::decode;
 use orrery::shader::record::DigestRecord;
 use orrery::shader::{ModuleId, ShaderLibrary};
 use orrery::view::app::settings::Settings;
+use orrery::view::app::tour::Tour;
 use orrery::view::link::view_from_text;
 use orrery::{Catalog, Fragments, Instant, NaifId, Session, ShaderModule, Sources, lowering};
 use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 mod seeds;
@@ -76,6 +81,50 @@ fn data_layer(bytes: &[u8]) {
         assert!(layer.points.iter().all(|p| is_sound(&[p.lat_deg, p.lon_deg])));
         assert!(layer.image.is_none_or(|i| i.rgba.len() == 4 * i.width as usize * i.height as usize));
     }
+}
+
+/// A folder for the inputs of what reads files.
+static FILES: LazyLock<PathBuf> = LazyLock::new(|| tempfile::tempdir().expect("a folder").keep());
+
+/// A map of the Moon's heights: the first byte says whether a label of as many bytes as the second times four comes first.
+fn lunar_heights(bytes: &[u8]) {
+    let Some(([first, label], rest)) = bytes.split_first_chunk() else { return };
+    if *first % 3 == 0 {
+        let (label, image) = rest.split_at(rest.len().min(4 * usize::from(*label)));
+        drop((HeightMap::image_of_label("a.lbl", &text(label)), HeightMap::of_pds("a.lbl", &text(label), image)));
+    } else {
+        let range = HeightRange { black_km: -9.0, white_km: 11.0 };
+        drop(HeightMap::of_picture("a", rest, (*first % 3 == 1).then_some(range)));
+    }
+}
+
+/// The entry of a map of 4 x 4 pixels.
+static STORED_MAP: LazyLock<PathBuf> = LazyLock::new(|| {
+    std::fs::write(FILES.join("a.png"), seeds::small_png()).expect("written");
+    read_stored(&FILES);
+    let entries = std::fs::read_dir(FILES.join("orrery").join("maps")).expect("a folder");
+    entries.flatten().next().expect("an entry").path()
+});
+
+/// Every texel of the map of which there is an entry.
+fn read_stored(folder: &Path) -> Vec<u8> {
+    let maps = MapStore::new(Some(folder.to_owned())).stored_in(Some(StoredMaps::new(folder)));
+    let map = maps.get("a.png", TexelFormat::Rgba8Srgb).expect("a map");
+    map.levels.iter().flat_map(|level| level.bytes().to_vec()).collect()
+}
+
+/// An entry whose head has the right checksum, as someone would write it who means it. What is not whole is decoded anew; the map keeps its size.
+fn stored_map(bytes: &[u8]) {
+    // Magic, key, width and height; three levels of 33 bytes.
+    const COVERED: usize = 48 + 3 * 33;
+    let mut entry = bytes.to_vec();
+    if let Some((covered, rest)) = entry.split_at_mut_checked(COVERED)
+        && let Some(sum) = rest.first_chunk_mut::<32>()
+    {
+        sum.copy_from_slice(&Sha256::digest(covered));
+    }
+    std::fs::write(&*STORED_MAP, &entry).expect("written");
+    assert_eq!(read_stored(&FILES).len(), 4 * (16 + 4 + 1), "texels of three levels");
 }
 
 /// Every target.
@@ -264,7 +313,7 @@ pub static TARGETS: &[Target] = &[
             let fragments = Fragments::with_files(vec![("entry/tone_map.wesl".into(), text(bytes).into_owned())]);
             drop(ShaderModule::build_with(&fragments, &"tone_map".parse().expect("a name"), &lowering()));
         },
-        seeds: seeds::fragments,
+        seeds: || seeds::fragment("entry/tone_map.wesl"),
         words: &[
             "@if(",
             "import package::",
@@ -300,6 +349,66 @@ pub static TARGETS: &[Target] = &[
         },
         words: &[],
     },
+    Target {
+        name: "minor-planets",
+        run: |bytes| drop(SmallBodies::parse("a", &text(bytes))),
+        seeds: || texts(&seeds::MINOR_PLANETS),
+        words: &["name", "epoch_mjd", "full_name", "per.y", "null", "nan", "1e309", "-1", "\"\"", ",", "K239D", "{", "[", "fields"],
+    },
+    Target {
+        name: "tour",
+        run: |bytes| drop(Tour::parse(&text(bytes), &SESSION, epoch())),
+        seeds: || texts(&[seeds::TOUR]),
+        words: &["{", "[", "null", "1e400", "-1", "\"stops\"", "\"view\"", "\"time_rate\"", "\"hold_s\"", "\"saturn\""],
+    },
+    Target {
+        name: "warp-mesh",
+        run: |bytes| drop(WarpMesh::parse("a", &text(bytes))),
+        seeds: || {
+            texts(&[
+                "2\n2 2\n-1 -1 0 0 1\n1 -1 1 0 1\n-1 1 0 1 0.5\n1 1 1 1 1\n",
+                "2\n3 2\n-1 -1 0 0 1\n0 -1 0.5 0 1\n1 -1 1 0 1\n-1 1 0 1 0\n0 1 0.5 1 1\n1 1 1 1 1\n",
+            ])
+        },
+        words: &["1", "2", "-1", "nan", "1e309", "999999999", " ", "\n"],
+    },
+    Target {
+        name: "lunar-heights",
+        run: lunar_heights,
+        seeds: seeds::lunar_heights,
+        words: &["LINES", "LINE_SAMPLES", "SAMPLE_BITS", "= 16", "END", "SCALING_FACTOR", "II*\0", "MM\0*", "-32768", "KM"],
+    },
+    Target {
+        name: "custom-surface",
+        run: |bytes| {
+            let fragments = Fragments::with_files(vec![("lib/custom/surface_1.wesl".into(), text(bytes).into_owned())]);
+            let key = ShaderKey::for_draw(&DrawFeatures { custom_surface: 1, lights: 1, ..DrawFeatures::MINIMAL });
+            drop(ShaderModule::build_with(&fragments, &ModuleId::Planet(key), &lowering()));
+        },
+        seeds: || seeds::fragment("lib/custom/surface_1.wesl"),
+        words: &[
+            "@if(",
+            "import package::",
+            "loop {",
+            "while true {",
+            "array<f32, 4294967295>",
+            "fn f() { f(); }",
+            "point.",
+            "vec3f(",
+            "};",
+        ],
+    },
+    Target {
+        name: "sky-image",
+        run: |bytes| {
+            let path = FILES.join("sky");
+            std::fs::write(&path, bytes).expect("written");
+            drop(read_panorama(&path, Some(1)));
+        },
+        seeds: || vec![seeds::wide_exr(), seeds::small_jpeg()],
+        words: &["compression", "dataWindow", "chlist", "tiles", "lineOrder", "IHDR"],
+    },
+    Target { name: "stored-map", run: stored_map, seeds: || vec![std::fs::read(&*STORED_MAP).expect("an entry")], words: &["ORRMAP01"] },
     Target { name: "key", run: key, seeds: || vec![vec![0; DIMENSIONS.len()], (0..DIMENSIONS.len() as u8).collect()], words: &[] },
 ];
 

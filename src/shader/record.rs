@@ -116,6 +116,13 @@ impl DigestRecord {
         Ok(record)
     }
 
+    /// The record of those of its modules that are among `ids`.
+    #[must_use]
+    pub fn only(&self, ids: &[(ModuleId, bool)]) -> Self {
+        let found = |(id, _): &(ModuleId, bool)| self.modules.get_key_value(&id.to_string()).map(|(name, d)| (name.clone(), d.clone()));
+        Self { modules: ids.iter().filter_map(found).collect(), ..self.clone() }
+    }
+
     /// What changed from this record to `now`, with reasons.
     pub fn changes(&self, now: &Verified) -> Vec<Change> {
         let (fragments_of, now) = (&now.fragments_of, &now.record);

