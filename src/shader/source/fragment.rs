@@ -108,8 +108,14 @@ impl Fragment {
                     _ => pieces.push(Piece { span: byte..byte + 1, block }),
                 }
             }
-            if start == end && start < text.len() {
-                pieces.push(Piece { span: start..start, block: block_of_byte[start] });
+            if start == end
+                && let Some(&block) = block_of_byte.get(start)
+            {
+                // An empty line, perhaps within a list of imports.
+                match block {
+                    REMOVED => has_removed = true,
+                    _ => pieces.push(Piece { span: start..start, block }),
+                }
             }
             lines.push(FragmentLine { is_divided: has_removed || pieces.len() > 1, pieces });
             start = end + 1;

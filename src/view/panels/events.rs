@@ -17,7 +17,8 @@ use crate::view::faults::fault_text;
 use crate::view::language::dates::{minute_text, month_day_second_text};
 use crate::view::language::{decimal, named, plain, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
-use egui::{Align2, Button, ComboBox, Grid, Label, Panel, ProgressBar, Response, RichText, ScrollArea, TextStyle, vec2};
+use egui::text::{LayoutJob, TextWrapping};
+use egui::{Button, Color32, ComboBox, Grid, Label, Panel, Pos2, ProgressBar, Response, RichText, ScrollArea, TextStyle, vec2};
 use std::sync::Arc;
 
 /// Ranges of the search around the displayed date, days, and the ids of their names.
@@ -269,9 +270,14 @@ fn row(ui: &mut egui::Ui, row: &Row, height: f32, is_chosen: bool) -> Response {
     let painter = ui.painter().with_clip_rect(response.rect.intersect(ui.clip_rect()));
     let corner = response.rect.left_top() + ui.spacing().button_padding;
     let below = corner + vec2(0.0, ui.text_style_height(&TextStyle::Body));
-    painter.text(corner, Align2::LEFT_TOP, &row.title, TextStyle::Body.resolve(ui.style()), title);
-    let line = row.summary.replacen(" UTC", "", 1);
-    painter.text(below, Align2::LEFT_TOP, line, TextStyle::Small.resolve(ui.style()), summary);
+    // A line that is too long ends in an ellipsis; the tooltip has all of it.
+    let line = |at: Pos2, text: String, style: TextStyle, colour: Color32| {
+        let wrap = TextWrapping::truncate_at_width(response.rect.width() - 2.0 * ui.spacing().button_padding.x);
+        let job = LayoutJob { wrap, ..LayoutJob::simple_singleline(text, style.resolve(ui.style()), colour) };
+        painter.galley(at, painter.layout_job(job), colour);
+    };
+    line(corner, row.title.clone(), TextStyle::Body, title);
+    line(below, row.summary.replacen(" UTC", "", 1), TextStyle::Small, summary);
     response.on_hover_text(text!("events-row-hint", summary = row.summary)).accessible_name(format!("{}, {}", row.title, row.summary))
 }
 
