@@ -30,7 +30,7 @@ pub enum TourError {
     Json(#[from] serde_json::Error),
     #[error("a tour has at least one stop: add to \"stops\"")]
     Empty,
-    /// More than [`MAX_STOPS`].
+    /// More stops than a tour may have.
     #[error("{0} stops; a tour has at most {MAX_STOPS}")]
     TooManyStops(usize),
     /// An invalid field of a stop, counted from 1.
