@@ -241,15 +241,9 @@ pub fn small_jpeg() -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// A whole sky.
-pub fn wide_exr() -> Vec<u8> {
+/// `text`: what the program writes into the head of its images.
+pub fn exr(width: u32, height: u32, text: Option<&str>) -> Vec<u8> {
     let mut bytes = Vec::new();
-    orrery::image::write_exr(&mut bytes, 8, 4, &[[0.5; 4]; 32], "", None).expect("written");
-    bytes
-}
-
-pub fn small_exr() -> Vec<u8> {
-    let mut bytes = Vec::new();
-    orrery::image::write_exr(&mut bytes, 2, 2, &[[0.5; 4]; 4], "", Some("{}")).expect("written");
+    orrery::image::write_exr(&mut bytes, width, height, &vec![[0.5; 4]; (width * height) as usize], "", text).expect("written");
     bytes
 }

@@ -227,7 +227,11 @@ pub static TARGETS: &[Target] = &[
             drop((verify_png(bytes, (4, 4)), verify_exr(bytes)));
         },
         seeds: || {
-            vec![seeds::small_png(), seeds::small_exr(), b"\x76\x2f\x31\x01\x02\x00\x00\x00comments\0string\0\x04\0\0\0four\0".to_vec()]
+            vec![
+                seeds::small_png(),
+                seeds::exr(2, 2, Some("{}")),
+                b"\x76\x2f\x31\x01\x02\x00\x00\x00comments\0string\0\x04\0\0\0four\0".to_vec(),
+            ]
         },
         words: &["iTXt", "Request", "chlist"],
     },
@@ -405,7 +409,7 @@ pub static TARGETS: &[Target] = &[
             std::fs::write(&path, bytes).expect("written");
             drop(read_panorama(&path, Some(1)));
         },
-        seeds: || vec![seeds::wide_exr(), seeds::small_jpeg()],
+        seeds: || vec![seeds::exr(8, 4, None), seeds::small_jpeg()],
         words: &["compression", "dataWindow", "chlist", "tiles", "lineOrder", "IHDR"],
     },
     Target { name: "stored-map", run: stored_map, seeds: || vec![std::fs::read(&*STORED_MAP).expect("an entry")], words: &["ORRMAP01"] },
