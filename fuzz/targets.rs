@@ -22,8 +22,10 @@ use orrery::shader::key::{DIMENSIONS, ShaderKey};
 use orrery::shader::library::decode;
 use orrery::shader::record::DigestRecord;
 use orrery::shader::{ModuleId, ShaderLibrary};
+use orrery::view::app::search::suggestions;
 use orrery::view::app::settings::Settings;
 use orrery::view::app::tour::Tour;
+use orrery::view::app::viewer::{Subject, Viewer};
 use orrery::view::link::view_from_text;
 use orrery::{Catalog, Fragments, Instant, NaifId, Session, ShaderModule, Sources, lowering};
 use sha2::{Digest, Sha256};
@@ -81,6 +83,17 @@ fn data_layer(bytes: &[u8]) {
         assert!(layer.points.iter().all(|p| is_sound(&[p.lat_deg, p.lon_deg])));
         assert!(layer.image.is_none_or(|i| i.rgba.len() == 4 * i.width as usize * i.height as usize));
     }
+}
+
+/// What is typed into the search field of a window.
+fn search(bytes: &[u8]) {
+    thread_local! {
+        static VIEWER: Viewer = {
+            let view = view_from_text("orrery://view?target=Earth", &SESSION, epoch()).expect("a view");
+            Viewer::new(SESSION.catalog().bodies().iter().map(Subject::of).collect(), view, epoch)
+        };
+    }
+    VIEWER.with(|viewer| assert!(suggestions(&text(bytes), viewer, SESSION.catalog(), 8).len() <= 8));
 }
 
 /// A folder for the inputs of what reads files.
@@ -364,6 +377,14 @@ pub static TARGETS: &[Target] = &[
         run: |bytes| drop(Tour::parse(&text(bytes), &SESSION, epoch())),
         seeds: || texts(&[seeds::TOUR]),
         words: &["{", "[", "null", "1e400", "-1", "\"stops\"", "\"view\"", "\"time_rate\"", "\"hold_s\"", "\"saturn\""],
+    },
+    Target {
+        name: "search",
+        run: search,
+        seeds: || {
+            texts(&["8 April 2024", "eclipse 2027", "51.5, -0.1", "jupiter", "-ring-shadow", "lambert.albedo.sun1.sphere", "München"])
+        },
+        words: &["2024", "-", ".", ",", "°", "S", "eclipse ", "+", "é", "tycho", "1e308", "nan"],
     },
     Target {
         name: "warp-mesh",
