@@ -10,11 +10,11 @@ use super::mip_level::{Level, LevelSource};
 use super::mips::RowOrder;
 use super::{ImageError, MAX_MAP_SIDE, PoleFilter, TexelFormat, Texture, check_size};
 use crate::files::{is_temporary, read_bytes, read_part, write_cached};
-use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, OnceLock};
 use std::time::SystemTime;
+use twox_hash::XxHash3_128;
 
 /// Most bytes of all entries: the 45 embedded maps take less than half of them.
 pub(crate) const BUDGET_BYTES: u64 = 256 << 20;
@@ -43,16 +43,16 @@ fn locked(name: &str) -> Option<&'static str> {
 }
 
 /// Digest of the code that makes the levels.
-static CODE: LazyLock<[u8; 32]> = LazyLock::new(|| code_digest(&SOURCES));
+static CODE: LazyLock<Key> = LazyLock::new(|| code_digest(&SOURCES));
 
-fn code_digest(sources: &[&str]) -> [u8; 32] {
-    let mut hash = Sha256::new();
+fn code_digest(sources: &[&str]) -> Key {
+    let mut hash = XxHash3_128::new();
     for text in sources.iter().copied().chain(DECODERS.iter().filter_map(|name| locked(name))) {
         // The length precedes each text, so that different lists of texts never give the same bytes.
-        hash.update((text.len() as u64).to_le_bytes());
-        hash.update(text);
+        hash.write(&(text.len() as u64).to_le_bytes());
+        hash.write(text.as_bytes());
     }
-    hash.finalize().into()
+    hash.finish_128().to_le_bytes()
 }
 
 fn hex(bytes: &[u8]) -> String {
@@ -71,11 +71,11 @@ fn key_of(map: &EncodedMap) -> Key {
         PoleFilter::Values => 1,
         PoleFilter::Slopes => 2,
     };
-    let mut hash = Sha256::new();
-    hash.update(*CODE);
-    hash.update([format, poles]);
-    hash.update(&map.bytes);
-    hash.finalize().into()
+    let mut hash = XxHash3_128::new();
+    hash.write(&*CODE);
+    hash.write(&[format, poles]);
+    hash.write(&map.bytes);
+    hash.finish_128().to_le_bytes()
 }
 
 /// Number and size of the entries.
@@ -116,7 +116,7 @@ impl StoredMaps {
     }
 
     fn path(&self, key: &Key) -> PathBuf {
-        self.folder.join(format!("{}-{}.{EXTENSION}", Self::version(), hex(&key[..16])))
+        self.folder.join(format!("{}-{}.{EXTENSION}", Self::version(), hex(key)))
     }
 
     /// The texture of a map.
@@ -313,7 +313,7 @@ mod tests {
             bytes[at] ^= 1;
             bytes
         };
-        let mut damaged: Vec<Vec<u8>> = [0, 9, 41, 45, 49, 60, 400, 5000, intact.len() - 1].map(with_bit).to_vec();
+        let mut damaged: Vec<Vec<u8>> = [0, 9, 25, 29, 32, 40, 400, 5000, intact.len() - 1].map(with_bit).to_vec();
         damaged.extend([intact[..20].to_vec(), intact[..intact.len() - 4].to_vec(), Vec::new(), [&intact[..], b"x"].concat()]);
         damaged.push(std::fs::read(other).expect("stored"));
         for bytes in &damaged {
