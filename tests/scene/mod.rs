@@ -14,6 +14,7 @@ mod inspection_views;
 mod layers;
 mod linear_light;
 mod magnitudes;
+mod map_footprint;
 mod meshes;
 mod metering;
 mod milky_way;

@@ -63,6 +63,11 @@ pub static PREDICATES: &[Predicate] = &[
         "the pixel's place in the body's maps is needed",
     ),
     predicate(
+        "steps_over_ground",
+        "(shape_sphere || shape_ellipsoid) && (maps_albedo || maps_normal || maps_specular || maps_night || maps_cloud_shadow || surface_cloud || view_uv || overlays_1)",
+        "maps are read along the ground that a view ray's pixel covers",
+    ),
+    predicate(
         "filters_maps",
         "maps_albedo || maps_normal || maps_specular || maps_night || maps_cloud_shadow || surface_cloud || overlays_1",
         "any image is read along the pixel's footprint",

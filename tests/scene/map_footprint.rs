@@ -1,0 +1,188 @@
+//! A pixel's footprint on a map, as the shader computes it from view rays: against differences of intersections in f64, over the disc, at its limb and at the poles.
+
+use crate::support::emitted::{Emitted, EvalInput};
+use glam::{DMat3, DVec2, DVec3, Vec3};
+use orrery::image::{Level, SharedTexture, TexelFormat, Texture};
+use orrery::scene::camera::{AnchorForm, Camera, Placement, ViewRays};
+use orrery::scene::draw::DrawUniforms;
+use orrery::scene::silhouette::Outline;
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+const MODULE: &str = "lambert.albedo.sun1.ellipsoid";
+/// The hit of the view ray at the place `p.xy` of the rectangle.
+const HIT: &str = "surface_hit(Varyings(vec4f(0.0), draw.anchor_origin + p.x * draw.anchor_du + p.y * draw.anchor_dv, \
+                   draw.ray_origin + p.x * draw.ray_du + p.y * draw.ray_dv, p.xy))";
+const IMAGE_PX: u32 = 256;
+
+/// A map that nothing here depends on.
+fn white() -> SharedTexture {
+    Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(1, 1, vec![255; 4])] })
+}
+
+/// The rays of a view of an oblate body from a distance in its equatorial radii.
+fn rays(distance_radii: f64, off_axis: f64, fov_deg: f64) -> ViewRays {
+    let direction = DVec3::new(0.3, -0.8, 0.52).normalize();
+    let forward = DMat3::from_axis_angle(direction.cross(DVec3::Z).normalize(), off_axis) * direction;
+    let camera = Camera::looking(DVec3::ZERO, forward, DVec3::new(0.1, 0.2, 1.0), fov_deg, IMAGE_PX, IMAGE_PX);
+    let radii_km = DVec3::new(60_268.0, 60_268.0, 54_364.0);
+    let placement =
+        Placement { centre_km: direction * (distance_radii * radii_km.x), body_from_icrf: DMat3::from_rotation_x(-0.4), radii_km };
+    let rect = Outline::of(&camera, &placement).rect(&camera).expect("in the image");
+    camera.view_rays(&placement, rect, AnchorForm::Auto)
+}
+
+fn uniforms(rays: &ViewRays) -> DrawUniforms {
+    DrawUniforms {
+        anchor_origin: rays.anchor_origin,
+        anchor_du: rays.anchor_du,
+        anchor_dv: rays.anchor_dv,
+        ray_origin: rays.ray_origin,
+        ray_du: rays.ray_du,
+        ray_dv: rays.ray_dv,
+        anchor_radius_sq_minus_1: rays.anchor_radius_sq_minus_1,
+        anchor_is_camera: if rays.anchor_is_camera { 1.0 } else { 0.0 },
+        silhouette_form: rays.silhouette_form,
+        axis_ratios: Vec3::new(1.0, 1.0, 0.902),
+        ..DrawUniforms::default()
+    }
+}
+
+/// The anchor and the direction of the ray at a place of the rectangle.
+fn ray_at(rays: &ViewRays, place: DVec2) -> (DVec3, DVec3) {
+    let at = |o: Vec3, du: Vec3, dv: Vec3| o.as_dvec3() + place.x * du.as_dvec3() + place.y * dv.as_dvec3();
+    (at(rays.anchor_origin, rays.anchor_du, rays.anchor_dv), at(rays.ray_origin, rays.ray_du, rays.ray_dv).normalize())
+}
+
+/// The point of the ray nearest to the centre.
+fn closest(rays: &ViewRays, place: DVec2) -> DVec3 {
+    let (anchor, along) = ray_at(rays, place);
+    anchor - along * anchor.dot(along)
+}
+
+/// Where the ray enters the unit sphere.
+fn entry(rays: &ViewRays, place: DVec2) -> Option<DVec3> {
+    let (_, along) = ray_at(rays, place);
+    let closest = closest(rays, place);
+    let half_chord = (1.0 - closest.length_squared()).sqrt();
+    half_chord.is_finite().then(|| closest - along * half_chord)
+}
+
+/// Width and height of a pixel in the rectangle's coordinates.
+fn pixel(rays: &ViewRays) -> DVec2 {
+    let rect = rays.rect_in_clip.as_dvec4();
+    DVec2::new(1.0 / (rect.z - rect.x), 1.0 / (rect.y - rect.w)) * (2.0 / f64::from(IMAGE_PX))
+}
+
+/// The four pixels of a quad, of which the first is at `place`.
+fn quad(rays: &ViewRays, place: DVec2) -> [EvalInput; 4] {
+    let pixel = pixel(rays);
+    [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(x, y)| {
+        let place = place + pixel * DVec2::new(x, y);
+        [place.x, place.y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    })
+}
+
+/// A value of the hit for the first pixel of each quad.
+fn of_quads(value: &str, rays: &ViewRays, places: &[DVec2]) -> Vec<DVec3> {
+    let inputs: Vec<EvalInput> = places.iter().flat_map(|place| quad(rays, *place)).collect();
+    let results = Emitted::new(MODULE, &value.replace("HIT", HIT)).evaluate(&uniforms(rays), Some(white()), &inputs);
+    results.iter().step_by(4).map(|r| DVec3::new(r[0], r[1], r[2])).collect()
+}
+
+/// Views from 0.02 radii over the ground to 10,000 radii.
+fn views() -> Vec<ViewRays> {
+    [(1.02, 1.2, 60.0), (1.3, 0.7, 60.0), (3.0, 0.0, 45.0), (60.0, 0.0, 2.5), (1e4, 0.0, 0.015), (60.0, 0.0166, 0.01)]
+        .map(|(distance, off_axis, fov)| rays(distance, off_axis, fov))
+        .to_vec()
+}
+
+fn grid(count: i32) -> impl Iterator<Item = DVec2> {
+    (0..count).flat_map(move |y| (0..count).map(move |x| DVec2::new(f64::from(x) + 0.3, f64::from(y) + 0.6) / f64::from(count)))
+}
+
+#[test]
+fn steps_over_the_ground_are_the_differences_of_intersections() {
+    for rays in views() {
+        let pixel = pixel(&rays);
+        // Away from the limb, where the ground is nearly flat within a pixel.
+        let is_inside = |place: &DVec2| {
+            let (length, next) = (closest(&rays, *place).length(), closest(&rays, *place + pixel).length());
+            1.0 - length > 12.0 * (next - length).abs().max(1e-9) && ray_at(&rays, *place).0.length() > 0.0
+        };
+        let places: Vec<DVec2> = grid(24).filter(is_inside).collect();
+        assert!(places.len() > 30, "{}", places.len());
+        for (value, axis) in [("vec4f(HIT.step_x, 0.0)", DVec2::X), ("vec4f(HIT.step_y, 0.0)", DVec2::Y)] {
+            for (place, found) in places.iter().zip(of_quads(value, &rays, &places)) {
+                let aside = pixel * axis * 0.01;
+                let (Some(before), Some(after)) = (entry(&rays, *place - aside), entry(&rays, *place + aside)) else { continue };
+                let expected = (after - before) * 50.0;
+                assert!((found - expected).length() < 0.01 * expected.length(), "{place}: {found} for {expected}");
+            }
+        }
+    }
+}
+
+/// At the limb a footprint is at least a pixel wide, though rays of the quad miss, and no longer than the ground that the pixel shows. Differences of positions are
+/// shorter.
+#[test]
+fn pixels_across_the_limb_keep_their_width() {
+    for rays in views() {
+        let pixel = pixel(&rays);
+        let width = |place: DVec2| (closest(&rays, place + pixel * DVec2::X) - closest(&rays, place)).length();
+        let across = |place: &DVec2| {
+            let corners = [DVec2::ZERO, pixel * DVec2::X, pixel * DVec2::Y, pixel].map(|corner| closest(&rays, *place + corner).length());
+            corners.iter().any(|q| *q < 1.0) && corners.iter().any(|q| *q > 1.0)
+        };
+        let places: Vec<DVec2> = grid(400).filter(across).collect();
+        assert!(places.len() > 20, "{}", places.len());
+        let shortest = |value: &str| {
+            let steps = of_quads(value, &rays, &places);
+            let lengths =
+                places.iter().zip(steps).map(|(place, step)| (step.length() / width(*place), step.length() / width(*place).sqrt()));
+            lengths.fold((f64::INFINITY, 0.0_f64), |(least, most), (pixels, chords)| (least.min(pixels), most.max(chords)))
+        };
+        let (least, most) = shortest("vec4f(HIT.step_x, 0.0)");
+        assert!(least > 0.9, "{least} pixels");
+        assert!(most < 2.0, "{most} of the chord of a pixel");
+        let (difference, _) = shortest("vec4f(dpdx(HIT.position), 0.0)");
+        assert!(difference < 0.7, "differences were as wide: {difference}");
+    }
+}
+
+/// The change of map coordinates, from the equator to a millionth of a radian from the poles, for maps of planetocentric and of planetographic latitude.
+#[test]
+fn map_coordinates_change_by_their_derivatives() {
+    let emitted = Emitted::new(
+        MODULE,
+        "vec4f(map_coordinates(p.xyz, q.xyz, vec3f(q.z, q.x, q.y), p.w).dx, map_coordinates(p.xyz, q.xyz, vec3f(q.z, q.x, q.y), p.w).dy)",
+    );
+    let map = |p: DVec3, stretch: f64| DVec2::new(p.y.atan2(p.x) / TAU, -(stretch * p.z).atan2(p.x.hypot(p.y)) / PI);
+    let mut inputs: Vec<EvalInput> = Vec::new();
+    for latitude in [-PI / 2.0 + 1e-6, -1.5, -0.9, 0.0, 0.3, 1.2, PI / 2.0 - 1e-3] {
+        for longitude in [0.2, 1.7, 3.1415, -2.5] {
+            for stretch in [1.0, 0.83, 1.2] {
+                let p = DVec3::new(latitude.cos() * f64::cos(longitude), latitude.cos() * f64::sin(longitude), f64::sin(latitude));
+                for step in [DVec3::new(3e-3, -1e-3, 2e-3), DVec3::new(0.0, 0.0, 1e-3), DVec3::new(-4e-4, 1e-3, 0.0)] {
+                    inputs.push([p.x, p.y, p.z, stretch, step.x, step.y, step.z, 0.0]);
+                }
+            }
+        }
+    }
+    let results = emitted.evaluate(&DrawUniforms::default(), Some(white()), &inputs);
+    for (input, found) in inputs.iter().zip(results) {
+        let (p, stretch) = (DVec3::new(input[0], input[1], input[2]), input[3]);
+        for (step, found) in [
+            (DVec3::new(input[4], input[5], input[6]), DVec2::new(found[0], found[1])),
+            (DVec3::new(input[6], input[4], input[5]), DVec2::new(found[2], found[3])),
+        ] {
+            let h = 1e-5 * p.x.hypot(p.y);
+            let difference = map(p + step * h, stretch) - map(p - step * h, stretch);
+            let turns = difference.x - difference.x.round();
+            // Near a pole the shader narrows footprints: by the radius of the parallel of the map's latitude.
+            let parallel = p.x.hypot(p.y) / DVec3::new(p.x, p.y, stretch * p.z).length();
+            let expected = DVec2::new(turns * (5.0 * parallel).min(1.0), difference.y) / (2.0 * h);
+            assert!((found - expected).length() < 1e-5 * expected.length().max(1e-6), "{input:?}: {found} for {expected}");
+        }
+    }
+}
