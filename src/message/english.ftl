@@ -22,7 +22,7 @@ reason-exposure-night = limited to a night-sky photograph, EV { $ev }
 reason-exposure-nothing = nothing in the frame
 reason-exposure-plane = a plane that faces the Sun at the target is white
 reason-exposure-instructions = { $count } instructions are white
-reason-exposure-number = the picture shows a number: 1 is white
+reason-exposure-number = the image shows a number: 1 is white
 reason-subject-sky-of = the sky of { $body }
 reason-subject-dark-sky = the dark sky
 reason-subject-corona = the corona
@@ -107,7 +107,7 @@ reason-air-ring-shadow = once a ray and by a point Sun: the rim is { $height } p
 reason-air-pass-single-draws = each draw is examined by itself
 reason-air-pass-view = this view shows no light of the air
 reason-air-pass-vertex = the air's samples are as few as they can be
-reason-air-pass-ring-shadow = the ring's shadow in the air is finer than a coarse picture
+reason-air-pass-ring-shadow = the ring's shadow in the air is finer than a coarse image
 reason-air-pass-linear = linear light is evaluated at each pixel
 reason-air-pass-reference = reference quality evaluates each pixel
 reason-air-pass-small = the disc is { $size } px wide against { $least }: most of it is near the limb
@@ -184,13 +184,13 @@ reason-orbit-small = half its length is { $size } px, of { $least } that a line 
 reason-orbit-arcs = about { $body }: half its length is { $size } px, { $count } arcs
 reason-trace-no-period = its path has no period
 reason-trace-samples = { $days } days about { $body }, { $samples } samples, { $count } pieces
-reason-lines-instruments-left = { $count } too small or wider than the picture
+reason-lines-instruments-left = { $count } too small or wider than the image
 # Notes on estimates and conventions in the catalogs.
 estimate-albedo = albedo { $value }: an estimate, +-{ $percent } %: changes brightness by up to { $magnitudes } mag
 estimate-colour = colour: an estimate, +-{ $percent } %: changes red or blue against green by up to that
 estimate-air = { $species } of the atmosphere: an estimate, +-{ $percent } %: changes its optical depth by up to that
 radii-used = { $source }: Sun { $sun } km, Moon { $moon } km
-# Texts in pictures.
+# Texts in images.
 picture-caption = { $from }, { $view }
 picture-from-centre = from the centre of { $body }
 picture-from-ground = from { $body }, { $latitude }° { $north } { $longitude }° { $east }
@@ -247,7 +247,7 @@ fault-of-series = the series have
 fault-of-mean-elements = the mean elements have
 fault-longer-kernel = --kernel FILE adds a longer SPK, such as DE441
 fault-longer-than-kernel = leave --source out for the series, or add a longer SPK by --kernel
-# Dates and numbers. Pictures in English have dates in ISO 8601 instead.
+# Dates and numbers. Images in English have dates in ISO 8601 instead.
 number-decimal-mark = .
 number-group-mark = {" "}
 date-day = { $year }-{ $month }-{ $day }

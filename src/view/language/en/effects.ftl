@@ -1,9 +1,9 @@
 # The Effects panel: quality, renderer, exposure, layers, projection.
 
 effects-quality = Quality
-effects-quality-hint = How finely a picture at rest is drawn
+effects-quality-hint = How finely an image at rest is drawn
 effects-exposure-automatic = Automatic exposure
-effects-exposure-automatic-hint = Meter what fills the picture
+effects-exposure-automatic-hint = Meter what fills the image
 effects-stops = stops
 effects-exposure-hint = Exposure, stops
 effects-drawn-stops = { $drawn_stops } stops
@@ -87,7 +87,7 @@ stereo-off-hint = One eye
 stereo-anaglyph = anaglyph
 stereo-anaglyph-hint = For red and cyan glasses, red on the left
 stereo-side-by-side = side by side
-stereo-side-by-side-hint = The left eye's picture on the left half
+stereo-side-by-side-hint = The left eye's image on the left half
 stereo-interlaced = interlaced
 stereo-interlaced-hint = Even rows for the left eye: polarised screens
 projection-heading = Projection and stereo
@@ -97,7 +97,7 @@ projection-dome-angle-hint = Full angle that the circle shows; of a hemisphere 1
 projection-zenith = Zenith in the middle
 projection-zenith-hint = The target then stands towards the bottom, where a dome has its front
 projection-tilt = Tilt
-projection-tilt-hint = How far the middle of the picture is lowered towards its bottom
+projection-tilt-hint = How far the middle of the image is lowered towards its bottom
 stereo = Stereo
 projection-reset = Reset
-projection-reset-hint = One perspective picture again
+projection-reset-hint = One perspective image again

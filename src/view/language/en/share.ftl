@@ -1,4 +1,4 @@
-# The Share panel: links, pictures, animations, bookmarks, appearance.
+# The Share panel: links, images, animations, bookmarks, appearance.
 
 share-view = This view
 share-copy-link = Copy link
