@@ -234,7 +234,7 @@ pub static TARGETS: &[Target] = &[
         words: &["\\begindata", "\\begintext", "BODY4_MAX_PHASE_DEGREE = ", "+=", "'", "@", "1D308", "nan", "-1"],
     },
     Target {
-        name: "picture-heads",
+        name: "image-heads",
         run: |bytes| {
             drop((png_head_text(bytes, "Request"), exr_head_text(bytes)));
             drop((verify_png(bytes, (4, 4)), verify_exr(bytes)));

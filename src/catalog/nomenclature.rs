@@ -2,7 +2,7 @@
 //!
 //! In: the embedded tables nomenclature_usgs.csv and landing_sites.csv. Out: the features of a body, the most important first: landing sites, then by prominence.
 //! Always: directions are planetocentric with east longitudes, as in the gazetteer for Mars and nearly spherical bodies. For oblate moons the gazetteer has
-//! planetographic latitudes, so that their features are off by up to 2 degrees (Enceladus, Mimas). Not here: which names fit into a picture.
+//! planetographic latitudes, so that their features are off by up to 2 degrees (Enceladus, Mimas). Not here: which names fit into an image.
 
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ pub struct SurfaceFeature {
     pub direction: DVec3,
     /// Diameter; 0 if the table gives none, and for landing sites.
     pub diameter_km: f64,
-    /// Effective size in a picture: the diameter. For elongated features such as valleys, ridges and rilles, whose table entry is a length, a quarter of
+    /// Effective size in an image: the diameter. For elongated features such as valleys, ridges and rilles, whose table entry is a length, a quarter of
     /// that length.
     pub prominence_km: f64,
     /// Whether it is a landing site.

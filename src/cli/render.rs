@@ -124,7 +124,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
     let mut existing_frames = existing_frames(requested, size(&args.view.size)?, args.overwrite, starts_now)?;
     if views.count() == 1 {
-        // A single picture is drawn again; the bytes would be the same.
+        // A single image is drawn again; the bytes would be the same.
         existing_frames.clear();
     }
     if !existing_frames.is_empty() {
@@ -219,7 +219,7 @@ fn frame_progress(frames: u32) -> indicatif::ProgressBar {
     if frames > 1 { progress(u64::from(frames)) } else { indicatif::ProgressBar::hidden() }
 }
 
-/// The metadata of a picture. It does not contain the time of writing, so that the same command writes the same bytes.
+/// The metadata of an image. It does not contain the time of writing, so that the same command writes the same bytes.
 fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, scene: &crate::scene::Scene) -> Vec<(&'static str, String)> {
     let v = &args.view;
     let mut view = v.target.clone().map_or(String::new(), |t| format!("target {t}"));

@@ -21,7 +21,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Side of the picture of each case, pixels.
+/// Side of the image of each case, pixels.
 const SIDE: u32 = 48;
 /// Number of cases in memory at a time.
 const BATCH: usize = 64;
@@ -133,7 +133,7 @@ fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &Sample) -> Result<Ca
         .collect();
     let mut textures = Vec::new();
     for (bound, declared) in draw.textures.iter().zip(&module.layout.textures) {
-        let TextureSource::Image(image) = &bound.source else { return Err(format!("`{}` is no picture in memory", declared.name)) };
+        let TextureSource::Image(image) = &bound.source else { return Err(format!("`{}` is no image in memory", declared.name)) };
         textures.push(texture(bound.binding, &declared.name, image, &mut blobs));
     }
     let samplers: Vec<Value> = draw

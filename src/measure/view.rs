@@ -1,8 +1,8 @@
 //! The sufficient quality for one view.
 //!
-//! In: a view. Out: [`ViewMeasure`]: error and time of each quality relative to the reference quality's picture at the same exposure, and the cheapest sufficient one.
+//! In: a view. Out: [`ViewMeasure`]: error and time of each quality relative to the reference quality's image at the same exposure, and the cheapest sufficient one.
 
-use super::pictures::{DualRenderer, levels_apart, p999};
+use super::images::{DualRenderer, levels_apart, p999};
 use super::rule::ErrorUnit;
 use super::whole::precision_of;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};

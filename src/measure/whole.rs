@@ -1,7 +1,7 @@
-//! Cost and error of complete pictures: qualities, stars, renderers.
+//! Cost and error of complete images: qualities, stars, renderers.
 
 use super::drawings::standard_request;
-use super::pictures::{DualRenderer, LinearPicture, levels_apart, p999};
+use super::images::{DualRenderer, LinearImage, levels_apart, p999};
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::render::plan::SamplingQuality;
@@ -53,7 +53,7 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let request = dual.with_metered_exposure(sky)?;
     let sampling = SamplingQuality::of(Quality::Standard);
     let view = |stars: bool| dual.plan_view(&ViewRequest { layers: Layers { stars, ..Layers::default() }, ..request.clone() }, sampling);
-    let sum = |p: &LinearPicture| p.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
+    let sum = |p: &LinearImage| p.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
     let reference = sum(&dual.light(&view(true)?, Precision::F64)?);
     let mut candidates = Vec::new();
     for (on, name, default_of) in [(false, "none", vec![]), (true, "catalogue", Quality::ALL.to_vec())] {
@@ -89,7 +89,7 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
     }
     let view = dual.plan_view(&request, sampling)?;
     let reference = dual.light(&view, Precision::F64)?;
-    let on_gpu = LinearPicture { light: drawn.frame.hdr, ..reference.clone() };
+    let on_gpu = LinearImage { light: drawn.frame.hdr, ..reference.clone() };
     let in_software = dual.light(&view, Precision::F32)?;
     let candidates = vec![
         Candidate {

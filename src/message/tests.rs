@@ -1,4 +1,4 @@
-//! Tests of the English texts, and of those that are drawn into pictures.
+//! Tests of the English texts, and of those that are drawn into images.
 
 use super::{Argument, ENGLISH_FILE, GERMAN_FILE, TextLanguage};
 use std::collections::HashSet;
@@ -28,17 +28,17 @@ fn german_numbers_names_and_times() {
     assert_eq!(german.time("-0584-05-28T14:00:00Z"), "28. Mai 585 v. Chr., 14:00:00 UTC");
     assert_eq!(german.time("JD 5000000.5 UTC"), "JD 5000000.5 UTC", "not a calendar date");
     assert_eq!(TextLanguage::English.time("2024-04-08T18:17:16Z"), "2024-04-08 18:17:16 UTC");
-    let caption = message!("picture-from-centre", body = "Moon");
+    let caption = message!("image-from-centre", body = "Moon");
     assert_eq!((caption.text_in(german).as_str(), caption.to_string().as_str()), ("vom Mittelpunkt aus: Mond", "from the centre of Moon"));
     assert_eq!(message!("nobody-wrote-this").text_in(german), "nobody-wrote-this");
     assert_eq!(message!("reason-lines-shadow-path", body = "Moon", time = Argument::Time("x".into())).to_string().matches('x').count(), 1);
 }
 
-/// The text of a picture's messages needs no plural forms, which this module cannot choose.
+/// The text of an image's messages needs no plural forms, which this module cannot choose.
 #[test]
-fn texts_in_pictures_are_simple_and_in_both_languages() {
+fn texts_in_images_are_simple_and_in_both_languages() {
     let ids = |file: &'static str| -> HashSet<&str> {
-        let of_pictures = |line: &&str| ["picture-", "point-", "body-"].iter().any(|kind| line.starts_with(kind));
+        let of_pictures = |line: &&str| ["image-", "point-", "body-"].iter().any(|kind| line.starts_with(kind));
         file.lines().filter(of_pictures).filter_map(|line| Some(line.split_once(" = ")?.0)).collect()
     };
     assert!(ids(ENGLISH_FILE).len() > 30);

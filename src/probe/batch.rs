@@ -12,7 +12,7 @@ use crate::shader::ModuleId;
 use crate::shader::ShaderLibrary;
 use std::sync::Arc;
 
-/// Maximum number of queries in one target: the width of the widest picture that the renderer draws.
+/// Maximum number of queries in one target: the width of the widest image that the renderer draws.
 const MAX_QUERIES_PER_TARGET: usize = 16_384;
 
 /// A module and its inputs other than the queries.

@@ -69,6 +69,6 @@ pub struct BodyInView {
     pub decisions: Vec<Decision>,
     /// Features of its draws, the globe first.
     pub features: Vec<DrawFeatures>,
-    /// Invented data that the picture shows of the body: the file of a map or shape, and how it was made.
+    /// Invented data that the image shows of the body: the file of a map or shape, and how it was made.
     pub invented: Vec<(String, Reason)>,
 }

@@ -124,13 +124,13 @@ fn air() -> String {
                 Value::U32(occluders * spread),
             ),
             constant(
-                "Texels of the coarse picture of the air per pixel, along each axis.",
+                "Texels of the coarse image of the air per pixel, along each axis.",
                 "air_pass_read",
                 "COARSE_AIR_PER_PIXEL",
                 Value::F32(1.0 / f64::from(shared::COARSE_AIR_PX)),
             ),
             constant(
-                "Texels of that picture before the one at the left or top edge of the screen.",
+                "Texels of that image before the one at the left or top edge of the screen.",
                 "air_pass_read",
                 "COARSE_AIR_BORDER",
                 Value::F32(f64::from(shared::COARSE_AIR_BORDER)),

@@ -72,7 +72,7 @@ fragments![
     "lib/eclipse/obscuration.wesl",
     "lib/eclipse/refraction.wesl",
     "lib/eclipse/silhouette.wesl",
-    "lib/eye_pictures.wesl",
+    "lib/eye_images.wesl",
     "lib/filtered_map.wesl",
     "lib/glint.wesl",
     "lib/globe.wesl",

@@ -1,7 +1,7 @@
-//! One plan in f32 and in f64: the difference of the pictures, and the first value of a module that differs.
+//! One plan in f32 and in f64: the difference of the images, and the first value of a module that differs.
 
 use super::{SweepBench, SweepResult};
-use crate::measure::{LinearPicture, PlannedView, levels_apart};
+use crate::measure::{LinearImage, PlannedView, levels_apart};
 use crate::render::plan::PlanDraw;
 use crate::render::software::{NamedValue, Precision};
 use crate::session::SessionError;
@@ -21,7 +21,7 @@ pub(super) fn larger_or_nan(a: f64, b: f64) -> f64 {
 /// Draws a view in both precisions and adds it to `found` as a case; the worst pixel is added to `location`.
 pub(super) fn compare(bench: &SweepBench<'_>, found: &mut SweepResult, view: &PlannedView, location: &Value) -> Result<(), SessionError> {
     let [single, double] = [bench.light(view, Precision::F32)?, bench.light(view, Precision::F64)?];
-    let not_finite = |p: &LinearPicture| p.light.iter().position(|p| !p.iter().all(|v| v.is_finite()));
+    let not_finite = |p: &LinearImage| p.light.iter().position(|p| !p.iter().all(|v| v.is_finite()));
     let (at, worst) = match not_finite(&single).or(not_finite(&double)) {
         Some(at) => (at, f64::INFINITY),
         None => worst_of(&levels_apart(&single, &double)),

@@ -10,10 +10,10 @@ use crate::session::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, SessionError, sample
 use crate::shader::key::covering;
 use serde_json::json;
 
-/// Side of the picture, pixels.
+/// Side of the image, pixels.
 const SIDE: u32 = 24;
 
-/// Keys with all pairs of values (short) or all triples (full); each once with the disc filling the picture
+/// Keys with all pairs of values (short) or all triples (full); each once with the disc filling the image
 /// and once with its limb.
 pub(super) fn run(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();

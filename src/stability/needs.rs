@@ -9,7 +9,7 @@
 use super::difference::worst_of;
 use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::image::levels::display_level;
-use crate::measure::{LinearPicture, PlannedView, quantile};
+use crate::measure::{LinearImage, PlannedView, quantile};
 use crate::random::Random;
 use crate::render::plan;
 use crate::render::software::Precision;
@@ -124,8 +124,8 @@ type DifferenceMeasure<'a> = &'a dyn Fn(&FramePair) -> Result<WorstPixel, Sessio
 /// The radiance of each channel at a pixel of both frames and of the true frame.
 fn values_at(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, pixel: usize) -> Result<Value, SessionError> {
     let both = frames(bench, request, purpose, &Effect::ALL)?;
-    let at = |picture: &LinearPicture| picture.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
-    let levels = |picture: &LinearPicture| at(picture).map(|p| p.map(|v| display_level(v, picture.exposure_factor)));
+    let at = |image: &LinearImage| image.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
+    let levels = |image: &LinearImage| at(image).map(|p| p.map(|v| display_level(v, image.exposure_factor)));
     let exposed = bench.dual.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let finer = ViewRequest { width: request.width * TRUTH_SCALE, height: request.height * TRUTH_SCALE, ..exposed };
     let truth = bench.light(&frames(bench, &finer, purpose, &Effect::ALL)?.all, Precision::F64)?.downsampled(TRUTH_SCALE);

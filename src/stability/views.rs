@@ -218,7 +218,7 @@ pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<SweepResult, SessionE
     compare_views(bench, views)
 }
 
-/// Pictures at the contacts of solar and lunar eclipses: from space, and of the Sun from the place of greatest eclipse.
+/// Images at the contacts of solar and lunar eclipses: from space, and of the Sun from the place of greatest eclipse.
 pub(super) fn contacts(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let (catalog, ephemeris) = (bench.session().catalog(), bench.session().ephemeris());
     // The years contain partial, annular, total and hybrid eclipses.

@@ -131,7 +131,7 @@ fn sum(session: &Session, request: &ViewRequest) -> f64 {
     session.draw(request, SAMPLING, true).expect("draws").frame.hdr.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum()
 }
 
-/// An atmosphere of zero density gives the same picture, bit for bit, as the key without air.
+/// An atmosphere of zero density gives the same image, bit for bit, as the key without air.
 #[test]
 fn an_empty_atmosphere_changes_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -150,7 +150,7 @@ fn an_empty_atmosphere_changes_nothing() {
     assert!(draws_with_air >= 3, "ground, clouds and sky are drawn with the empty air: {draws_with_air}");
     let airless = empty.draw(&without, SAMPLING, true).expect("draws").frame.hdr;
     assert_eq!(empty.draw(&with, SAMPLING, true).expect("draws").frame.hdr, airless);
-    // The real air must change the picture.
+    // The real air must change the image.
     assert!((sum(&SESSION, &with) / sum(&SESSION, &without) - 1.0).abs() > 0.01);
 }
 

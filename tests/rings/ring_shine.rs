@@ -107,7 +107,7 @@ fn summed_ring_shine(profile: &[(f64, f64, DVec3)], width: f64, polar: f64, plac
     sum
 }
 
-/// The greatest difference between picture and sum, relative to the brightest point, and that point's light, over the dark pixels of a
+/// The greatest difference between image and sum, relative to the brightest point, and that point's light, over the dark pixels of a
 /// grid.
 fn greatest_error(time: &str, without: Without) -> (f64, f64) {
     const COUNT: usize = 600;

@@ -1,4 +1,4 @@
-//! Minor planets: Kepler's equation in the vertex stage against f64, positions and light in pictures, and files supplied by the user.
+//! Minor planets: Kepler's equation in the vertex stage against f64, positions and light in images, and files supplied by the user.
 //!
 //! The reference is `ephemeris::conic` in f64, whose own tests compare it with the classical formulas. The tolerance is 1e-6 of the semi-major axis up to e = 0.97.
 
@@ -151,9 +151,9 @@ fn towards(direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
     }
 }
 
-/// Pallas and a near-Earth asteroid at four dates: the centroid in the picture is at the f64 position, and the light follows H and G.
+/// Pallas and a near-Earth asteroid at four dates: the centroid in the image is at the f64 position, and the light follows H and G.
 #[test]
-fn pictures_show_minor_planets_at_their_position_and_brightness() {
+fn images_show_minor_planets_at_their_position_and_brightness() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
     let (mut worst_px, mut worst_light, mut geometric_off_px): (f64, f64, f64) = (0.0, 0.0, 0.0);

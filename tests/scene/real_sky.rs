@@ -66,7 +66,7 @@ fn bodies_show_the_hemisphere_seen_with_light_time() {
             let middle_point = orrery::scene::SubPoint::of(hit * body.placement.radii_km);
             assert!(
                 longitude_difference_deg(middle_point.longitude_deg, viewer_point[0]).abs() < 0.3,
-                "{name}: the middle of the picture is at {middle_point:?}"
+                "{name}: the middle of the image is at {middle_point:?}"
             );
             count += 1;
         }

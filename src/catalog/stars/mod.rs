@@ -2,7 +2,7 @@
 //!
 //! In: the text of a catalogue (`read`). Out: [`StarCatalog`], whose stars lie in cells of the sky, each cell's brightest star first, so that a view selects
 //! the cells in its frame, and in each cell the stars down to its limit. Always: directions are unit vectors, all numbers are finite. Not here: the place of a
-//! star at a date (`ephemeris::star_place`), and its brightness in a picture (scene).
+//! star at a date (`ephemeris::star_place`), and its brightness in an image (scene).
 
 mod names;
 mod read;

@@ -181,7 +181,7 @@ impl ToneMapUniforms {
                 peak_bits = peak_bits.max(value.to_bits());
             }
         }
-        // Up to here the tone curve is the identity, which is most pictures' every block.
+        // Up to here the tone curve is the identity, which is most images' every block.
         if f32::from_bits(peak_bits) > self.true_to {
             self.compress(exposed);
         }

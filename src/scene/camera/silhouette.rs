@@ -1,4 +1,4 @@
-//! The outline of an ellipsoid in the picture: the conic section of its tangent cone with the image plane, in f64.
+//! The outline of an ellipsoid in the image: the conic section of its tangent cone with the image plane, in f64.
 //!
 //! In: a camera and a body's placement. Out: an [`Outline`]. The view ray at homogeneous image position v meets the body if vᵀQv >= 0. Image positions are
 //! relative to the projected centre, in units of the body's radius; c is the camera, and r and u are the image axes, all in the unit-sphere frame. Then Q
@@ -7,7 +7,7 @@
 use crate::scene::camera::{Camera, ClipRect, Placement};
 use glam::{DMat2, DVec2, DVec3};
 
-/// The outline of a body in the picture.
+/// The outline of a body in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outline {
     /// Entirely in front of the camera: the ellipse's bounding box and its area in pixels, neither clipped to the frame.
@@ -86,7 +86,7 @@ impl Outline {
         }
     }
 
-    /// The padded bounding box clipped to the viewport; `None` if the body cannot be in the picture.
+    /// The padded bounding box clipped to the viewport; `None` if the body cannot be in the image.
     pub fn rect(&self, camera: &Camera) -> Option<ClipRect> {
         match *self {
             Self::Behind | Self::Beside => None,

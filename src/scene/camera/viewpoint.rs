@@ -93,7 +93,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             let target = states.body(needs_target()?)?;
             reference_body = target.id;
             let fov = *fov_deg.get_or_insert(if distance_radii.is_some() { FOV_AT_DISTANCE_DEG } else { FOV_DEFAULT_DEG });
-            // The disc of a sphere of angular radius a fills the fraction tan a / tan(fov / 2) of half the picture's height.
+            // The disc of a sphere of angular radius a fills the fraction tan a / tan(fov / 2) of half the image's height.
             let fitted_radii = 1.0 / (FITTED_DISC * (fov.to_radians() / 2.0).tan()).atan().sin();
             let distance_km = distance_radii.unwrap_or(fitted_radii) * target.radii_km.max_element();
             let described = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d:?} radii"));

@@ -204,9 +204,9 @@ uniforms! {
         pub night_radiance: f32 = "air_night_radiance",
         /// 1 if the atmosphere's rim is less than a pixel high: the rings' shadow is then evaluated once per view ray through it.
         pub rim_is_thin: f32 = "air_rim_is_thin",
-        /// Largest error of the light in a coarse picture of the air: as a fraction of the light, and of radiance per irradiance.
+        /// Largest error of the light in a coarse image of the air: as a fraction of the light, and of radiance per irradiance.
         pub coarse_bound: Vec2,
-        /// First row of the body's part of that picture. The plan, which arranges the picture, sets it.
+        /// First row of the body's part of that image. The plan, which arranges the image, sets it.
         pub coarse_row: f32 = "air_coarse_row",
         /// Height above the ground of the floor from which the draw counts heights, and the reciprocal of the height of the air's top above the ground; both
         /// in the floor's radii.

@@ -128,18 +128,18 @@ pub struct ReceiverExtent {
     pub shape: ReceiverShape,
     /// Camera position from the centre, body axes, equatorial radii; `None`: every side is visible.
     pub camera: Option<DVec3>,
-    /// The picture; `None`: every direction is visible, and every pixel has the size below.
+    /// The image; `None`: every direction is visible, and every pixel has the size below.
     pub frustum: Option<Frustum>,
     /// Size of a pixel at the centre in equatorial radii; 0 for exact points.
     pub pixel: f64,
 }
 
-/// How much an occluder matters to a picture, in increasing order.
+/// How much an occluder matters to an image, in increasing order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Importance {
-    /// Its shadow is on the far side or outside of the picture.
+    /// Its shadow is on the far side or outside of the image.
     Unseen,
-    /// Its shadow is in the picture, and too faint or too small to see.
+    /// Its shadow is in the image, and too faint or too small to see.
     Invisible,
     Visible,
 }
@@ -204,7 +204,7 @@ pub fn select_occluders<'a>(
             occluders.push((importance, occluder));
         }
     }
-    // A large moon whose shadow falls outside the picture must not take the place of a small one whose shadow is in it.
+    // A large moon whose shadow falls outside the image must not take the place of a small one whose shadow is in it.
     let blocked_light = |o: &Occluder<'_>| o.max_obscuration * o.shadow_area();
     occluders.sort_by(|(a_matters, a), (b_matters, b)| b_matters.cmp(a_matters).then(blocked_light(b).total_cmp(&blocked_light(a))));
     let mut occluders: Vec<Occluder<'a>> = occluders.into_iter().map(|(_, occluder)| occluder).collect();

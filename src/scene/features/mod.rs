@@ -52,7 +52,7 @@ const FEATURES: [DecideFeature; 10] = [
     atmosphere::cloud_decision::decide,
 ];
 
-/// The features of a body of which only the atmosphere is in the picture.
+/// The features of a body of which only the atmosphere is in the image.
 const AIR_ONLY_FEATURES: [DecideFeature; 2] = [eclipse::decision::decide, atmosphere::decision::decide];
 
 /// The features that read maps.

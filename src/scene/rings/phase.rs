@@ -88,7 +88,7 @@ mod tests {
             assert!((0.9..8.0).contains(&step), "no jump of the dust at {now}: {step}");
         }
         assert!(at(0.0, 0.0) > 4.0 && at(179.0, 0.0) < 1e-4);
-        // In Voyager's pictures dust brightened by more than an order of magnitude from backward to forward scattering, unlike large particles.
+        // In Voyager's images dust brightened by more than an order of magnitude from backward to forward scattering, unlike large particles.
         assert!(at(178.0, 1.0) / at(5.0, 1.0) > 100.0 && at(178.0, 0.01) > 1e3 * at(178.0, 0.0));
     }
 }

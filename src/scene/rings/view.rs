@@ -124,7 +124,7 @@ impl<'a> RingView<'a> {
         let to_edge = if outer < height.hypot(axis_distance) { (outer / height.hypot(axis_distance)).asin() } else { PI };
         let spread = to_corner.min(to_edge);
         let gap = (inner - axis_distance).max(axis_distance - outer).max(0.0);
-        // A pixel spans a smaller angle away from the middle of the picture.
+        // A pixel spans a smaller angle away from the middle of the image.
         let nearest_pixel = height.hypot(gap) * self.camera.pixel_tangent() / (longest * longest);
         RingLimits {
             max_slant_depth: ring.tau_normal / min_cosine,
@@ -184,7 +184,7 @@ impl<'a> RingView<'a> {
         VisibleRings { check: ThresholdCheck { on: !seen.is_empty() && area_px > 0.5, reason }, rings: seen }
     }
 
-    /// Whether any of the rings can be in the picture.
+    /// Whether any of the rings can be in the image.
     pub(crate) fn meets_frame(&self) -> bool {
         self.rect(self.outermost_km()).is_some()
     }

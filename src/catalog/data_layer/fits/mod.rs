@@ -177,7 +177,7 @@ mod tests {
         image.rgba.chunks(4).map(|p| p[0]).collect()
     }
 
-    /// Each number format is read; rows run up in the file and down in the picture.
+    /// Each number format is read; rows run up in the file and down in the image.
     #[test]
     fn numbers_of_every_form_are_read() {
         let forms: [(&str, Vec<u8>); 6] = [

@@ -48,9 +48,9 @@ const SUN_WEIGHT: f64 = 256.0;
 const RADIANCE_WEIGHT_EXPONENT: f64 = 2.0 / 3.0;
 /// Radiance above which the weight no longer increases: a white plane in full sunlight. Without this limit a Sun of a few pixels would outweigh a planet.
 const WEIGHT_RADIANCE_CAP: f64 = 1.0;
-/// Shares of the frame below which the Sun's disc is no longer the subject of a picture but a light in it: if the Sun is the target, and if it is not.
+/// Shares of the frame below which the Sun's disc is no longer the subject of an image but a light in it: if the Sun is the target, and if it is not.
 const MIN_SUN_SHARES: [f64; 2] = [1e-3, 1e-2];
-/// Weight of the dark sky: if all points of light have less weight, the picture is exposed for the dark sky.
+/// Weight of the dark sky: if all points of light have less weight, the image is exposed for the dark sky.
 const DARK_SKY_WEIGHT: f64 = 1e-6;
 /// Fraction of daylight that the drawn sky keeps in totality, scattered from outside the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs).
 /// Measured skies keep a fifth of this (Dandekar and Turtle 1971, Applied Optics 10, 1220); up to an obscuration of 99.8 % the sky dims in proportion to
@@ -145,7 +145,7 @@ impl Meter<'_, '_> {
         f64::from(self.camera.width) * f64::from(self.camera.height)
     }
 
-    /// Meters everything in the frame. `night`: the radiance that a picture of the dark sky shows as white.
+    /// Meters everything in the frame. `night`: the radiance that an image of the dark sky shows as white.
     pub(crate) fn read(&self, night: f64) -> MeterReading {
         let glare =
             VeilingGlare::of(self.camera, self.placed).filter(|_| self.context.request.effects.override_of(Effect::Glow) != Some(false));

@@ -1,6 +1,6 @@
 //! Renders Saturn with the library and writes a PNG, or an EXR if the file name ends in .exr:
 //!
-//!     cargo run --release --example render_picture -- saturn.png
+//!     cargo run --release --example render_image -- saturn.png
 
 use orrery::session::is_exr;
 use orrery::{Instant, NaifId, SamplingQuality, Session, Sources, ViewRequest, write_picture};
