@@ -101,7 +101,7 @@ fn ring(surface: Surface) -> RingUniforms {
     RingUniforms {
         radius_range: Vec2::new(1.1, 2.2),
         extent: 2.2,
-        pieces: 16.0,
+        segments: 16.0,
         table: table.map(Arc::new),
         half_pixel: 0.002,
         phase: Vec2::new(0.15, 3.0),

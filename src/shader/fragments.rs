@@ -107,7 +107,7 @@ fragments![
     "lib/ring/ring_patch.wesl",
     "lib/ring/shadow.wesl",
     "lib/ring/shine.wesl",
-    "lib/ring/stretches.wesl",
+    "lib/ring/intervals.wesl",
     "lib/ring/surface.wesl",
     "lib/screen.wesl",
     "lib/srgb_decoded.wesl",

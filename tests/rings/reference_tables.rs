@@ -182,7 +182,7 @@ fn a_narrow_ringlet_keeps_its_position_in_the_table() {
     }
 }
 
-/// A pixel's stretch of the ring plane is divided into pieces of a sixteenth of a radius, as many as necessary: when their number changes, the light must not jump.
+/// A pixel's footprint on the ring plane is divided into segments of a sixteenth of a radius, as many as necessary: when their number changes, the light must not jump.
 #[test]
 fn one_more_ring_piece_in_a_pixel_changes_nothing_visible() {
     use orrery::session::sample_plan;
@@ -196,11 +196,11 @@ fn one_more_ring_piece_in_a_pixel_changes_nothing_visible() {
         let (a, b) = (drawn(a), drawn(b));
         a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
     };
-    for pieces in [1.0, 2.0, 3.0, 5.0] {
+    for segments in [1.0, 2.0, 3.0, 5.0] {
         // The sample ring is seen from 25 degrees above its plane.
-        let half = pieces / 16.0 * f64::from(SIDE) / 2.0 * 25f64.to_radians().sin();
+        let half = segments / 16.0 * f64::from(SIDE) / 2.0 * 25f64.to_radians().sin();
         let jump = change(half * (1.0 - 1e-5), half * (1.0 + 1e-5));
-        assert!(jump < 1e-3, "{pieces} pieces: {jump}");
+        assert!(jump < 1e-3, "{segments} segments: {jump}");
         assert!(change(half, half * 1.02) > 5e-3, "another image");
     }
 }

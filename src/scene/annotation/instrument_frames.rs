@@ -134,8 +134,8 @@ mod tests {
         for diameter_deg in [1.0, 6.5, 20.0] {
             let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, 0.0)], &camera, Some(target), 13.0);
             assert!(found.decisions[0].on && found.texts.len() == 1, "{:?}", found.decisions);
-            for piece in &found.segments {
-                let off = piece.ends.map(|end| ray(end).cross(target).length().asin().to_degrees() - 0.5 * diameter_deg);
+            for segment in &found.segments {
+                let off = segment.ends.map(|end| ray(end).cross(target).length().asin().to_degrees() - 0.5 * diameter_deg);
                 assert!(off.iter().all(|o| o.abs() < 1e-4), "{diameter_deg}: {off:?}");
             }
         }

@@ -126,7 +126,7 @@ const MIN_HEIGHT_FOR_ONE_SLOPE: f64 = 40.0;
 /// Fraction of its width by which a bin is extended inwards: more than the shader's f32 error in computing the bin.
 const BIN_MARGIN: f64 = 0.01;
 
-/// An index that maps a radius to its interval; shaders/lib/ring/stretches.wesl reads it.
+/// An index that maps a radius to its interval; shaders/lib/ring/intervals.wesl reads it.
 struct RadiusBins {
     texels: Vec<f32>,
     formula: [f64; 3],

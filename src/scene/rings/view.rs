@@ -24,8 +24,8 @@ use std::sync::Arc;
 
 /// Corners of the polygon around a ring's outline.
 const OUTLINE_CORNERS: usize = 96;
-/// Most pieces of a pixel's stretch along the view.
-const MAX_PIECES: f64 = 16.0;
+/// Most segments into which a pixel's footprint is divided.
+const MAX_SEGMENTS: f64 = 16.0;
 /// Thickness relative to radius of the spheroid that represents the ring when its outline is computed.
 const THIN: f64 = 1e-6;
 
@@ -278,13 +278,13 @@ impl<'a> RingView<'a> {
         (least.x < most.x && least.y < most.y).then_some(ClipRect { left: least.x, top: most.y, right: most.x, bottom: least.y })
     }
 
-    /// Most pieces into which shaders/lib/ring/surface.wesl divides a pixel's stretch: 32 per radius, as many as its longest stretch needs.
-    fn max_pieces(&self) -> f64 {
+    /// Most segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: 32 per radius, as many as the longest footprint needs.
+    fn max_segments(&self) -> f64 {
         let (height, axis_distance) = self.viewer_radii();
         let outer = self.outermost_km() / self.body.radii_km.x;
         // A pixel turns the ray by at most its tangent. The part added covers what a pixel at the edge has outside of the ring.
         let cosine = (height / height.hypot(axis_distance + 1.05 * outer)).max(MIN_COSINE);
-        (32.0 * 1.05 * height * self.camera.pixel_tangent() / (cosine * cosine)).ceil().clamp(1.0, MAX_PIECES)
+        (32.0 * 1.05 * height * self.camera.pixel_tangent() / (cosine * cosine)).ceil().clamp(1.0, MAX_SEGMENTS)
     }
 
     /// The view rays over the rectangle, in units of the equatorial radius on all axes.
@@ -366,7 +366,7 @@ impl<'a> RingView<'a> {
             radius_range: Vec2::new(narrow(table.radius_range[0]), narrow(table.radius_range[1])),
             table: Some(table),
             extent: narrow(self.outermost_km() / self.body.radii_km.x),
-            pieces: narrow(self.max_pieces()),
+            segments: narrow(self.max_segments()),
             half_pixel: narrow(0.5 / self.pixels_per_radius()),
             phase: Vec2::new(narrow(phase_factor()), narrow(PHASE_EXPONENT)),
             dust_asymmetry: lobe(0),

@@ -58,7 +58,7 @@ pub static PREDICATES: &[Predicate] = &[
         "any map of the body is read",
     ),
     predicate(
-        "reads_map_place",
+        "reads_map_coordinates",
         "maps_albedo || maps_normal || maps_specular || maps_night || maps_cloud_shadow || surface_cloud || view_uv",
         "the pixel's place in the body's maps is needed",
     ),
