@@ -9,7 +9,7 @@ use crate::message::{Message, message};
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// The Earth's equatorial radius to which almanacs refer k, km.
+/// The Earth's equatorial radius by which almanacs define k, km.
 const ALMANAC_EARTH_KM: f64 = 6378.137;
 /// k, the ratio of the Moon's radius to the Earth's: for the umbra, at the mean depth of the valleys on its limb, which transmit the last sunlight; and for
 /// the penumbra.

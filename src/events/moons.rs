@@ -113,8 +113,8 @@ impl MoonAndPlanet<'_> {
         let offsets = |t: Instant| -> Result<(f64, f64), EphemerisError> {
             let (pos_km, vel_km_s) = self.moon_from_planet(t)?;
             let towards = self.ephemeris.state(source, system, t, None)?.state.pos_km;
-            let aside = pos_km.cross(vel_km_s).cross(towards);
-            Ok((pos_km.dot(aside) / aside.length(), pos_km.dot(towards)))
+            let perpendicular = pos_km.cross(vel_km_s).cross(towards);
+            Ok((pos_km.dot(perpendicular) / perpendicular.length(), pos_km.dot(towards)))
         };
         // Light from the planet takes less than two hours.
         const LIGHT_S: f64 = 7200.0;
@@ -206,10 +206,10 @@ impl MoonConjunction {
         };
         let radii_km = pair.planet.radii_km;
         let support_km = |n: DVec3| (n * radii_km.x + self.pole * (n.dot(self.pole) * (radii_km.z - radii_km.x))).length();
-        let aside = (moon_km - towards * moon_km.dot(towards)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
-        let other = towards.cross(aside);
+        let perpendicular = (moon_km - towards * moon_km.dot(towards)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
+        let other = towards.cross(perpendicular);
         let beyond = |angle: f64| {
-            let across = aside * angle.cos() + other * angle.sin();
+            let across = perpendicular * angle.cos() + other * angle.sin();
             // The normal is tilted so that the plane touches both planet and source.
             let tilt = (support_km(across) + radius_km) / distance_km;
             let normal = across * (1.0 - tilt * tilt).max(0.0).sqrt() + towards * tilt;

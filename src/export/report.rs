@@ -5,7 +5,7 @@
 //! generator, otherwise the lowering.
 
 use super::revision::Revision;
-use super::sample::{Sample, SampleRenderer, levels_apart};
+use super::sample::{Sample, SampleRenderer, level_differences};
 use crate::session::{SessionError, tape_costs};
 use crate::shader::compare::changed_lines;
 use crate::shader::{Lowering, ModuleId, ShaderModule};
@@ -140,7 +140,7 @@ fn compare(sampler: &SampleRenderer, modules: [ShaderModule; 2], id: &ModuleId) 
     let samples = [sample(&first)?, sample(&second)?];
     let image = match &samples {
         [Some(a), Some(b)] => {
-            let differences = levels_apart(&a.single, &b.single);
+            let differences = level_differences(&a.single, &b.single);
             Some(ImageChange {
                 max_levels: differences.iter().copied().fold(0.0, f64::max),
                 mean_levels: differences.iter().sum::<f64>() / differences.len().max(1) as f64,

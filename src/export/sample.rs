@@ -26,9 +26,9 @@ pub(crate) struct Sample {
 }
 
 /// For each pixel, the greatest difference of any channel in display levels, where white is a white Lambert surface in full sunlight.
-pub(crate) fn levels_apart(first: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<f64> {
+pub(crate) fn level_differences(first: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<f64> {
     let of = |light| ExposedPixels { light, exposure_factor: 1.0 };
-    levels::levels_apart(of(first), of(second))
+    levels::level_differences(of(first), of(second))
 }
 
 impl Sample {
@@ -40,7 +40,7 @@ impl Sample {
 
     /// The greatest difference between f32 and f64, display levels.
     pub(crate) fn rounding_levels(&self) -> f64 {
-        levels_apart(&self.single, &self.double).into_iter().fold(0.0, f64::max)
+        level_differences(&self.single, &self.double).into_iter().fold(0.0, f64::max)
     }
 
     /// Display bytes of the f32 image, on black. `fitted`: scaled so that the brightest channel is white, for images that show counts.

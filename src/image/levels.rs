@@ -20,7 +20,7 @@ pub(crate) fn display_level(light: f32, exposure_factor: f64) -> f64 {
 }
 
 /// For each pixel, the greatest difference of any channel, in display levels.
-pub(crate) fn levels_apart(a: ExposedPixels<'_>, b: ExposedPixels<'_>) -> Vec<f64> {
+pub(crate) fn level_differences(a: ExposedPixels<'_>, b: ExposedPixels<'_>) -> Vec<f64> {
     let apart = |(p, q): (&[f32; 4], &[f32; 4])| {
         let is_finite = |p: &[f32; 4]| p.iter().all(|v| v.is_finite());
         if is_finite(p) != is_finite(q) {
@@ -43,11 +43,11 @@ mod tests {
         fn of(light: &[[f32; 4]]) -> ExposedPixels<'_> {
             ExposedPixels { light, exposure_factor: 1.0 }
         }
-        assert_eq!(levels_apart(of(&grey), of(&grey)), [0.0]);
+        assert_eq!(level_differences(of(&grey), of(&grey)), [0.0]);
         for broken in [f32::NAN, f32::INFINITY] {
             let broken = [[0.2, broken, 0.2, 1.0]];
-            assert_eq!(levels_apart(of(&grey), of(&broken)), [255.0]);
-            assert_eq!(levels_apart(of(&broken), of(&grey)), [255.0]);
+            assert_eq!(level_differences(of(&grey), of(&broken)), [255.0]);
+            assert_eq!(level_differences(of(&broken), of(&grey)), [255.0]);
         }
     }
 
@@ -55,9 +55,9 @@ mod tests {
     fn levels_follow_the_display_encoding_and_end_at_white() {
         let of = |light, exposure_factor| ExposedPixels { light, exposure_factor };
         let (black, bright) = ([[0.0, 0.0, 0.0, 1.0]; 2], [[0.0, 0.0, 0.0, 1.0], [0.0, 3.0, 0.0, 1.0]]);
-        let apart = levels_apart(of(&black, 1.0), of(&bright, 1.0));
+        let apart = level_differences(of(&black, 1.0), of(&bright, 1.0));
         assert!(apart[0] == 0.0 && (apart[1] - 255.0).abs() < 1e-9, "{apart:?}");
-        assert_eq!(levels_apart(of(&black, 1.0), of(&bright, 0.0)), [0.0, 0.0]);
+        assert_eq!(level_differences(of(&black, 1.0), of(&bright, 0.0)), [0.0, 0.0]);
         // IEC 61966-2-1: a linear 0.5 is 187.5 of 255.
         assert!((display_level(0.5, 1.0) - 187.5).abs() < 0.05 && (display_level(0.25, 2.0) - 187.5).abs() < 0.05);
     }

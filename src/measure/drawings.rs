@@ -3,7 +3,7 @@
 //! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw one view at one exposure. Which option each
 //! quality uses is read from the scene that the program builds at that quality.
 
-use super::images::{DualRenderer, LinearImage, PlannedView, levels_apart, p999};
+use super::images::{DualRenderer, LinearImage, PlannedView, level_differences, p999};
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::catalog::NaifId;
@@ -144,7 +144,7 @@ pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     let mut candidates = Vec::new();
     for (model, name) in [(RingShadow::PointSun, "point-sun"), (RingShadow::Penumbra, "penumbra")] {
         let default_of = qualities(&dual, &request, |d| d.features.ring_shadow == model)?;
-        candidates.push(candidate(&dual, name, plan_of(model)?, Precision::F32, default_of, |p| p999(levels_apart(p, &reference)))?);
+        candidates.push(candidate(&dual, name, plan_of(model)?, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
     }
     measure_choice(
         "ring-shadow",
@@ -171,9 +171,9 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     let mut candidates = Vec::new();
     for (model, name) in [(BodyShadow::Sphere, "sphere"), (BodyShadow::EllipsoidPenumbra, "ellipsoid-penumbra")] {
         let default_of = qualities(&dual, &request, |d| d.features.body_shadow == model)?;
-        candidates.push(candidate(&dual, name, plan_of(model)?, Precision::F32, default_of, |p| p999(levels_apart(p, &reference)))?);
+        candidates.push(candidate(&dual, name, plan_of(model)?, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
     }
-    measure_choice("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from aside", ErrorUnit::Levels, effort.rounds(), candidates)
+    measure_choice("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from the side", ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
 /// The Earth by day and night from 3 radii, its limb from 400 km with the Sun low, and the sky from the ground.
@@ -235,7 +235,7 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     for (shape, name) in [(Shape::Sphere, "sphere"), (Shape::Ellipsoid, "ellipsoid")] {
         let default_of = qualities(&dual, &request, |d| d.body == SATURN && d.features.shape == shape)?;
         let view = plan_of(shape == Shape::Ellipsoid)?;
-        candidates.push(candidate(&dual, name, view, Precision::F32, default_of, |p| p999(levels_apart(p, &reference)))?);
+        candidates.push(candidate(&dual, name, view, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
     }
     measure_choice(
         "shape",
@@ -257,7 +257,7 @@ fn sampling_candidates<'a>(
     let mut candidates = Vec::new();
     for (name, sampling, default_of) in options {
         let view = dual.plan_target(request, sampling)?;
-        let error = p999(levels_apart(&dual.light(&view, Precision::F64)?, &reference));
+        let error = p999(level_differences(&dual.light(&view, Precision::F64)?, &reference));
         candidates.push(Candidate { name, error, default_of, workload: Box::new(move || dual.draw(&view, Precision::F32)) });
     }
     Ok(candidates)
@@ -306,7 +306,8 @@ pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeas
     let mut candidates = Vec::new();
     for divisor in [5, 4, 3, 2, 1] {
         let view = plan_reduced(divisor)?;
-        let error = |p: &LinearImage| p999(levels_apart(&p.upsampled(full_resolution.width, full_resolution.height), &full_resolution));
+        let error =
+            |p: &LinearImage| p999(level_differences(&p.upsampled(full_resolution.width, full_resolution.height), &full_resolution));
         let default_of = if divisor == 1 { Quality::ALL.to_vec() } else { vec![] };
         candidates.push(candidate(&dual, &format!("1/{divisor}"), view, Precision::F32, default_of, error)?);
     }
@@ -325,7 +326,7 @@ pub(super) fn precision(session: &Session, effort: Effort) -> Result<ChoiceMeasu
     for (precision, name, default_of) in
         [(Precision::F32, "f32", vec![Quality::Draft, Quality::Standard]), (Precision::F64, "f64", vec![Quality::Reference])]
     {
-        candidates.push(candidate(&dual, name, view()?, precision, default_of, |p| p999(levels_apart(p, &reference)))?);
+        candidates.push(candidate(&dual, name, view()?, precision, default_of, |p| p999(level_differences(p, &reference)))?);
     }
     measure_choice("precision", "the Earth from 3 radii in an eclipse", ErrorUnit::Levels, effort.rounds(), candidates)
 }

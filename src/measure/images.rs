@@ -72,8 +72,8 @@ impl LinearImage {
 }
 
 /// For each pixel, the greatest difference of any channel, in display levels.
-pub(crate) fn levels_apart(a: &LinearImage, b: &LinearImage) -> Vec<f64> {
-    levels::levels_apart(a.exposed_pixels(), b.exposed_pixels())
+pub(crate) fn level_differences(a: &LinearImage, b: &LinearImage) -> Vec<f64> {
+    levels::level_differences(a.exposed_pixels(), b.exposed_pixels())
 }
 
 /// The 99.9th percentile; 0 for no values.
@@ -165,10 +165,10 @@ mod tests {
     #[test]
     fn levels_follow_the_exposure() {
         let (black, white) = (grey(2, 1, |_, _| 0.0), grey(2, 1, |x, _| if x == 0 { 0.0 } else { 3.0 }));
-        let difference = levels_apart(&black, &white);
+        let difference = level_differences(&black, &white);
         assert!(difference[0] == 0.0 && (difference[1] - 255.0).abs() < 1e-9, "{difference:?}");
         let dark = LinearImage { exposure_factor: 0.0, ..white };
-        assert_eq!(p999(levels_apart(&black, &dark)), 0.0);
+        assert_eq!(p999(level_differences(&black, &dark)), 0.0);
         assert_eq!(p999((0..=1000).map(f64::from).collect()), 999.0);
         assert_eq!(p999(Vec::new()), 0.0);
     }

@@ -17,7 +17,7 @@ mod whole;
 
 pub(crate) use error_bound::error_bounds;
 pub(crate) use images::{DualRenderer, PlannedView};
-pub(crate) use images::{LinearImage, levels_apart};
+pub(crate) use images::{LinearImage, level_differences};
 pub(crate) use timing::quantile;
 pub(crate) use view::{SUFFICIENT_LEVELS, measure_view};
 pub(crate) use whole::renderer;

@@ -1,7 +1,7 @@
 //! Cost and error of complete images: qualities, stars, renderers.
 
 use super::drawings::standard_request;
-use super::images::{DualRenderer, LinearImage, levels_apart, p999};
+use super::images::{DualRenderer, LinearImage, level_differences, p999};
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::render::plan::SamplingQuality;
@@ -33,7 +33,7 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
         let mut planned_views = Vec::new();
         for (request, reference) in &views {
             let view = dual.plan_target(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality))?;
-            worst = worst.max(p999(levels_apart(&dual.light(&view, precision_of(quality))?, reference)));
+            worst = worst.max(p999(level_differences(&dual.light(&view, precision_of(quality))?, reference)));
             planned_views.push(view);
         }
         let dual = &dual;
@@ -94,13 +94,13 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
     let candidates = vec![
         Candidate {
             name: format!("gpu ({})", drawn.by.adapter.as_deref().unwrap_or("unknown")),
-            error: p999(levels_apart(&on_gpu, &reference)),
+            error: p999(level_differences(&on_gpu, &reference)),
             default_of: vec![],
             workload: Box::new(|| session.draw(&request, sampling, false).map(drop)),
         },
         Candidate {
             name: "software".to_owned(),
-            error: p999(levels_apart(&in_software, &reference)),
+            error: p999(level_differences(&in_software, &reference)),
             default_of: vec![],
             workload: Box::new(|| dual.draw(&view, Precision::F32)),
         },

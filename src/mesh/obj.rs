@@ -81,7 +81,7 @@ impl Obj {
                 None => None,
                 Some("") if k == 1 => None,
                 Some(part) => Some(index(part, length).ok_or_else(|| match length {
-                    0 => format!("corner `{}` names a `{name}`, of which none stands above", shown(word)),
+                    0 => format!("corner `{}` refers to a `{name}` that no earlier line defines", shown(word)),
                     _ => format!("corner `{}`: expected a `{name}` from 1 to {length}, or from -{length} to -1", shown(word)),
                 })?),
             };
@@ -195,10 +195,10 @@ mod tests {
             ("f 1 2 4", "corner `4`: expected a `v` from 1 to 3, or from -3 to -1"),
             ("f 1 2 0", "corner `0`: expected a `v` from 1 to 3"),
             ("f 1 2 -4", "corner `-4`: expected a `v` from 1 to 3"),
-            ("f 1/1 2 3", "names a `vt`, of which none stands above"),
-            ("f 1//1 2 3", "names a `vn`, of which none stands above"),
-            ("f 1/ 2 3/x", "names a `vt`, of which none stands above"),
-            ("f 1///2 2 3", "names a `vn`, of which none stands above"),
+            ("f 1/1 2 3", "refers to a `vt` that no earlier line defines"),
+            ("f 1//1 2 3", "refers to a `vn` that no earlier line defines"),
+            ("f 1/ 2 3/x", "refers to a `vt` that no earlier line defines"),
+            ("f 1///2 2 3", "refers to a `vn` that no earlier line defines"),
             ("f / 2 3", "expected a `v` from 1 to 3"),
             ("curv 1 2", "expected v, vt, vn, f, o, g, s"),
             ("<html>", "expected v, vt, vn, f, o, g, s"),

@@ -82,7 +82,7 @@ fragments![
     "lib/custom/surface_3.wesl",
     "lib/custom/surface_4.wesl",
     "lib/custom/surface_point.wesl",
-    "lib/probe_question.wesl",
+    "lib/probe_query.wesl",
     "lib/limb_darkening.wesl",
     "lib/limb_distance.wesl",
     "lib/limb_heights.wesl",

@@ -4,7 +4,7 @@ use super::difference::worst_of;
 use super::views::{SATURN, sunward, view_from_offset};
 use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::catalog::NaifId;
-use crate::measure::{LinearImage, levels_apart};
+use crate::measure::{LinearImage, level_differences};
 use crate::render::plan::SamplingQuality;
 use crate::render::software::Precision;
 use crate::scene::effects::EffectOverrides;
@@ -63,7 +63,7 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
                 pairs.push(("this distance against the one before", &one, before));
             }
             for (what, a, b) in pairs {
-                let (at, worst) = worst_of(&levels_apart(a, b));
+                let (at, worst) = worst_of(&level_differences(a, b));
                 found.add(worst, || {
                     let pixel = [at as u32 % side, at as u32 / side];
                     (json!({ "body": body.0, "distance_radii": distance_km / radius_km, "pixel": pixel }), what.to_owned())
@@ -88,9 +88,9 @@ pub(super) fn scale(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
         let sampling = SamplingQuality { samples: 4, anisotropy: 8 };
         let coarse = bench.light(&bench.dual.plan_target(&request, sampling)?, Precision::F32)?;
         let fine = bench.light(&bench.dual.plan_target(&fine, sampling)?, Precision::F32)?.downsampled(finer);
-        let apart = levels_apart(&coarse, &fine);
-        let mean = apart.iter().sum::<f64>() / apart.len() as f64;
-        let (at, worst) = worst_of(&apart);
+        let differences = level_differences(&coarse, &fine);
+        let mean = differences.iter().sum::<f64>() / differences.len() as f64;
+        let (at, worst) = worst_of(&differences);
         found.add(mean, || {
             let pixel = [at as u32 % side, at as u32 / side];
             (

@@ -212,7 +212,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "simple",
         (2.0, "255ths"),
-        "bytes of finished images may round apart by one; two in the refracted limb, whose faintest light is drawn since half a level counts; on a GPU the end of a line may reach another pixel's centre",
+        "bytes of finished images may differ by one by rounding; two in the refracted limb, whose faintest light is drawn since half a level counts; on a GPU the end of a line may reach another pixel's centre",
         views::simple,
     )
     .on_gpu(40.0),

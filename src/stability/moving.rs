@@ -94,10 +94,10 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
         let towards = (sunward(bench, body, time) + DVec3::new(0.3, -0.2, 0.3)).normalize();
         let base = view_from_offset(body, time, towards * distance_radii * radius_km, fov_deg, side);
         let base = bench.dual.with_metered_exposure(base)?;
-        let aside = towards.cross(DVec3::Z).normalize();
+        let perpendicular = towards.cross(DVec3::Z).normalize();
         let step_rad = 0.33 * fov_deg.to_radians() / f64::from(side);
         sequence(&format!("camera before {} at {distance_radii} radii", body.0), steps, &|k| ViewRequest {
-            look: Look::Along { direction: -towards + aside * (k * step_rad).tan(), axes: Axes::Icrf },
+            look: Look::Along { direction: -towards + perpendicular * (k * step_rad).tan(), axes: Axes::Icrf },
             ..base.clone()
         })?;
         // Moves away from the body, by a third of a pixel at the image's edge, where other moons may be. A full run ends at three times the distance.

@@ -343,8 +343,8 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     for (name, request) in views {
         let view = bench.plan_view(&request, SINGLE_SAMPLE)?;
         let (single, double) = (bench.display(&view, Precision::F32)?, bench.display(&view, Precision::F64)?);
-        let apart = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
-        let differences: Vec<f64> = single.iter().zip(&double).map(apart).collect();
+        let difference = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
+        let differences: Vec<f64> = single.iter().zip(&double).map(difference).collect();
         let (at, worst) = worst_of(&differences);
         let pixel = [at as u32 % side, at as u32 / side];
         found.add(worst, || {

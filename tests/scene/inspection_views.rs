@@ -71,19 +71,19 @@ fn assert_near(got: &[f64], expected: &[f64], tolerance: f64, what: &str) {
     assert!(got.iter().zip(expected).all(|(a, b)| (a - b).abs() <= tolerance), "{what}: {got:?}, {expected:?} expected");
 }
 
-/// The Moon deviates from a sphere by at most a thousandth, so the middle of the image is the sub-viewer point.
+/// The Moon deviates from a sphere by at most a thousandth, so the middle of the image is the sub-observer point.
 #[test]
 fn the_middle_of_the_moon_has_its_known_numbers() {
     let draw_view = |view| drawn(301, 6.0, "2024-04-16T01:00:00Z", view);
     let depth = draw_view(PixelView::Depth);
     let moon = depth.scene.body(NaifId::MOON).expect("the Moon").clone();
     assert_near(&depth.middle(), &[1.0; 3], 1e-3, "nearest");
-    let sub_viewer = unit(moon.sub_viewer);
-    assert_near(&draw_view(PixelView::Normal).middle(), &sub_viewer.map(|v| 0.5 + 0.5 * v), 2e-3, "normal");
-    let (u, v) = (0.5 + moon.sub_viewer.longitude_deg / 360.0, 0.5 - moon.sub_viewer.latitude_deg / 180.0);
+    let sub_observer = unit(moon.sub_observer);
+    assert_near(&draw_view(PixelView::Normal).middle(), &sub_observer.map(|v| 0.5 + 0.5 * v), 2e-3, "normal");
+    let (u, v) = (0.5 + moon.sub_observer.longitude_deg / 360.0, 0.5 - moon.sub_observer.latitude_deg / 180.0);
     assert_near(&draw_view(PixelView::Uv).middle(), &[u, v, 0.0], 2e-3, "map coordinates");
     let sun = moon.sub_solar.expect("the Sun shines on it");
-    let cosine: f64 = unit(sun).iter().zip(sub_viewer).map(|(a, b)| a * b).sum();
+    let cosine: f64 = unit(sun).iter().zip(sub_observer).map(|(a, b)| a * b).sum();
     // The Moon's distance from the Sun is within 1.6 % of the Earth's, which is 1.003 au on that day.
     assert_near(&draw_view(PixelView::Sunlight).middle(), &[cosine.max(0.0) / 1.006; 3], 0.02, "sunlight");
     assert_near(&draw_view(PixelView::Eclipse).middle(), &[1.0; 3], 0.0, "no eclipse");

@@ -48,7 +48,7 @@ fn bodies_show_the_hemisphere_seen_with_light_time() {
             let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
             let body = scene.body(NaifId(id)).expect("in the catalog");
             let solar = body.sub_solar.expect("lit by the Sun");
-            for (computed, reference) in [(body.sub_viewer, viewer_point), (solar, sun_point)] {
+            for (computed, reference) in [(body.sub_observer, viewer_point), (solar, sun_point)] {
                 let off =
                     longitude_difference_deg(computed.longitude_deg, reference[0]).abs().max((computed.latitude_deg - reference[1]).abs());
                 assert!(off < SUB_POINT_TOLERANCE_DEG, "{name} {}: {computed:?} against {reference:?}", date["label"]);
@@ -104,7 +104,7 @@ fn the_earths_sub_points_follow_its_true_rotation() {
         let sun_light_s = (position_at(NaifId::SUN, -light_s) - from_earth).length() / 299_792.458;
         let to_sun = position_at(NaifId::SUN, -light_s - sun_light_s) - from_earth;
         let to_moon = position_at(NaifId::MOON, 0.0) - from_earth;
-        for (name, computed, direction) in [("viewer", body.sub_viewer, to_moon), ("Sun", body.sub_solar.expect("lit"), to_sun)] {
+        for (name, computed, direction) in [("viewer", body.sub_observer, to_moon), ("Sun", body.sub_solar.expect("lit"), to_sun)] {
             let v = itrs_from_gcrs * direction;
             let longitude_deg = v.y.atan2(v.x).to_degrees() + (light_s + delta_t_difference_s) * EARTH_ROTATION_DEG_S;
             let latitude_deg = v.z.atan2(v.truncate().length()).to_degrees();

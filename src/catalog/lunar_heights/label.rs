@@ -41,10 +41,10 @@ pub(super) fn image_file(text: &str) -> Result<String, String> {
     // Either a file name, optionally followed by a record number, or a record number in the label's own file.
     let file = named.split(',').next().unwrap_or(named).trim().trim_matches('"').trim();
     if file.is_empty() || file.chars().all(|c| c.is_ascii_digit()) {
-        return Err("^IMAGE names no file: labels are read that stand beside their image".into());
+        return Err("^IMAGE names no file: only labels in a file of their own are read".into());
     }
     match file.contains(['/', '\\', ':']) || file.starts_with('.') {
-        true => Err(format!("^IMAGE = {}: the image must lie beside its label", echo(file))),
+        true => Err(format!("^IMAGE = {}: the image must be in the same folder as its label", echo(file))),
         false => Ok(file.to_owned()),
     }
 }

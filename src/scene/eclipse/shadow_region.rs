@@ -134,8 +134,8 @@ mod tests {
         /// As the shader decides it: behind the occluder's plane, and nearer to the axis than the penumbra is wide there.
         fn darkens(&self, point: DVec3) -> bool {
             let behind = (self.centre - point).dot(self.sunward);
-            let aside = (point - self.centre).reject_from_normalized(self.sunward).length();
-            behind > 0.0 && aside < self.radius + behind * self.widening
+            let axis_distance = (point - self.centre).reject_from_normalized(self.sunward).length();
+            behind > 0.0 && axis_distance < self.radius + behind * self.widening
         }
     }
 
@@ -155,8 +155,8 @@ mod tests {
         let some = |random: &mut Random| {
             let behind = random.between((along - MAX_RADIUS).max(0.0), along + MAX_RADIUS);
             let width = (shadow.radius + behind.max(0.0) * shadow.widening) * random.between(0.0, 1.0);
-            let aside = random.direction().reject_from_normalized(shadow.sunward).normalize_or_zero() * width;
-            let mut point = shadow.centre - shadow.sunward * behind + aside;
+            let offset = random.direction().reject_from_normalized(shadow.sunward).normalize_or_zero() * width;
+            let mut point = shadow.centre - shadow.sunward * behind + offset;
             if shape == ReceiverShape::EquatorialPlane {
                 // Along the axis to the plane.
                 point -= shadow.sunward * (point.z / shadow.sunward.z);

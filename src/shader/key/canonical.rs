@@ -78,13 +78,13 @@ pub static RULES: &[CanonicalRule] = &[
         dimension: "lights",
         value: "sun0",
         applies: |f| f.view == PixelView::Eclipse && f.eclipse.occluders == 0,
-        because: "no occluder stands before the Sun",
+        because: "no occluder is in front of the Sun",
     },
     CanonicalRule {
         dimension: "lights",
         value: "sun0",
         applies: |f| f.view == PixelView::Ring && (f.ring_shadow == RingShadow::None || f.surface == Surface::Ring),
-        because: "no ring stands before the Sun",
+        because: "no ring is in front of the Sun",
     },
     CanonicalRule {
         dimension: "lights",
@@ -175,7 +175,7 @@ pub static RULES: &[CanonicalRule] = &[
         dimension: "eclipse-model",
         value: "",
         applies: |f| f.eclipse.occluders == 0,
-        because: "no occluder stands before the Sun",
+        because: "no occluder is in front of the Sun",
     },
     CanonicalRule {
         dimension: "ring-shadow",

@@ -24,7 +24,7 @@ pub static PREDICATES: &[Predicate] = &[
         "air_vertex || air_pixel_8 || air_pixel_16 || air_pixel_32 || air_table",
         "light scattered by an atmosphere is summed, by whichever tier",
     ),
-    predicate("has_ring_shadow", "ring_shadow_point_sun || ring_shadow_penumbra", "a ring stands before the Sun"),
+    predicate("has_ring_shadow", "ring_shadow_point_sun || ring_shadow_penumbra", "a ring is in front of the Sun"),
     predicate("has_body_shadow", "body_shadow_sphere || body_shadow_ellipsoid_penumbra", "the body throws its shadow on its own ring"),
     predicate(
         "has_shadow",

@@ -268,7 +268,7 @@ mod tests {
         assert!(why(&[bits, &[("NAXIS", "0")]], &[]).1.starts_with("no image in it"));
         let cut = block(SIMPLE, &[bits, &[("NAXIS", "2"), ("NAXIS1", "100"), ("NAXIS2", "100")], TAN]);
         assert!(read(&cut, false, &full_range()).is_err_and(|(_, w)| w.starts_with("10000 bytes of data announced, 0 in the file")));
-        for (from, to, card, said) in [
+        for (from, to, card, expected) in [
             ("RA---TAN", "RA---SIN", 6, "CTYPE1: `RA---SIN`: on the sky only"),
             ("RA---TAN", "RA---TAN-SIP", 6, "CTYPE1: `RA---TAN-SIP`"),
             ("83.633", "x", 8, "CRVAL1: `x` is no number"),
@@ -277,7 +277,7 @@ mod tests {
             let changed: Vec<(&str, String)> = TAN.iter().map(|(k, v)| (*k, v.replace(from, to))).collect();
             let changed: Vec<(&str, &str)> = changed.iter().map(|(k, v)| (*k, v.as_str())).collect();
             let (at, why) = why(&[bits, SIZE, &changed], &data);
-            assert!(at == card && why.starts_with(said), "{at}: {why}");
+            assert!(at == card && why.starts_with(expected), "{at}: {why}");
         }
         assert!(why(&[bits, SIZE, TAN, &[("RADESYS", "'FK4'")]], &data).1.starts_with("RADESYS: `FK4`"));
         assert!(why(&[bits, SIZE, TAN, &[("EQUINOX", "1950.0")]], &data).1.starts_with("EQUINOX: `1950.0`"));

@@ -350,8 +350,9 @@ impl MeteredFrame<'_, '_> {
     ) {
         let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();
         let alpha = crate::ephemeris::angle_rad(viewer, ground.sun);
-        let aside = (ground.sun - viewer * ground.sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
-        let up = viewer.cross(aside);
+        let perpendicular =
+            (ground.sun - viewer * ground.sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
+        let up = viewer.cross(perpendicular);
         let terminator = alpha - FRAC_PI_2;
         let (columns, rows) = if diameter_px < 4.0 { (6, 3) } else { (14, 8) };
         for (from, to) in [(-FRAC_PI_2, terminator), (terminator, FRAC_PI_2)] {
@@ -359,7 +360,7 @@ impl MeteredFrame<'_, '_> {
                 let midpoint = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
                 let (sin, cos) = (from + (to - from) * midpoint(k % columns, columns)).sin_cos();
                 let (sin_lat, cos_lat) = (PI * (midpoint(k / columns, rows) - 0.5)).sin_cos();
-                let n = (viewer * cos + aside * sin) * cos_lat + up * sin_lat;
+                let n = (viewer * cos + perpendicular * sin) * cos_lat + up * sin_lat;
                 let area = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
                 if area > 0.0 {
                     add(area, ground.radiance(n, n, viewer, shadow));
