@@ -27,7 +27,7 @@ impl Tier {
     /// The model with its error.
     pub(crate) fn reason(&self) -> Reason {
         // Rounds to 1e-4 %, so that no binary digits show (100 * 0.07 = 7.000000000000001).
-        let percent = |part: f64| (part * 1e6).round() / 1e4;
+        let percent = |fraction: f64| (fraction * 1e6).round() / 1e4;
         let (model, most, of) = (self.name, percent(self.max_error), message!(self.quantity.0));
         match self.error_95_percent {
             Some(part) => reason!("tier-mostly", model = model, most = most, mostly = percent(part), of = of),

@@ -13,14 +13,14 @@ use crate::render::plan::{
     limb_table, map_format, ring_profile, ring_shine, role_of, uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
-use crate::scene::air_spread::{COLUMNS as COLUMNS_OF_SPREAD, FIRST_COLUMN_RANGE, TABLES};
-use crate::scene::air_table::{NODES, SUNS};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
 use crate::scene::draw::{
     AirPass, AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, Light, LimbTable, LimbUniforms, MapRole, OverlayUniforms,
     RingTable, RingUniforms, Shape, Surface,
 };
 use crate::scene::eclipse::REFRACTING_LAYERS;
+use crate::scene::multi_scatter_in_shadow::{COLUMNS as IN_SHADOW_COLUMNS, FIRST_COLUMN_RANGE, TABLES};
+use crate::scene::multi_scatter_table::{NODES, SUNS};
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, sun_halves};
 use crate::scene::rings::RingConditions;
 use crate::shader::key::ShaderKey;
@@ -64,7 +64,7 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
         let ((r0, b0), (r1, b1)) = (edge(k), edge(k + 1));
         Vec4::new(r0, b0, r1, b1)
     });
-    let spread = |k: usize| (Vec3::new(0.1, 0.15, 0.2) + 0.8 * (k % COLUMNS_OF_SPREAD) as f32 / (COLUMNS_OF_SPREAD - 1) as f32).extend(0.0);
+    let spread = |k: usize| (Vec3::new(0.1, 0.15, 0.2) + 0.8 * (k % IN_SHADOW_COLUMNS) as f32 / (IN_SHADOW_COLUMNS - 1) as f32).extend(0.0);
     let disc = std::f32::consts::PI * (1.0 - 0.4 / 3.0 - 0.2 / 6.0);
     EclipseUniforms {
         axis: along.extend(1.0 / sun_distance),

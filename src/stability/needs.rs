@@ -195,7 +195,7 @@ fn sweep_views(
     let mut sorted: Vec<f64> = figures.iter().map(|f| f.0.difference).collect();
     sorted.sort_by(f64::total_cmp);
     costs.sort_by(f64::total_cmp);
-    let at = |of: &[f64], part: f64| quantile(of, part).unwrap_or(0.0);
+    let at = |of: &[f64], fraction: f64| quantile(of, fraction).unwrap_or(0.0);
     found.cause = format!(
         "{over} views over {bound:e}, by the effect that they lack: {}; over all views median {:.2e}, 90 % {:.2e}, 99 % {:.2e}, worst {:.2e}; operations over those \
          with everything: least {:.2}, 10 % {:.2}, median {:.2}, 90 % {:.2}",
@@ -238,11 +238,11 @@ pub(super) fn linear(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     sweep_views(bench, Purpose::LINEAR, LINEAR_BOUND, &|frames| {
         let (chosen, all) = (bench.light(&frames.chosen, Precision::F32)?, bench.light(&frames.all, Precision::F32)?);
         let brightest = all.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
-        let part = |a: &[f32; 4], b: &[f32; 4]| {
-            let whole = b[..3].iter().fold(0.0_f32, |a, b| a.max(*b));
+        let relative_difference = |a: &[f32; 4], b: &[f32; 4]| {
+            let radiance = b[..3].iter().fold(0.0_f32, |a, b| a.max(*b));
             let difference = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
-            if whole > 1e-6 * brightest { f64::from(difference / whole) } else { 0.0 }
+            if radiance > 1e-6 * brightest { f64::from(difference / radiance) } else { 0.0 }
         };
-        Ok(WorstPixel::of(chosen.light.iter().zip(&all.light).map(|(a, b)| part(a, b))))
+        Ok(WorstPixel::of(chosen.light.iter().zip(&all.light).map(|(a, b)| relative_difference(a, b))))
     })
 }

@@ -201,8 +201,8 @@ impl<'a> SurroundingAir<'a> {
         let height_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
         let above = SKY_LEVELS.iter().rposition(|(deg, _)| *deg <= height_deg).unwrap_or(0);
         let ((d0, l0), (d1, l1)) = (SKY_LEVELS[above.min(SKY_LEVELS.len() - 2)], SKY_LEVELS[(above + 1).min(SKY_LEVELS.len() - 1)]);
-        let part = ((height_deg - d0) / (d1 - d0)).clamp(0.0, 1.0);
-        irradiance * (l0.ln() + part * (l1 / l0).ln()).exp()
+        let fraction = ((height_deg - d0) / (d1 - d0)).clamp(0.0, 1.0);
+        irradiance * (l0.ln() + fraction * (l1 / l0).ln()).exp()
     }
 
     /// Transmittance to light from beyond the air, the mean of the channels.

@@ -73,16 +73,16 @@ impl Outline {
         let inverse = DMat2::from_cols(DVec2::new(block[2], -block[1]), DVec2::new(-block[1], block[0])) * (1.0 / determinant);
         let linear = -DVec2::new(r.dot(c), u.dot(c));
         let centre = inverse * linear;
-        let level = c.dot(c) + linear.dot(centre);
+        let form_at_centre = c.dot(c) + linear.dot(centre);
         // Converts body radii at the centre's depth to clip units.
         let clip_per_radius = placement.radii_km.x / (depth_km * camera.tan_half_fov);
         let Some(origin) = camera.clip(placement.centre_km) else { return Self::Behind };
         let middle = origin + centre * clip_per_radius;
-        let half = DVec2::new((level * inverse.x_axis.x).sqrt(), (level * inverse.y_axis.y).sqrt()) * clip_per_radius;
+        let half = DVec2::new((form_at_centre * inverse.x_axis.x).sqrt(), (form_at_centre * inverse.y_axis.y).sqrt()) * clip_per_radius;
         let px = clip_per_radius * camera.half_size();
         Self::Ellipse {
             bounds: ClipRect { left: middle.x - half.x, top: middle.y + half.y, right: middle.x + half.x, bottom: middle.y - half.y },
-            area_px: std::f64::consts::PI * level * inverse.determinant().sqrt() * px.x * px.y,
+            area_px: std::f64::consts::PI * form_at_centre * inverse.determinant().sqrt() * px.x * px.y,
         }
     }
 

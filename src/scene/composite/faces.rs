@@ -153,11 +153,11 @@ pub(super) fn frames(
 fn axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
     let camera = &viewer.camera;
     let up_hint = viewer.up_hint.try_normalize().filter(|up| up.cross(camera.forward).length() > 1e-9).unwrap_or(camera.up);
-    let level = (camera.forward - up_hint * camera.forward.dot(up_hint)).normalize();
+    let horizontal = (camera.forward - up_hint * camera.forward.dot(up_hint)).normalize();
     let [up, forward] = match (composition.projection, composition.zenith_centred) {
-        (Projection::Equirectangular, _) => [up_hint, level],
+        (Projection::Equirectangular, _) => [up_hint, horizontal],
         // The front is at the bottom of the image.
-        (_, true) => [-level, up_hint],
+        (_, true) => [-horizontal, up_hint],
         _ => [camera.up, camera.forward],
     };
     let right = forward.cross(up);

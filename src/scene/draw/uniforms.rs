@@ -211,7 +211,7 @@ uniforms! {
         /// Height above the ground of the floor from which the draw counts heights, and the reciprocal of the height of the air's top above the ground; both
         /// in the floor's radii.
         pub multi_scatter_heights: Vec2 = "air_multi_scatter_heights",
-        /// The table of `scene::atmosphere::air_table`; empty if the draw does not read it.
+        /// The table of `scene::atmosphere::multi_scatter_table`; empty if the draw does not read it.
         pub multi_scatter: Arc<Vec<Vec4>> = "air_multi_scatter",
     }
 }
@@ -233,7 +233,7 @@ uniforms! {
         /// The first occluder's atmosphere: radius and bending angle at the lower and the upper edge of each refracting layer, and the layer's transmittance.
         pub air_edges: Vec<Vec4> = "occluder_air_edges",
         pub air_transmittance: Vec<Vec4> = "occluder_air_transmittance",
-        /// The table of `scene::atmosphere::air_spread`; empty if the draw does not read it.
+        /// The table of `scene::atmosphere::multi_scatter_in_shadow`; empty if the draw does not read it.
         pub multi_scatter: Vec<Vec4> = "occluder_multi_scatter",
     }
 }

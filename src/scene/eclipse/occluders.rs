@@ -193,9 +193,9 @@ pub fn select_occluders<'a>(
         let body = occluder.body;
         let gap = occluder.penumbra_gap(&axis, extent.max_radius);
         if gap > 0.0 {
-            let share = gap / occluder.penumbra_radius(&axis, extent.max_radius);
-            if occluder.max_obscuration > VISIBLE_CHANGE && nearest.is_none_or(|(least, _)| share < least) {
-                nearest = Some((share, &body.name));
+            let distance_ratio = gap / occluder.penumbra_radius(&axis, extent.max_radius);
+            if occluder.max_obscuration > VISIBLE_CHANGE && nearest.is_none_or(|(least, _)| distance_ratio < least) {
+                nearest = Some((distance_ratio, &body.name));
             }
             continue;
         }
@@ -217,7 +217,7 @@ pub fn select_occluders<'a>(
             let found = reason!("eclipse-penumbra-of", bodies = names).and(takes);
             if left_out > 0 { found.and(reason!("eclipse-omitted", count = left_out)) } else { found }
         }
-        (None, Some((share, name))) => reason!("eclipse-nearest", body = name, share = format_args!("{share:.2}")),
+        (None, Some((distance_ratio, name))) => reason!("eclipse-nearest", body = name, share = format_args!("{distance_ratio:.2}")),
         (None, None) => reason!("eclipse-none", part = format_args!("{VISIBLE_CHANGE:.2e}")),
     };
     OccluderSearch { occluders, reason }
@@ -324,7 +324,7 @@ impl<'a> Occluder<'a> {
         };
         let around = (0..96).any(|k| {
             let on_ring = DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 96.0);
-            [1.0, 0.66, 0.33, 0.0].iter().any(|part| is_visible(self.across + on_ring * (radius * part)))
+            [1.0, 0.66, 0.33, 0.0].iter().any(|fraction| is_visible(self.across + on_ring * (radius * fraction)))
         });
         around || is_visible(axis.across(towards))
     }

@@ -95,8 +95,8 @@ impl ShadowRegion {
     pub(crate) fn min_pixel(&self, frustum: &Frustum) -> f64 {
         let [(near, near_radius), (far, far_radius)] = self.ends;
         let (axis, to_camera) = (far - near, frustum.position - near);
-        let part = (to_camera.dot(axis) / axis.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        let distance = (to_camera - axis * part).length() - near_radius.max(far_radius);
+        let fraction = (to_camera.dot(axis) / axis.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let distance = (to_camera - axis * fraction).length() - near_radius.max(far_radius);
         distance.max(0.0) * frustum.smallest_pixel_tangent
     }
 }

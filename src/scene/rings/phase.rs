@@ -36,7 +36,7 @@ fn large_particle_phase(alpha: f64) -> f64 {
 pub fn dust_phase(alpha: f64) -> f64 {
     // 1 + g² + 2 g cos(alpha), written without cancellation near forward scattering.
     let forward_angle_sq = (0.5 * alpha).cos().powi(2);
-    DUST_LOBES.iter().map(|[g, share]| share * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * forward_angle_sq).powf(1.5)).sum()
+    DUST_LOBES.iter().map(|[g, weight]| weight * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * forward_angle_sq).powf(1.5)).sum()
 }
 
 /// Phase function of large particles with the opposition surge, from the cosine of the phase angle, as in the ring's shader fragments.

@@ -39,10 +39,10 @@ impl RingShine {
     /// `sun`: unit vector, body axes.
     pub(crate) fn irradiance(&self, point: DVec3, sun: DVec3) -> f64 {
         let height = point.z.abs();
-        let level = sun.truncate().try_normalize().unwrap_or(DVec2::X);
-        let hour = point.truncate().perp_dot(level).abs().atan2(point.truncate().dot(level)) / PI;
-        let cell = |part: f64, count: usize| {
-            let at = part.clamp(0.0, 1.0) * (count - 1) as f64;
+        let horizontal = sun.truncate().try_normalize().unwrap_or(DVec2::X);
+        let hour = point.truncate().perp_dot(horizontal).abs().atan2(point.truncate().dot(horizontal)) / PI;
+        let cell = |fraction: f64, count: usize| {
+            let at = fraction.clamp(0.0, 1.0) * (count - 1) as f64;
             let low = (at as usize).min(count - 2);
             (low, at - low as f64)
         };
@@ -128,8 +128,8 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
             let x = (k as f64 / PER_OCTAVE).exp2();
             let from_interval = |interval: &RingInterval| {
                 let from_half = |half: usize| {
-                    let [part, sine] = sun_halves[half];
-                    if part > 0.0 { part * scattered(interval.tau, x, 1.0 / sine.max(MIN_COSINE), half == side) } else { 0.0 }
+                    let [fraction, sine] = sun_halves[half];
+                    if fraction > 0.0 { fraction * scattered(interval.tau, x, 1.0 / sine.max(MIN_COSINE), half == side) } else { 0.0 }
                 };
                 DVec3::from_array(interval.albedo) * ((interval.to - interval.from) * (from_half(0) + from_half(1)))
             };
@@ -212,9 +212,9 @@ impl RingShines {
 impl RingShineGeometry<'_> {
     /// Irradiance divided by height, at a height and hour angle. `side`: 0 on the side of the plane on which the Sun's centre is.
     fn at(&self, annuli: &[Annulus], gauss: &[(f64, f64)], side: usize, height: f64, hour: f64) -> DVec3 {
-        let level = (1.0 - height * height).max(0.0).sqrt();
-        let normal = DVec3::new(level, 0.0, height / self.polar).normalize();
-        let place = DVec3::new(level, 0.0, self.polar * height);
+        let horizontal = (1.0 - height * height).max(0.0).sqrt();
+        let normal = DVec3::new(horizontal, 0.0, height / self.polar).normalize();
+        let place = DVec3::new(horizontal, 0.0, self.polar * height);
         let (sin_hour, cos_hour) = hour.sin_cos();
         let sine = self.sine.abs();
         let cosine = (1.0 - sine * sine).sqrt();
@@ -222,7 +222,7 @@ impl RingShineGeometry<'_> {
         let sun = DVec3::new(cosine * cos_hour, -cosine * sin_hour, if side == 0 { sine } else { -sine });
         // Horizontal component of the Sun's direction in the unit-sphere frame.
         let sun_level = cosine / cosine.hypot(sine / self.polar);
-        let horizon = 1.0 / level.max(1e-9);
+        let horizon = 1.0 / horizontal.max(1e-9);
         let mut sum = DVec3::ZERO;
         for annulus in annuli.iter().filter(|a| a.radius > horizon) {
             let r = annulus.radius;
@@ -296,9 +296,9 @@ impl RingShineGeometry<'_> {
         let below = f64::from_bits(self.sine.to_bits() >> dropped_bits << dropped_bits);
         let above = f64::from_bits(below.to_bits() + (1 << dropped_bits));
         let (low, high) = (milestone_table(below)?, milestone_table(above)?);
-        let share = narrow_scalar((self.sine - below) / (above - below));
-        let texels = low.texels.iter().zip(&high.texels).map(|(a, b)| a + (b - a) * share).collect();
-        let brightest = low.brightest + (high.brightest - low.brightest) * f64::from(share);
+        let upper_weight = narrow_scalar((self.sine - below) / (above - below));
+        let texels = low.texels.iter().zip(&high.texels).map(|(a, b)| a + (b - a) * upper_weight).collect();
+        let brightest = low.brightest + (high.brightest - low.brightest) * f64::from(upper_weight);
         Some(RingShine { texels, max_height: low.max_height, brightest })
     }
 

@@ -171,14 +171,14 @@ impl<'a> RingView<'a> {
         let area_px = PI * (outer / self.body.radii_km.x * self.pixels_per_radius()).powi(2);
         let reason = match strongest {
             None => reason!("rings-none"),
-            Some((part, name)) if seen.is_empty() => {
+            Some((change, name)) if seen.is_empty() => {
                 let least = self.threshold.min_change();
-                let light = reason!("of-white", light = format_args!("{part:.2e}"), least = format_args!("{least:.2e}"));
+                let light = reason!("of-white", light = format_args!("{change:.2e}"), least = format_args!("{least:.2e}"));
                 reason!("rings-strongest", ring = name, light = light)
             }
-            Some((part, name)) => {
+            Some((change, name)) => {
                 let extent = reason!("rings-out-to", distance = format_args!("{outer:.0}"), area = format_args!("{area_px:.1}"));
-                reason!("rings-change", ring = name, part = format_args!("{part:.2e}")).and(extent)
+                reason!("rings-change", ring = name, part = format_args!("{change:.2e}")).and(extent)
             }
         };
         VisibleRings { check: ThresholdCheck { on: !seen.is_empty() && area_px > 0.5, reason }, rings: seen }
@@ -318,8 +318,9 @@ impl<'a> RingView<'a> {
     /// Uniforms of ring-shine on the globe. `phase_brightness`: the factor for the Sun's phase in the albedo. It does not apply to ring-shine and is
     /// divided out.
     pub(crate) fn shine_axes(&self, shine: &RingShine, phase_brightness: f64) -> Vec4 {
-        let level = self.sun.truncate().try_normalize().unwrap_or(DVec2::X);
-        let [x, y, z, w] = [level.x, level.y, 1.0 / shine.max_height, 1.0 / phase_brightness.max(1e-6)].map(camera::narrow_scalar);
+        let horizontal = self.sun.truncate().try_normalize().unwrap_or(DVec2::X);
+        let [x, y, z, w] =
+            [horizontal.x, horizontal.y, 1.0 / shine.max_height, 1.0 / phase_brightness.max(1e-6)].map(camera::narrow_scalar);
         Vec4::new(x, y, z, w)
     }
 

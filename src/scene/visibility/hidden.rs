@@ -55,8 +55,8 @@ impl Limb {
 
     fn contains(&self, x: f64, y: f64) -> bool {
         let [c, gx, gy, xx, xy, yy] = self.form;
-        let level = c + gx * x + gy * y + xx * x * x + xy * x * y + yy * y * y;
-        level > 0.0 && self.near[0] + self.near[1] * x + self.near[2] * y > 0.0
+        let form = c + gx * x + gy * y + xx * x * x + xy * x * y + yy * y * y;
+        form > 0.0 && self.near[0] + self.near[1] * x + self.near[2] * y > 0.0
     }
 
     /// Values of x where the limb may cross a line of constant y.
