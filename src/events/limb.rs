@@ -73,7 +73,7 @@ impl<'a> Silhouette<'a> {
     /// How far the silhouette's nearest (or farthest) point lies outside the Sun's disc, radians, and the index of that point.
     fn outside(&self, touch: Touch, s: f64) -> (f64, usize) {
         let (sun_km, moon_km) = self.station.sun_and_moon_km(s);
-        let sun_radius = (self.station.bodies().sun_km / sun_km.length()).min(1.0).asin();
+        let sun_radius = (self.station.bodies().sun_radius_km / sun_km.length()).min(1.0).asin();
         let from_sun = (0..LIMB_POINTS).map(|k| (angle_rad(self.direction(k, moon_km), sun_km) - sun_radius, k));
         let by_distance = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0);
         let nearest_or_farthest = if touch == Touch::Any { from_sun.min_by(by_distance) } else { from_sun.max_by(by_distance) };

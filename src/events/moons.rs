@@ -83,7 +83,7 @@ pub fn moon_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: 
     let Some(sun) = catalog.body(NaifId::SUN) else { return Ok(found) };
     for moon in MOONS.iter().filter_map(|id| catalog.body(*id)) {
         let Some(planet) = moon.parent.and_then(|id| catalog.body(id)) else { continue };
-        let pair = MoonAndPlanet { ephemeris, sun_km: sun.radii_km.x, planet, moon };
+        let pair = MoonAndPlanet { ephemeris, sun_radius_km: sun.radii_km.x, planet, moon };
         for source in [NaifId::EARTH, NaifId::SUN] {
             for (middle, is_in_front) in pair.conjunctions(source, from, to)? {
                 let event = MoonConjunction::around(&pair, source, middle)?.event(&pair, is_in_front)?;
@@ -96,7 +96,7 @@ pub fn moon_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: 
 
 struct MoonAndPlanet<'a> {
     ephemeris: &'a Ephemeris,
-    sun_km: f64,
+    sun_radius_km: f64,
     planet: &'a Body,
     moon: &'a Body,
 }
@@ -201,8 +201,8 @@ impl MoonConjunction {
         let towards = to_source / distance_km;
         let radius_km = match edge {
             BoundingPlanes::Centre => 0.0,
-            BoundingPlanes::ExternalTangent => -pair.sun_km,
-            BoundingPlanes::InternalTangent => pair.sun_km,
+            BoundingPlanes::ExternalTangent => -pair.sun_radius_km,
+            BoundingPlanes::InternalTangent => pair.sun_radius_km,
         };
         let radii_km = pair.planet.radii_km;
         let support_km = |n: DVec3| (n * radii_km.x + self.pole * (n.dot(self.pole) * (radii_km.z - radii_km.x))).length();

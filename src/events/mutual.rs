@@ -132,15 +132,15 @@ impl<'a> MutualConjunction<'a> {
     /// Distance of the farther moon from a region behind the nearer one, negative if it touches the region.
     fn distance_outside_km(&self, s: f64, region: Region) -> f64 {
         let at = self.offset(s);
-        let (near_km, far_km) = (self.near.radii_km.x, self.far.radii_km.x);
+        let (near_radius_km, far_radius_km) = (self.near.radii_km.x, self.far.radii_km.x);
         // Distance of the source from the nearer moon, whose shadow widens or narrows with depth.
         let source_from_near_km = at.source_km - at.depth_km;
         let radius_km = match region {
-            Region::Hidden => near_km * at.source_km / source_from_near_km,
-            Region::Penumbra => near_km + at.depth_km * (self.sun_radius_km + near_km) / source_from_near_km,
-            Region::Umbra => (near_km - at.depth_km * (self.sun_radius_km - near_km) / source_from_near_km).abs(),
+            Region::Hidden => near_radius_km * at.source_km / source_from_near_km,
+            Region::Penumbra => near_radius_km + at.depth_km * (self.sun_radius_km + near_radius_km) / source_from_near_km,
+            Region::Umbra => (near_radius_km - at.depth_km * (self.sun_radius_km - near_radius_km) / source_from_near_km).abs(),
         };
-        at.offset_km * at.source_km / source_from_near_km - radius_km - far_km
+        at.offset_km * at.source_km / source_from_near_km - radius_km - far_radius_km
     }
 
     fn event(&self, ephemeris: &Ephemeris) -> Result<Option<MoonEvent>, EphemerisError> {

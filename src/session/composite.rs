@@ -41,7 +41,8 @@ impl Session {
                 Projection::Equirectangular => 2.0,
                 Projection::Perspective => f64::from(request.width) / f64::from(request.height),
             };
-            let height = (0.5 * f64::from(request.height) / mesh.slowest_motion(aspect)).clamp(WARPED_PX.0, WARPED_PX.1 / aspect.max(1.0));
+            let height =
+                (0.5 * f64::from(request.height) / mesh.smallest_derivative(aspect)).clamp(WARPED_PX.0, WARPED_PX.1 / aspect.max(1.0));
             // The clamp keeps both sides in range.
             (inner.width, inner.height) = ((height * aspect).round() as u32, height.round() as u32);
         }

@@ -84,8 +84,8 @@ impl WarpMesh {
         }
         let mut triangles = Vec::new();
         let mut turns_left: Option<bool> = None;
-        let across = if polar { columns } else { columns - 1 };
-        for (row, column) in (0..rows - 1).flat_map(|r| (0..across).map(move |c| (r, c))) {
+        let cell_columns = if polar { columns } else { columns - 1 };
+        for (row, column) in (0..rows - 1).flat_map(|r| (0..cell_columns).map(move |c| (r, c))) {
             let next = (column + 1) % columns;
             let cell = [row * columns + column, row * columns + next, (row + 1) * columns + next, (row + 1) * columns + column];
             let [a, b, c, d] = cell.map(|k| nodes[k].screen);
@@ -134,10 +134,10 @@ impl WarpMesh {
             if area == 0.0 {
                 continue;
             }
-            let per = [(p * f.y - q * e.y) / area, (q * e.x - p * f.x) / area];
+            let derivatives = [(p * f.y - q * e.y) / area, (q * e.x - p * f.x) / area];
             for k in corners {
                 let (sum, count) = &mut sums[*k as usize];
-                *sum = [sum[0] + per[0], sum[1] + per[1]];
+                *sum = [sum[0] + derivatives[0], sum[1] + derivatives[1]];
                 *count += 1.0;
             }
         }
@@ -171,7 +171,7 @@ impl WarpMesh {
 
     /// The smaller of the derivatives by screen x and y, in image heights per screen unit: its tenth percentile over the nodes. `aspect`: the
     /// image's width divided by its height.
-    pub fn slowest_motion(&self, aspect: f64) -> f64 {
+    pub fn smallest_derivative(&self, aspect: f64) -> f64 {
         let lengths = |[x, y]: [DVec2; 2]| [x, y].map(|v| (v * DVec2::new(aspect, 1.0)).length()).into_iter().fold(f64::MAX, f64::min);
         let mut all: Vec<f64> = self.gradients().into_iter().map(lengths).filter(|l| *l > 0.0).collect();
         all.sort_by(f64::total_cmp);
