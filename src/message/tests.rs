@@ -38,8 +38,8 @@ fn german_numbers_names_and_times() {
 #[test]
 fn texts_in_images_are_simple_and_in_both_languages() {
     let ids = |file: &'static str| -> HashSet<&str> {
-        let of_pictures = |line: &&str| ["image-", "point-", "body-"].iter().any(|kind| line.starts_with(kind));
-        file.lines().filter(of_pictures).filter_map(|line| Some(line.split_once(" = ")?.0)).collect()
+        let of_images = |line: &&str| ["image-", "point-", "body-"].iter().any(|kind| line.starts_with(kind));
+        file.lines().filter(of_images).filter_map(|line| Some(line.split_once(" = ")?.0)).collect()
     };
     assert!(ids(ENGLISH_FILE).len() > 30);
     assert_eq!(ids(ENGLISH_FILE), ids(GERMAN_FILE));

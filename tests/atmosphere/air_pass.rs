@@ -130,7 +130,7 @@ fn other_views_evaluate_each_pixel_and_say_why() {
         ("linear light", ViewRequest { purpose: Purpose::LINEAR, ..day.clone() }),
         ("reference quality", ViewRequest { quality: Quality::Reference, ..day.clone() }),
         ("px wide", ViewRequest { width: 64, height: 64, ..day.clone() }),
-        ("as few as they can be", ViewRequest { effects: EffectOverrides::parse("+atmosphere=vertex").expect("effects"), ..day.clone() }),
+        ("too few samples", ViewRequest { effects: EffectOverrides::parse("+atmosphere=vertex").expect("effects"), ..day.clone() }),
         ("by itself", ViewRequest { coarse_air: false, ..day.clone() }),
         ("shows no light of the air", ViewRequest { pixel_view: PixelView::Normal, ..day.clone() }),
     ];

@@ -331,7 +331,7 @@ fn the_refracted_limb_is_explained() {
         let (is_on, reason) = decision_of(request).expect("a decision");
         assert!(is_on == should_be_on && reason.contains(part), "{is_on}: {reason}");
     };
-    assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, ""), true, "of white against");
+    assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, ""), true, "of white (threshold");
     assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-refracted-limb"), false, "set by you");
     assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-atmosphere"), false, "switched off");
     assert_reason(&view_from_behind(NaifId::EARTH, -60.0, 0.1, 64, 3.0, ""), false, "no layer");

@@ -139,7 +139,7 @@ fn json_answers_have_their_fields() {
     let draft = orrery(&["--quality", "draft", "explain", "--target", "earth", "--time", ECLIPSE]);
     let draft = String::from_utf8_lossy(&draft.stdout);
     assert!(
-        draft.contains("pixel-8: off by at most 90 %") && draft.contains("uniform-disc: off by at most 10 % of the Sun's light"),
+        draft.contains("pixel-8: error at most 90 %") && draft.contains("uniform-disc: error at most 10 % of the Sun's light"),
         "{draft}"
     );
     assert!(draft.contains(estimate), "{draft}");

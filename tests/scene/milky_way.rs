@@ -151,7 +151,7 @@ fn the_exposure_decides_what_is_visible() {
     assert!(unboosted.scene.background.is_none() && background_draws(&unboosted) == 0);
     for feature in ["milky-way", "zodiacal-light"] {
         assert!(
-            decision_of(&unboosted, feature).is_some_and(|(on, why)| !on && why.contains("of white against")),
+            decision_of(&unboosted, feature).is_some_and(|(on, why)| !on && why.contains("of white (threshold")),
             "{:?}",
             unboosted.scene.sky
         );

@@ -230,6 +230,9 @@ fn a_missing_or_tiny_overlay_is_left_out_and_reported() {
         overlay_decisions.len() == 2 && overlay_decisions[0].reason.to_string().contains("lost.png could not be read"),
         "{overlay_decisions:?}"
     );
-    assert!(!overlay_decisions[1].on && overlay_decisions[1].reason.to_string().contains("px across against 0.5"), "{overlay_decisions:?}");
+    assert!(
+        !overlay_decisions[1].on && overlay_decisions[1].reason.to_string().contains("px across (threshold 0.5)"),
+        "{overlay_decisions:?}"
+    );
     assert!(with == user_overlays.draw(MOON, "-overlays", PixelView::Final).1);
 }

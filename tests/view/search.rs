@@ -68,7 +68,7 @@ fn each_kind_of_answer_leads_to_its_target() {
     };
     // The port's lighthouse on Cerro del Creston: 23.177 N, 106.427 W.
     assert!((latitude_deg - 23.2).abs() < 0.1 && (longitude_deg + 106.4).abs() < 0.1, "{latitude_deg} {longitude_deg}");
-    city.get_by_label_contains("events, rise and set are told for this place");
+    city.get_by_label_contains("events, rise and set now refer to this place");
     // A crater is viewed from above: Tycho, 43.3 S 11.2 W (gazetteer of the IAU).
     let tycho = window_after_search("tycho");
     let view = &tycho.state().viewer.view;

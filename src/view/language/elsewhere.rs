@@ -123,7 +123,7 @@ mod tests {
         assert_eq!(detail_text("x: No such file or directory (os error 2)"), "x: keine solche Datei, kein solcher Ordner");
         assert_eq!(detail_text("x: odd (os error 2)"), "x: odd (os error 2)");
         set(Language::Marked);
-        assert_eq!(reason_text(&both.messages()[0].clone().into()), "«nearest penumbra: ‹«Moon»›'s, ‹1«.»50› of its radius outside»");
+        assert_eq!(reason_text(&both.messages()[0].clone().into()), "«the nearest penumbra, of ‹«Moon»›, is ‹1«.»50› of its radius away»");
         set(Language::English);
     }
 
