@@ -57,8 +57,8 @@ impl SurfaceFeature {
 
 /// The data lines of both tables, without comments and headings.
 fn lines() -> impl Iterator<Item = &'static str> {
-    let of = |table: &'static str| table.lines().filter(|l| !l.starts_with('#') && !l.is_empty()).skip(1);
-    of(orrery_catalogs::LANDING_SITES).chain(of(orrery_catalogs::NOMENCLATURE))
+    let rows = |table: &'static str| table.lines().filter(|l| !l.starts_with('#') && !l.is_empty()).skip(1);
+    rows(orrery_catalogs::LANDING_SITES).chain(rows(orrery_catalogs::NOMENCLATURE))
 }
 
 static BY_BODY: LazyLock<BTreeMap<String, Vec<SurfaceFeature>>> = LazyLock::new(|| {

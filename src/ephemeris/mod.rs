@@ -229,8 +229,8 @@ impl Ephemeris {
         match self.rotations.get(&body).ok_or_else(|| unknown("the catalog has no such body"))? {
             Rotation::EarthIau2006 => Ok(orientation::earth_itrs_from_gcrs(t)),
             Rotation::Pck => {
-                let at = self.pck.pole_and_meridian(body, t.tdb_seconds_past_j2000());
-                Ok(at.ok_or_else(|| unknown("the PCK lacks it"))?.body_from_icrf())
+                let pole_and_meridian = self.pck.pole_and_meridian(body, t.tdb_seconds_past_j2000());
+                Ok(pole_and_meridian.ok_or_else(|| unknown("the PCK lacks it"))?.body_from_icrf())
             }
             Rotation::Synchronous => {
                 let parent = self.orbits.get(&body).map(|o| o.parent).ok_or_else(|| unknown("it has no parent"))?;

@@ -131,9 +131,13 @@ mod tests {
 
     #[test]
     fn a_line_meets_the_ground_on_the_sunny_side() {
-        let at = EARTH.meets_line_km(DVec3::new(4e5, 3000.0, 2000.0), DVec3::X).expect("it meets");
-        assert!((at.y - 3000.0).abs() < 1e-9 && (at.z - 2000.0).abs() < 1e-9 && at.x > 0.0);
-        assert!(((at.x * at.x + at.y * at.y) / 6378.0_f64.powi(2) + at.z * at.z / 6357.0_f64.powi(2) - 1.0).abs() < 1e-12);
+        let point_km = EARTH.meets_line_km(DVec3::new(4e5, 3000.0, 2000.0), DVec3::X).expect("it meets");
+        assert!((point_km.y - 3000.0).abs() < 1e-9 && (point_km.z - 2000.0).abs() < 1e-9 && point_km.x > 0.0);
+        assert!(
+            ((point_km.x * point_km.x + point_km.y * point_km.y) / 6378.0_f64.powi(2) + point_km.z * point_km.z / 6357.0_f64.powi(2) - 1.0)
+                .abs()
+                < 1e-12
+        );
         assert!((EARTH.support_point_km(DVec3::Z) - DVec3::Z * 6357.0).length() < 1e-9);
     }
 }

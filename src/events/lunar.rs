@@ -115,10 +115,10 @@ impl LunarEclipseGeometry {
 
     /// Parts of the Moon's diameter inside the umbra and inside the penumbra.
     fn magnitudes(&self, s: f64) -> (f64, f64) {
-        let at = self.in_shadow(s);
+        let position = self.in_shadow(s);
         let fraction_inside =
-            |shadow_km: f64| (shadow_km + self.moon_radius_km() - at.offset_from_axis.length()) / (2.0 * self.moon_radius_km());
-        (fraction_inside(at.umbra_km), fraction_inside(at.penumbra_km))
+            |shadow_km: f64| (shadow_km + self.moon_radius_km() - position.offset_from_axis.length()) / (2.0 * self.moon_radius_km());
+        (fraction_inside(position.umbra_km), fraction_inside(position.penumbra_km))
     }
 }
 

@@ -176,9 +176,9 @@ impl MoonConjunction {
         let (planet, ephemeris) = (pair.planet.id, pair.ephemeris);
         let (_, vel_km_s) = pair.moon_from_planet(middle)?;
         let half_s = 2.0 * (pair.planet.radii_km.x + pair.moon.radii_km.x) / vel_km_s.length() + 600.0;
-        let at = |s: f64| middle.plus_seconds(s);
-        let moon = FittedPosition::over(half_s, |s| Ok(pair.moon_from_planet(at(s))?.0))?;
-        let to_source = FittedPosition::over(half_s, |s| vector_to_source(ephemeris, planet, source, at(s)))?;
+        let instant = |s: f64| middle.plus_seconds(s);
+        let moon = FittedPosition::over(half_s, |s| Ok(pair.moon_from_planet(instant(s))?.0))?;
+        let to_source = FittedPosition::over(half_s, |s| vector_to_source(ephemeris, planet, source, instant(s)))?;
         let planet_velocity_km_s = ephemeris.state(planet, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, None)?.state.vel_km_s;
         let pole = ephemeris.body_from_icrf(planet, middle)?.row(2);
         Ok(Self { source, middle, half_s, moon, to_source, planet_velocity_km_s, pole })

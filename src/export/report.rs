@@ -116,14 +116,14 @@ fn causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
     if first.wgsl == second.wgsl {
         return vec![Cause { what: "lowering".into(), ..Cause::default() }];
     }
-    let of = |(what, lines): (String, crate::shader::compare::ChangedLines)| Cause {
+    let cause_of = |(what, lines): (String, crate::shader::compare::ChangedLines)| Cause {
         what,
         features: lines.features,
         removed: lines.removed,
         added: lines.added,
     };
     let causes: Vec<Cause> =
-        changed_lines((&first.wgsl, &first.source_map), (&second.wgsl, &second.source_map)).into_iter().map(of).collect();
+        changed_lines((&first.wgsl, &first.source_map), (&second.wgsl, &second.source_map)).into_iter().map(cause_of).collect();
     // The modules have the same lines of the same fragments in another order, or lines from no fragment.
     if causes.is_empty() { vec![Cause { what: "generator".into(), ..Cause::default() }] } else { causes }
 }

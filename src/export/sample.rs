@@ -27,8 +27,8 @@ pub(crate) struct Sample {
 
 /// For each pixel, the greatest difference of any channel in display levels, where white is a white Lambert surface in full sunlight.
 pub(crate) fn level_differences(first: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<f64> {
-    let of = |light| ExposedPixels { light, exposure_factor: 1.0 };
-    levels::level_differences(of(first), of(second))
+    let exposed = |light| ExposedPixels { light, exposure_factor: 1.0 };
+    levels::level_differences(exposed(first), exposed(second))
 }
 
 impl Sample {

@@ -364,10 +364,10 @@ mod tests {
     #[test]
     fn a_size_in_another_unit_is_refused() {
         let obj = parse("v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n").expect("reads");
-        let of = |scale_km: f64| Mesh::of(&obj, &ShapeFrame { scale_km, ..ROUND });
-        assert!(of(1.0).is_ok() && of(3.9).is_ok());
+        let mesh_at_scale = |scale_km: f64| Mesh::of(&obj, &ShapeFrame { scale_km, ..ROUND });
+        assert!(mesh_at_scale(1.0).is_ok() && mesh_at_scale(3.9).is_ok());
         for scale_km in [1e-3, 1e3] {
-            assert!(of(scale_km).expect_err("another unit").to_string().contains("is scale_km right?"));
+            assert!(mesh_at_scale(scale_km).expect_err("another unit").to_string().contains("is scale_km right?"));
         }
     }
 }

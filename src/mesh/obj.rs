@@ -67,8 +67,8 @@ fn numbers<const N: usize>(words: &[&str]) -> Option<[f64; N]> {
 /// Converts an index of the file (from 1, or negative from the end of a list of `length`) to an index from 0.
 fn index(word: &str, length: usize) -> Option<u32> {
     let n: i64 = word.parse().ok()?;
-    let at = if n < 0 { i64::try_from(length).ok()? + n } else { n - 1 };
-    usize::try_from(at).ok().filter(|at| *at < length && n != 0).and_then(|at| u32::try_from(at).ok())
+    let index = if n < 0 { i64::try_from(length).ok()? + n } else { n - 1 };
+    usize::try_from(index).ok().filter(|index| *index < length && n != 0).and_then(|index| u32::try_from(index).ok())
 }
 
 impl Obj {

@@ -94,15 +94,15 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         let composed = ViewRequest { composition, ..request };
         let frames = CompositeFrames::of(prober.catalog(), prober.ephemeris(), &composed).map_err(|e| e.to_string())?;
         let Arrangement::Faces(faces) = frames.arrangement else { return Err("the projection has no image".into()) };
-        let at = faces.image.pixel_of(direction);
-        let [x, y] = at.map_or([Value::Null, Value::Null], |at| [at.x.into(), at.y.into()]);
-        return Ok(json!({ "x": x, "y": y, "in_frame": at.is_some(), "hidden": hidden }));
+        let pixel = faces.image.pixel_of(direction);
+        let [x, y] = pixel.map_or([Value::Null, Value::Null], |pixel| [pixel.x.into(), pixel.y.into()]);
+        return Ok(json!({ "x": x, "y": y, "in_frame": pixel.is_some(), "hidden": hidden }));
     }
     let camera = &scene.camera;
     let in_front = camera.clip(direction);
-    let at = in_front.or_else(|| camera.clip(-direction)).map(|clip| camera.pixel_from_clip(clip));
+    let pixel = in_front.or_else(|| camera.clip(-direction)).map(|clip| camera.pixel_from_clip(clip));
     let in_frame = in_front.is_some_and(|clip| clip.abs().max_element() <= 1.0);
-    let [x, y] = at.map_or([Value::Null, Value::Null], |at| [at.x.into(), at.y.into()]);
+    let [x, y] = pixel.map_or([Value::Null, Value::Null], |pixel| [pixel.x.into(), pixel.y.into()]);
     Ok(json!({ "x": x, "y": y, "in_frame": in_frame, "hidden": hidden }))
 }
 

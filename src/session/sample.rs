@@ -269,9 +269,9 @@ fn mesh(vertex_colour: bool) -> Vertices {
             sun_height.push(30.0 * p[1] + 10.0);
             colour.extend([u, v, 0.5, 1.0]);
             if i < around && j < down {
-                let at = j * (around + 1) + i;
-                let below = at + around + 1;
-                indices.extend([at, below, at + 1, at + 1, below, below + 1]);
+                let index = j * (around + 1) + i;
+                let below = index + around + 1;
+                indices.extend([index, below, index + 1, index + 1, below, below + 1]);
             }
         }
     }

@@ -39,7 +39,7 @@ pub(super) fn compare(bench: &SweepBench<'_>, found: &mut SweepResult, view: &Pl
 /// differs.
 pub(super) fn cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], pixel: [u32; 2]) -> String {
     let draws = view.plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
-    let of = |draw: &PlanDraw| {
+    let values_of = |draw: &PlanDraw| {
         let values = |precision| {
             let renderer = bench.dual.renderer(precision);
             renderer.pixel_values(draw, bench.session().library(), size, pixel).ok().flatten()
@@ -48,7 +48,7 @@ pub(super) fn cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], 
         let difference = single.colour.iter().zip(&double.colour).map(|(a, b)| (a - b).abs()).fold(0.0, larger_or_nan);
         Some((difference, format!("{}: {}", draw.label, first_difference(&single.values, &double.values))))
     };
-    let worst = draws.iter().filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0));
+    let worst = draws.iter().filter_map(values_of).max_by(|a, b| a.0.total_cmp(&b.0));
     worst.map_or_else(|| "no draw has values at this pixel's middle".to_owned(), |(_, cause)| cause)
 }
 

@@ -108,9 +108,9 @@ pub(super) fn heights(text: &str, image: &[u8]) -> Result<LabelledHeights, Strin
     }
     let whole = [("MAXIMUM_LATITUDE", 90.0), ("MINIMUM_LATITUDE", -90.0)];
     for (key, pole) in whole {
-        let at = number_or(text, key, pole)?;
-        if (at - pole).abs() > 1e-6 {
-            return Err(format!("{key} = {at}: maps of the whole Moon are read, from pole to pole"));
+        let latitude_deg = number_or(text, key, pole)?;
+        if (latitude_deg - pole).abs() > 1e-6 {
+            return Err(format!("{key} = {latitude_deg}: maps of the whole Moon are read, from pole to pole"));
         }
     }
     let (factor, offset) = (number_or(text, "SCALING_FACTOR", 1.0)?, number_or(text, "OFFSET", 0.0)?);

@@ -149,11 +149,11 @@ impl Margin {
         self.rings.push(middle);
         let thickness = (letter / 9.0).round().max(1.0);
         for k in 0..=10 {
-            let at = middle + north * letter * (0.5 + 0.07 * f64::from(k));
-            self.bar((at - 0.5 * thickness).round(), DVec2::splat(thickness));
+            let position = middle + north * letter * (0.5 + 0.07 * f64::from(k));
+            self.bar((position - 0.5 * thickness).round(), DVec2::splat(thickness));
         }
-        let at = middle + north * 1.9 * letter;
-        self.text("N".into(), at - DVec2::new(0.5 * metrics.width_px("N"), 0.0));
+        let position = middle + north * 1.9 * letter;
+        self.text("N".into(), position - DVec2::new(0.5 * metrics.width_px("N"), 0.0));
     }
 }
 

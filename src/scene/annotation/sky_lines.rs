@@ -223,8 +223,8 @@ fn boundaries(builder: &mut SkyLineBuilder<'_>) {
         let max_cosine = from.y.cos().max(to.y.cos());
         let length = ((to.x - from.x) * max_cosine).hypot(to.y - from.y).max(1e-9);
         let point = |t: f64| {
-            let at = from.lerp(to, t / length);
-            aberrated(icrf_from_b1875 * direction(at.x.to_degrees(), at.y.to_degrees()), velocity)
+            let point = from.lerp(to, t / length);
+            aberrated(icrf_from_b1875 * direction(point.x.to_degrees(), point.y.to_degrees()), velocity)
         };
         builder.arc(&point, [0.0, length], DERIVATIVE_BOUND, |_| 1.0, BORDER);
     }

@@ -104,9 +104,9 @@ impl Shadow {
         if edge >= 1.0 {
             return DVec3::ONE;
         }
-        let at = (0.5 * (edge + 1.0)).max(0.0) * (EDGE_NODES - 1) as f64;
-        let k = (at as usize).min(EDGE_NODES - 2);
-        self.visible_sun[k].lerp(self.visible_sun[k + 1], at - k as f64)
+        let node_position = (0.5 * (edge + 1.0)).max(0.0) * (EDGE_NODES - 1) as f64;
+        let k = (node_position as usize).min(EDGE_NODES - 2);
+        self.visible_sun[k].lerp(self.visible_sun[k + 1], node_position - k as f64)
     }
 
     /// Distance from the occluder's centre at a column.
@@ -328,9 +328,9 @@ fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sour
         let weight = weight * slope;
         let scatters = |path_km: f64, h: f64, scattered: DVec3| {
             single.add(path_km, scattered * air.sunlight(h, shadow.sun_cosine) * (weight / (4.0 * PI)));
-            let at = ((h / air.air.top_km).sqrt() * (crate::scene::atmosphere::multi_scatter_table::HEIGHTS - 1) as f64)
+            let row_position = ((h / air.air.top_km).sqrt() * (crate::scene::atmosphere::multi_scatter_table::HEIGHTS - 1) as f64)
                 .min((HEIGHTS - 1) as f64);
-            let (below, up) = ((at as usize).min(HEIGHTS - 2), at - (at as usize).min(HEIGHTS - 2) as f64);
+            let (below, up) = ((row_position as usize).min(HEIGHTS - 2), row_position - (row_position as usize).min(HEIGHTS - 2) as f64);
             further[below].add(path_km, scattered * multiple_scattering[below] * (weight * (1.0 - up)));
             further[below + 1].add(path_km, scattered * multiple_scattering[below + 1] * (weight * up));
         };

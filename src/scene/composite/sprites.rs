@@ -46,10 +46,10 @@ fn project(image: &SphereImage, face: usize, camera: &Camera, centre: Vec3, flux
         let offset_px = (f64::from(k) + 0.5 - 0.5 * copies) * (stretch / copies).min(size.x / copies);
         let x = if copies > 1.0 { pixel.x + offset_px } else { pixel.x };
         for shift_px in [0.0, -size.x, size.x] {
-            let at = DVec2::new(x + shift_px, pixel.y);
-            let inside = at.x + radius_px > 0.0 && at.x - radius_px < size.x;
+            let copy_px = DVec2::new(x + shift_px, pixel.y);
+            let inside = copy_px.x + radius_px > 0.0 && copy_px.x - radius_px < size.x;
             if inside && (wraps || shift_px == 0.0) {
-                let clip = DVec2::new(2.0 * at.x / size.x - 1.0, 1.0 - 2.0 * at.y / size.y);
+                let clip = DVec2::new(2.0 * copy_px.x / size.x - 1.0, 1.0 - 2.0 * copy_px.y / size.y);
                 sprites.push(ProjectedSprite {
                     centre: narrow(clip.extend(f64::from(centre.z))),
                     radius_px: narrow_scalar(radius_px),

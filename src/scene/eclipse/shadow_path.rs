@@ -210,17 +210,17 @@ mod tests {
         let receiver = Receiver::at(&ephemeris, body(receiver), Instant::parse(time).expect("a time")).expect("placed");
         let found = candidates(&ephemeris, catalog.bodies().iter(), body(10), &receiver);
         let kept = ShadowPaths::default();
-        let of = |o: &Occluder<'_>| Some((o.body.id.0, kept.of(&ephemeris, body(10), &receiver, o)?));
-        check(&catalog, found.iter().filter_map(of).collect());
+        let path_of = |o: &Occluder<'_>| Some((o.body.id.0, kept.of(&ephemeris, body(10), &receiver, o)?));
+        check(&catalog, found.iter().filter_map(path_of).collect());
     }
 
     /// Distance in kilometres from a place on the ground, given in geodetic degrees, to the nearest point of a polyline.
     fn off_km(radii_km: DVec3, line: &[DVec3], latitude_deg: f64, longitude_deg: f64) -> f64 {
-        let at = crate::ephemeris::topocentric::ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0).0;
+        let place = crate::ephemeris::topocentric::ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0).0;
         let to_segment = |ends: &[DVec3]| {
             let [a, b] = [ends[0] * radii_km, ends[1] * radii_km];
-            let t = ((at - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-            at.distance(a.lerp(b, t))
+            let t = ((place - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+            place.distance(a.lerp(b, t))
         };
         line.windows(2).map(to_segment).fold(f64::INFINITY, f64::min)
     }

@@ -42,16 +42,16 @@ impl RingShine {
         let horizontal = sun.truncate().try_normalize().unwrap_or(DVec2::X);
         let hour = point.truncate().perp_dot(horizontal).abs().atan2(point.truncate().dot(horizontal)) / PI;
         let cell = |fraction: f64, count: usize| {
-            let at = fraction.clamp(0.0, 1.0) * (count - 1) as f64;
-            let low = (at as usize).min(count - 2);
-            (low, at - low as f64)
+            let position = fraction.clamp(0.0, 1.0) * (count - 1) as f64;
+            let low = (position as usize).min(count - 2);
+            (low, position - low as f64)
         };
         let (column, right) = cell(hour, COLUMNS);
         let (row, up) = cell((height / self.max_height).min(1.0).sqrt(), ROWS);
         let first = if point.z * sun.z >= 0.0 { 0 } else { ROWS };
         let texel = |row: usize, column: usize| {
-            let at = 4 * ((first + row) * COLUMNS + column);
-            self.texels.get(at..at + 3).map_or(0.0, |t| t.iter().copied().fold(0.0, f32::max)).into()
+            let index = 4 * ((first + row) * COLUMNS + column);
+            self.texels.get(index..index + 3).map_or(0.0, |t| t.iter().copied().fold(0.0, f32::max)).into()
         };
         let mixed = |row: usize| -> f64 {
             let (a, b): (f64, f64) = (texel(row, column), texel(row, column + 1));
@@ -266,11 +266,11 @@ impl RingShineGeometry<'_> {
             .into_par_iter()
             .map(|n| {
                 let height = max_height * ((n % ROWS) as f64 / (ROWS - 1) as f64).powi(2);
-                let of = |column: usize| {
+                let light_at_column = |column: usize| {
                     let hour = PI * column as f64 / (COLUMNS - 1) as f64;
                     (self.at(&annuli, &gauss, n / ROWS, height.max(EQUATOR_HEIGHT), hour), height)
                 };
-                (0..COLUMNS).map(of).collect()
+                (0..COLUMNS).map(light_at_column).collect()
             })
             .collect();
         let brightest = rows.iter().flatten().map(|(light, height)| light.max_element() * height).fold(0.0, f64::max);
@@ -312,13 +312,13 @@ impl RingShineGeometry<'_> {
     /// equator.
     pub(crate) fn upper_limit(&self) -> f64 {
         let brightest = particle_phase(1.0);
-        let of = |ring: &&Ring| {
+        let limit_of_ring = |ring: &&Ring| {
             let r = (ring.outer_km + ring.inner_km) / (2.0 * self.radius_km);
             let albedo = ring.albedo.iter().copied().fold(0.0, f64::max);
             let width = (ring.outer_km - ring.inner_km) / self.radius_km;
             albedo * 0.25 * brightest * ring.tau_normal.min(1.0) * width * r.sqrt() / (r - 1.0).max(1e-3)
         };
-        self.rings.iter().map(of).sum::<f64>().min(brightest * 0.25)
+        self.rings.iter().map(limit_of_ring).sum::<f64>().min(brightest * 0.25)
     }
 }
 
@@ -341,12 +341,12 @@ mod tests {
         let ring = ring(1.3, 2.2, 1.0);
         let shine = geometry(&[&ring], 0.3).shine(&RingShines::default()).expect("light");
         let sun = DVec3::new(0.6, 0.7, 0.3).normalize();
-        let of = |k: u32| {
+        let irradiance_at_point = |k: u32| {
             let z = (f64::from(k) + 0.5) / 10_000.0 - 1.0;
             let (sin, cos) = (f64::from(k) * 2.399_963).sin_cos();
             shine.irradiance(DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z, sun)
         };
-        let most = (0..20_000).map(of).fold(0.0, f64::max);
+        let most = (0..20_000).map(irradiance_at_point).fold(0.0, f64::max);
         assert!(most <= shine.brightest * (1.0 + 1e-3) && most > 0.9 * shine.brightest, "{most} of {}", shine.brightest);
         assert_eq!(shine.irradiance(DVec3::X, sun), 0.0);
     }
@@ -369,9 +369,9 @@ mod tests {
                 && geometry(&[&nothing], 0.3).shine(&RingShines::default()).is_none()
         );
         assert_eq!(geometry(&[&nothing], 0.3).upper_limit(), 0.0);
-        let of = |tau: f64| geometry(&[&ring(1.5, 2.0, tau)], 0.3).table().expect("a table").brightest;
-        assert!((of(2e-6) / of(1e-6) - 2.0).abs() < 1e-4);
-        assert!(of(2.0) < 1.9 * of(1.0), "thick rings shadow themselves");
+        let brightest_at_depth = |tau: f64| geometry(&[&ring(1.5, 2.0, tau)], 0.3).table().expect("a table").brightest;
+        assert!((brightest_at_depth(2e-6) / brightest_at_depth(1e-6) - 2.0).abs() < 1e-4);
+        assert!(brightest_at_depth(2.0) < 1.9 * brightest_at_depth(1.0), "thick rings shadow themselves");
     }
 
     #[test]

@@ -65,8 +65,8 @@ pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: 
         // The centre of the sky image, and its size in pixels of the frame, from the size of a texel at the centre.
         let middle = from_icrf.inverse() * DVec3::new(0.5, 0.5, 1.0);
         let distance_px = |step: DVec2| {
-            let at = from_icrf.inverse() * (DVec2::splat(0.5) + step).extend(1.0);
-            at.normalize().distance(middle.normalize()) / camera.pixel_tangent()
+            let direction = from_icrf.inverse() * (DVec2::splat(0.5) + step).extend(1.0);
+            direction.normalize().distance(middle.normalize()) / camera.pixel_tangent()
         };
         let texel = DVec2::ONE / size;
         let span_px = DVec2::new(distance_px(DVec2::X * texel) * size.x, distance_px(DVec2::Y * texel) * size.y);

@@ -231,10 +231,10 @@ mod tests {
 
     #[test]
     fn maps_of_bodies_have_edges() {
-        let of = |cards: &[(&str, &str)], size: &[(&str, &str)], data: &[u8]| {
+        let file_with = |cards: &[(&str, &str)], size: &[(&str, &str)], data: &[u8]| {
             read(&file(&[&[("BITPIX", "8")], size, cards], data), true, &full_range()).map(|i| (red(&i), i.wcs))
         };
-        let (_, globe) = of(&[], &[("NAXIS", "2"), ("NAXIS1", "2"), ("NAXIS2", "1")], &[1, 2]).expect("the globe");
+        let (_, globe) = file_with(&[], &[("NAXIS", "2"), ("NAXIS1", "2"), ("NAXIS2", "1")], &[1, 2]).expect("the globe");
         assert_eq!(globe, ImageWcs::PlateCarree { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
         let car = |dx: &'static str| {
             [
@@ -247,15 +247,15 @@ mod tests {
                 ("CDELT2", "10"),
             ]
         };
-        let (texels, part) = of(&car("10"), SIZE, &[0, 85, 170, 255]).expect("a part");
+        let (texels, part) = file_with(&car("10"), SIZE, &[0, 85, 170, 255]).expect("a part");
         assert_eq!(part, ImageWcs::PlateCarree { west_deg: 20.0, east_deg: 40.0, south_deg: 0.0, north_deg: 20.0, mirrored: false });
         assert_eq!(texels, [170, 255, 0, 85]);
-        let (texels, part) = of(&car("-10"), SIZE, &[0, 85, 170, 255]).expect("west to the right");
+        let (texels, part) = file_with(&car("-10"), SIZE, &[0, 85, 170, 255]).expect("west to the right");
         assert_eq!(part, ImageWcs::PlateCarree { west_deg: 20.0, east_deg: 40.0, south_deg: 0.0, north_deg: 20.0, mirrored: true });
         assert_eq!(texels, [255, 170, 85, 0]);
-        assert!(of(&car("1000"), SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("do not fit on a globe")));
-        assert!(of(&[], SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("plate carree")));
-        assert!(of(TAN, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("RA---TAN")));
+        assert!(file_with(&car("1000"), SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("do not fit on a globe")));
+        assert!(file_with(&[], SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("plate carree")));
+        assert!(file_with(TAN, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("RA---TAN")));
     }
 
     #[test]
