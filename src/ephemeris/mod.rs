@@ -292,13 +292,13 @@ impl Ephemeris {
         }
         if source.is_none_or(|s| s == Source::Series)
             && in_years(t, SERIES_YEARS)
-            && let Some(from) = self.series.relative_to(target.0, tdb_s)
+            && let Some(from) = self.series.origin_of(target.0, tdb_s)
         {
             return link(from, Theory::Series);
         }
         if source.is_none_or(|s| s == Source::Mean)
             && in_years(t, MEAN_YEARS)
-            && let Some(from) = mean_elements::relative_to(target.0)
+            && let Some(from) = mean_elements::origin_of(target.0)
         {
             return link(from, Theory::Mean);
         }

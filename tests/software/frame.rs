@@ -85,7 +85,7 @@ pub(super) fn tone_map(pass: usize) -> PlanDraw {
     let module = LIBRARY.module(&name).expect("emitted");
     let mut writer = module.layout.writer();
     writer.f32("exposure", 1.0).expect("a field");
-    writer.f32("true_to", 0.8).expect("a field");
+    writer.f32("linear_limit", 0.8).expect("a field");
     let mut d = draw("tone map", name, writer.finish().expect("filled"), Vertices::Count(3));
     d.blend = Blend::Replace;
     d.depth = DepthState { test: false, write: false };
