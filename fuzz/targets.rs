@@ -107,7 +107,7 @@ fn lunar_heights(bytes: &[u8]) {
         drop((HeightMap::image_of_label("a.lbl", &text(label)), HeightMap::of_pds("a.lbl", &text(label), image)));
     } else {
         let range = HeightRange { black_km: -9.0, white_km: 11.0 };
-        drop(HeightMap::of_picture("a", rest, (*first % 3 == 1).then_some(range)));
+        drop(HeightMap::of_image("a", rest, (*first % 3 == 1).then_some(range)));
     }
 }
 

@@ -10,7 +10,7 @@ use crate::measure::error_bounds;
 use crate::render::plan::SamplingQuality;
 use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
-use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
+use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_image};
 use crate::wording::echo;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant as WallInstant};
@@ -156,7 +156,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             Some(path) => {
                 let mut text = text_chunks(args, views.title(), &request, &drawn.scene);
                 text.push((PROVENANCE_CHUNK, session.provenance(&request).to_text()));
-                write_picture(path, &drawn.frame, &text)?;
+                write_image(path, &drawn.frame, &text)?;
             }
             None => moving.add(&drawn.frame)?,
         }
@@ -172,7 +172,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let bounds = error_bounds(&session, &error_bound_request)?;
         for path in &args.error {
             let text = [("Title", "Bound of the error".to_owned()), (PROVENANCE_CHUNK, session.provenance(&error_bound_request).to_text())];
-            write_picture(path, &bounds, &text)?;
+            write_image(path, &bounds, &text)?;
         }
     }
     if args.time_report {

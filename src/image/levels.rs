@@ -1,12 +1,12 @@
-//! Display levels of linear light, and how far apart two linear pictures are on a display.
+//! Display levels of linear light, and how far apart two linear images are on a display.
 //!
 //! In: linear light and the exposure factor that converts it to display light, where 1 is white. Out: levels from 0 to 255, not rounded, so
 //! that errors below a level can be distinguished. Always: light above white counts as white; a value that is finite in only one of two
-//! pictures counts as a difference of 255. Alpha is not compared.
+//! images counts as a difference of 255. Alpha is not compared.
 
 use crate::units::linear_to_srgb;
 
-/// A linear picture, and the factor from its light to display light.
+/// A linear image, and the factor from its light to display light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ExposedPixels<'a> {
     /// Red, green, blue and coverage.
@@ -38,7 +38,7 @@ mod tests {
 
     /// If not handled separately, a NaN would count as no difference, because `f64::max` ignores it.
     #[test]
-    fn a_value_that_is_finite_in_only_one_picture_is_a_difference() {
+    fn a_value_that_is_finite_in_only_one_image_is_a_difference() {
         let grey = [[0.2, 0.2, 0.2, 1.0]];
         fn of(light: &[[f32; 4]]) -> ExposedPixels<'_> {
             ExposedPixels { light, exposure_factor: 1.0 }

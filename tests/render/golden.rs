@@ -145,7 +145,7 @@ fn compared(name: &str, drawn: &DisplayImage) -> Result<Difference, String> {
     }
     let scratch = Path::new(env!("CARGO_TARGET_TMPDIR"));
     save(drawn, &scratch.join(format!("{name}.png")));
-    save(&golden.difference_picture(drawn).expect("one size"), &scratch.join(format!("{name}.difference.png")));
+    save(&golden.difference_image(drawn).expect("one size"), &scratch.join(format!("{name}.difference.png")));
     let numbers = format!("mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
     Err(format!("{name} is not as recorded ({numbers}); see {name}.png and {name}.difference.png in {}", scratch.display()))
 }

@@ -6,7 +6,7 @@ use egui::{Event, Key, Modifiers, OutputCommand};
 use egui_kittest::kittest::Queryable;
 use orrery::catalog::NaifId;
 use orrery::scene::request::{Purpose, ViewRequest};
-use orrery::session::ExistingPicture;
+use orrery::session::ExistingImage;
 use orrery::time::Instant;
 use orrery::view::link::view_from_text;
 use orrery::view::panels::Tab;
@@ -181,10 +181,10 @@ fn saved_images_have_their_provenance() {
         let view = &window.state().viewer.view;
         let request = view.request(session().catalog(), session().ephemeris(), 24, 16).expect("a request");
         let request = ViewRequest { purpose, ..request };
-        assert_eq!(session().provenance(&request).existing(&path, (24, 16)), ExistingPicture::Same, "{name}");
+        assert_eq!(session().provenance(&request).existing(&path, (24, 16)), ExistingImage::Same, "{name}");
         let wider = ViewRequest { fov_deg: Some(46.0), ..request };
         assert!(
-            matches!(session().provenance(&wider).existing(&path, (24, 16)), ExistingPicture::Other(why) if why.contains("fov")),
+            matches!(session().provenance(&wider).existing(&path, (24, 16)), ExistingImage::Other(why) if why.contains("fov")),
             "{name}"
         );
     }

@@ -54,7 +54,8 @@ pub fn modules(scene: &Scene) -> Vec<ModuleId> {
     all
 }
 
-/// Resource names of the scene's linear HDR image and of the display-encoded image.
+/// Resource names of the scene's linear HDR image and of the display-encoded image. They are keys of the pass times in JSON reports, and
+/// therefore do not change.
 pub(super) const HDR_TARGET: &str = "light";
 pub(crate) const DISPLAY_TARGET: &str = "picture";
 

@@ -202,26 +202,26 @@ mod tests {
     }
 
     fn names(steps: &[PassStep]) -> Vec<&'static str> {
-        compile(steps, "picture").expect("a plan").passes.iter().map(|p| p.name).collect()
+        compile(steps, "image").expect("a plan").passes.iter().map(|p| p.name).collect()
     }
 
     #[test]
     fn a_resource_is_created_before_it_is_read_in_any_declaration_order() {
         let steps =
-            [creates("tone map", "picture", &["light", "glow"]), creates("blur", "glow", &["light"]), creates("bodies", "light", &[])];
-        assert_eq!(names(&steps), ["light", "glow", "picture"]);
+            [creates("tone map", "image", &["light", "glow"]), creates("blur", "glow", &["light"]), creates("bodies", "light", &[])];
+        assert_eq!(names(&steps), ["light", "glow", "image"]);
         let reversed: Vec<PassStep> = steps.iter().rev().cloned().collect();
-        assert_eq!(names(&reversed), ["light", "glow", "picture"]);
+        assert_eq!(names(&reversed), ["light", "glow", "image"]);
         assert_eq!(
-            names(&[creates("bodies", "light", &[]), over("points", "light", &[]), creates("t", "picture", &["light"])]),
-            ["light", "picture"]
+            names(&[creates("bodies", "light", &[]), over("points", "light", &[]), creates("t", "image", &["light"])]),
+            ["light", "image"]
         );
     }
 
     #[test]
     fn each_error_names_its_pass() {
-        let why = |steps: &[PassStep]| compile(steps, "picture").expect_err("a mistake").to_string();
-        let end = || creates("tone map", "picture", &["light"]);
+        let why = |steps: &[PassStep]| compile(steps, "image").expect_err("a mistake").to_string();
+        let end = || creates("tone map", "image", &["light"]);
         assert!(why(&[creates("a", "light", &[]), creates("b", "light", &[]), end()]).contains("`a` and `b` both make `light`"));
         assert!(why(&[end()]).contains("`tone map` needs `light`"));
         assert!(why(&[over("points", "stars", &[])]).contains("`points` needs `stars`"));

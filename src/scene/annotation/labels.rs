@@ -69,7 +69,7 @@ pub(crate) const SELECTED_COLOUR: [u8; 3] = [255, 206, 110];
 /// Opacity of a marker relative to that of a name, for a body that is not selected.
 pub(crate) const MARKER_OPACITY: f32 = 0.55;
 /// Diameter relative to the image's height above which a body is not named, because it fills the image.
-pub(crate) const FILLS_PICTURE: f64 = 0.45;
+pub(crate) const FILLS_IMAGE: f64 = 0.45;
 
 /// The labels of an image, for glyphs of `size_px`.
 #[derive(Clone, Debug, PartialEq)]

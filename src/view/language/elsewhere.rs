@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn texts_of_catalogs_are_found_by_their_english_names() {
-        assert_eq!(slug("8 April: Voyager 2's (new) pictures."), "8-april-voyager-2-s-new-pictures");
+        assert_eq!(slug("8 April: Voyager 2's (new) images."), "8-april-voyager-2-s-new-images");
         set(Language::German);
         assert_eq!(catalog_text("moment", "Earthrise"), "Erdaufgang");
         assert!(catalog_detail("moment", "Earthrise", "about", "The Earth").starts_with("Die Erde über dem Mondhorizont"));

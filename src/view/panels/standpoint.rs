@@ -64,7 +64,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
         actions.push(Action::Track(tracks));
     }
     let view = &mut interface.viewer.view;
-    // The angle of a fisheye is set in the Effects panel; an equirectangular picture has no field of view.
+    // The angle of a fisheye is set in the Effects panel; an equirectangular image has no field of view.
     let perspective = view.composition.projection == Projection::Perspective;
     let fov = Slider::new(&mut view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG).custom_parser(typed_number).logarithmic(true).suffix("°");
     ui.add_enabled(perspective, fov).on_hover_text(text!("camera-fov-hint")).on_disabled_hover_text(text!("camera-fov-disabled"));
