@@ -89,7 +89,7 @@ struct InShadow {
 
 impl LunarEclipseGeometry {
     /// The Moon's radius in eclipses.
-    fn moon_radius_km(&self) -> f64 {
+    fn penumbral_moon_radius_km(&self) -> f64 {
         self.bodies.penumbral_moon_radius_km
     }
 
@@ -116,8 +116,9 @@ impl LunarEclipseGeometry {
     /// Parts of the Moon's diameter inside the umbra and inside the penumbra.
     fn magnitudes(&self, s: f64) -> (f64, f64) {
         let position = self.in_shadow(s);
-        let fraction_inside =
-            |shadow_km: f64| (shadow_km + self.moon_radius_km() - position.offset_from_axis.length()) / (2.0 * self.moon_radius_km());
+        let fraction_inside = |shadow_km: f64| {
+            (shadow_km + self.penumbral_moon_radius_km() - position.offset_from_axis.length()) / (2.0 * self.penumbral_moon_radius_km())
+        };
         (fraction_inside(position.umbra_km), fraction_inside(position.penumbra_km))
     }
 }
