@@ -38,7 +38,7 @@ both summed over pixels.
 
 With --meshes, the table of shape models instead: an invented shape for Phobos of 5000 to
 326000 triangles, and for each the time to read it, to trace its shadow on itself, and to
-draw it with and without that shadow, as ratios to its ellipsoid, measured in turns.
+draw it with and without that shadow, as ratios to its ellipsoid, measured alternately.
 
 Each scene is drawn once to fill the caches (first_ms), then --frames times. median_ms,
 median_cpu_ms, stages and stages_cpu are those of the frame with the median wall time
@@ -152,7 +152,7 @@ fn counts(session: &Session, sampling: SamplingQuality, request: &ViewRequest) -
         "operations": sum(0).round(), "texture_reads": (sum(1) / INSTRUCTIONS_PER_READ).round() }))
 }
 
-/// The cost of each active effect and its change of the image, from pairs of frames with and without the effect that are drawn in turns.
+/// The cost of each active effect and its change of the image, from pairs of frames with and without the effect that are drawn alternately.
 fn effects(
     session: &Session,
     sampling: SamplingQuality,

@@ -1,7 +1,7 @@
 //! Speed against accuracy: the time and the error of each option of each choice.
 //!
 //! In: a session, and the time that the measurement may take. Out: `ChoiceMeasure`s: for each option of each choice its error in a
-//! perceptible unit and the ratio of its time to that of the choice's most accurate option. Always: times are ratios of runs in turns
+//! perceptible unit and the ratio of its time to that of the choice's most accurate option. Always: times are ratios of alternating runs
 //! ([`timing`]); errors are relative to the most expensive option in f64; the option that each quality uses is read from the program; the
 //! options that it may use are computed by [`rule`]. Not measured: tessellation, because ellipsoids are intersected and not tessellated.
 
@@ -101,7 +101,7 @@ pub(crate) struct Candidate<'a> {
     workload: Box<dyn Fn() -> Result<(), SessionError> + 'a>,
 }
 
-/// Times the candidates in turns and applies the rule; ratios are relative to the last of the most accurate candidates.
+/// Times the candidates alternately and applies the rule; ratios are relative to the last of the most accurate candidates.
 pub(crate) fn measure_choice(
     name: &'static str,
     about: &'static str,

@@ -55,7 +55,7 @@ pub enum ShapeError {
 
 /// Largest distance of a vertex from the centre, in the body's largest semi-axis; a larger file is in another unit.
 pub(crate) const REACH: std::ops::RangeInclusive<f64> = 0.2..=4.0;
-/// Most boxes of triangles that a line through the shape's box may meet on average. A round shape has 3 of any number of triangles.
+/// Maximum number of boxes of triangles that a line through the shape's box may meet on average. A round shape has 3 of any number of triangles.
 const MAX_OVERLAP: f64 = 64.0;
 /// Distance from the axis, in radii, within which a corner is at the pole.
 const ON_AXIS: f64 = 1e-7;

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 /// Largest image that is measured, pixels.
 const MEASURED_PX: f64 = 16_000.0;
-/// Number of times that each variant is drawn, in turns; the fastest time counts.
+/// Number of times that each variant is drawn, alternately with the others; the fastest time counts.
 const ROUNDS: usize = 3;
 
 /// The time that an effect costs in a view, and its change of the image.

@@ -295,7 +295,7 @@ uniforms! {
         pub radius_range: Vec2 = "ring_radius_range",
         /// Outermost radius of all rings of the body, drawn or not, equatorial radii.
         pub extent: f32 = "ring_extent",
-        /// Most segments into which a pixel's footprint on the ring's plane is divided, at least 1.
+        /// Maximum number of segments into which a pixel's footprint on the ring's plane is divided, at least 1.
         pub segments: f32 = "ring_segments",
         /// Size of half a pixel at the body's distance, equatorial radii.
         pub half_pixel: f32 = "ring_half_pixel",

@@ -24,7 +24,7 @@ use std::sync::Arc;
 
 /// Corners of the polygon around a ring's outline.
 const OUTLINE_CORNERS: usize = 96;
-/// Most segments into which a pixel's footprint is divided.
+/// Maximum number of segments into which a pixel's footprint is divided.
 const MAX_SEGMENTS: f64 = 16.0;
 /// Thickness relative to radius of the spheroid that represents the ring when its outline is computed.
 const THIN: f64 = 1e-6;
@@ -278,7 +278,7 @@ impl<'a> RingView<'a> {
         (least.x < most.x && least.y < most.y).then_some(ClipRect { left: least.x, top: most.y, right: most.x, bottom: least.y })
     }
 
-    /// Most segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: 32 per radius, as many as the longest footprint needs.
+    /// Maximum number of segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: 32 per radius, as many as the longest footprint needs.
     fn max_segments(&self) -> f64 {
         let (height, axis_distance) = self.viewer_radii();
         let outer = self.outermost_km() / self.body.radii_km.x;

@@ -1,7 +1,7 @@
 //! *What to see now*: a row of small images over the viewport's lower edge and in the Moments panel.
 //!
 //! In: clicks. Out: views, a selected event, an opened panel. Always: the images are drawn in the background, one after the other, after the
-//! first image of the viewport. A view that does not exist now has no image. The row over the viewport disappears for good when the user clicks an
+//! first image of the viewport. A view that does not exist now has no image. The row over the viewport disappears permanently when the user clicks an
 //! image or the close button or does anything else; the Moments panel always shows the images.
 
 use super::icons::{self, Icon};
@@ -104,7 +104,7 @@ pub(crate) fn open_panels(interface: &Interface) -> OpenPanels {
     ([interface.tab, interface.kept_tab], interface.bodies_shown)
 }
 
-/// Hides the row for good once the user has moved, selected or opened something. `panels_before`: [`open_panels`] before this frame's
+/// Hides the row permanently once the user has moved, selected or opened something. `panels_before`: [`open_panels`] before this frame's
 /// input.
 pub(crate) fn hide_after_input(interface: &mut Interface, panels_before: OpenPanels, actions: &[Action]) {
     // Pausing time does not hide the row, because the user may still be looking at it.

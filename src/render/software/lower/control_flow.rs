@@ -60,7 +60,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// The exit of the innermost loop, if no scalar has changed yet in this iteration but for the flag of `break`. If no lane remains here, the iteration has no
+    /// The exit of the innermost loop, if this iteration has changed no scalar yet except the flag of `break`. If no lane remains here, the iteration has no
     /// effect, and no further one runs.
     pub(super) fn exit_of_unchanged_iteration(&self) -> Option<JumpLabel> {
         let open_loop = self.open_loops.last()?;
