@@ -25,7 +25,7 @@ use orrery::time::Instant;
 use orrery::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use std::f64::consts::PI;
 
-const POSITION_EXPRESSION: &str = "vec4f(motion(vec4f(p.x, 0.0, 0.0, p.y), vec3f(0.0, p.z, 0.0), p.w).place, 0.0)";
+const POSITION_EXPRESSION: &str = "vec4f(motion(vec4f(p.x, 0.0, 0.0, p.y), vec3f(0.0, p.z, 0.0), p.w).position, 0.0)";
 
 fn in_plane(perihelion_au: f64, eccentricity: f64) -> HeliocentricOrbit {
     HeliocentricOrbit { perihelion_au, eccentricity, to_perihelion: DVec3::X, along_perihelion: DVec3::Y, passage_days: 0.0 }

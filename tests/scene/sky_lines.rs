@@ -179,7 +179,7 @@ fn the_horizon_is_that_of_the_viewers_location() {
     assert!(names(&north).contains(&"N".to_owned()), "{:?}", names(&north));
     let in_space = scene(&towards(DVec3::X, 30.0, only("grid-horizon")));
     assert!(
-        in_space.sky_lines.is_empty() && in_space.sky.iter().any(|d| !d.on && d.reason.to_string().contains("no ground")),
+        in_space.sky_lines.is_empty() && in_space.sky.iter().any(|d| !d.on && d.reason.to_string().contains("not on the ground")),
         "{:?}",
         in_space.sky
     );

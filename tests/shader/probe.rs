@@ -147,7 +147,7 @@ fn a_pixel_reports_the_values_of_its_draws() {
             let (radiance, coverage) = (number(&values["radiance"][k]), number(&values["coverage"]));
             assert!((number(&globe["colour"][k]) - radiance * coverage).abs() < 1e-6, "{globe}");
         }
-        for name in ["albedo", "normal", "sunlight", "hit.position", "hit.cos_emission", "map_place.uv", "albedo_texel"] {
+        for name in ["albedo", "normal", "sunlight", "hit.position", "hit.cos_emission", "coordinates.uv", "albedo_texel"] {
             assert!(values.get(name).is_some_and(|v| !v.is_null()), "{name} is not among {:?}", values.keys().collect::<Vec<_>>());
         }
     }

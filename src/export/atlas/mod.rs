@@ -48,7 +48,7 @@ pub enum AtlasError {
 pub struct Entry {
     /// Key or name.
     pub module: String,
-    /// Path of its page below the atlas folder; its image, if any, is `images/` and the same name with `.png`.
+    /// Path of its page below the atlas folder; its image, if any, is `pictures/` and the same name with `.png`.
     pub page: String,
     pub has_image: bool,
     /// Features to which the module's lines belong.

@@ -28,7 +28,7 @@ pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, neighbours: &[(St
     if entry.has_image {
         let _ = writeln!(
             html,
-            "<img src=\"../images/{stem}.png\" width=\"192\" height=\"192\" alt=\"The sample body drawn by {name}\">",
+            "<img src=\"../pictures/{stem}.png\" width=\"192\" height=\"192\" alt=\"The sample body drawn by {name}\">",
             stem = escaped(stem)
         );
     }

@@ -234,7 +234,7 @@ impl<'a> Scanner<'a> {
                     return Ok(());
                 }
                 "@" if matches!(self.tokens.get(self.next + 1).map(|(s, _)| &self.text[s.clone()]), Some("if" | "elif" | "else")) => {
-                    let what = "a condition must precede a declaration, a member, a parameter or a statement; here it is within one";
+                    let what = "a condition must come before a declaration, a member, a parameter or a statement; here it is within one";
                     return Err(self.fault(what.into()));
                 }
                 _ => self.next += 1,
