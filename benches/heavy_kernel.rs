@@ -39,21 +39,21 @@ fn main() {
         .iter()
         .map(|c| SoftwareRenderer::new(Options { threads: 1, kernels: *c, precision: Precision::F32 }).expect("a renderer"))
         .collect();
-    let mut by_hand_picture = vec![[0f32; 4]; SIZE * SIZE];
+    let mut by_hand_image = vec![[0f32; 4]; SIZE * SIZE];
     let mut hand_s = Vec::new();
     let mut tape_s = vec![Vec::new(); classes.len()];
     for _ in 0..ROUNDS {
         let start = cpu_seconds();
         // SAFETY: the class was found available above; the size is a multiple of 8.
-        unsafe { by_hand::draw(SIZE, &texels, &mut by_hand_picture) };
+        unsafe { by_hand::draw(SIZE, &texels, &mut by_hand_image) };
         hand_s.push(cpu_seconds() - start);
         for (renderer, times) in renderers.iter().zip(&mut tape_s) {
             let start = cpu_seconds();
             let (frame, _) = renderer.render(&plan, &module, true).expect("draws");
             times.push(cpu_seconds() - start);
             let worst =
-                frame.hdr.iter().zip(&by_hand_picture).flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs())).fold(0.0, f32::max);
-            assert!(worst < 2e-3, "the two draw different pictures: {worst}");
+                frame.hdr.iter().zip(&by_hand_image).flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs())).fold(0.0, f32::max);
+            assert!(worst < 2e-3, "the two draw different images: {worst}");
         }
     }
     println!("by hand, AVX2: {:.1} ms", 1e3 * median(hand_s.clone()));

@@ -108,7 +108,7 @@ fn lunar_heights(bytes: &[u8]) {
         drop((HeightMap::image_of_label("a.lbl", &text(label)), HeightMap::of_pds("a.lbl", &text(label), image)));
     } else {
         let range = HeightRange { black_km: -9.0, white_km: 11.0 };
-        drop(HeightMap::of_picture("a", rest, (*first % 3 == 1).then_some(range)));
+        drop(HeightMap::of_image("a", rest, (*first % 3 == 1).then_some(range)));
     }
 }
 
@@ -235,7 +235,7 @@ pub static TARGETS: &[Target] = &[
         words: &["\\begindata", "\\begintext", "BODY4_MAX_PHASE_DEGREE = ", "+=", "'", "@", "1D308", "nan", "-1"],
     },
     Target {
-        name: "picture-heads",
+        name: "image-heads",
         run: |bytes| {
             drop((png_head_text(bytes, "Request"), exr_head_text(bytes)));
             drop((verify_png(bytes, (4, 4)), verify_exr(bytes)));

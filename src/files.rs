@@ -205,7 +205,7 @@ pub(crate) fn write_error(path: &Path, e: &Error) -> WriteError {
 #[cfg(unix)]
 fn make_world_readable(file: &File) {
     use std::os::unix::fs::PermissionsExt;
-    // On failure only the owner can read the picture, which is better than losing it.
+    // On failure only the owner can read the image, which is better than losing it.
     let _ = file.set_permissions(std::fs::Permissions::from_mode(0o644));
 }
 
@@ -223,7 +223,7 @@ fn remove_stale_once(folder: &Path) {
     if !CHECKED.lock().insert(folder.to_owned()) {
         return;
     }
-    #[expect(clippy::disallowed_methods, reason = "the age of a file on disk; no picture depends on it")]
+    #[expect(clippy::disallowed_methods, reason = "the age of a file on disk; no image depends on it")]
     let now = SystemTime::now();
     let is_old = |path: &Path| {
         let changed = path.symlink_metadata().ok().filter(std::fs::Metadata::is_file).and_then(|m| m.modified().ok());

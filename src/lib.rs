@@ -15,12 +15,12 @@
 //! Render an image:
 //!
 //! ```no_run
-//! use orrery::{SamplingQuality, Instant, NaifId, Session, Sources, ViewRequest, write_picture};
+//! use orrery::{SamplingQuality, Instant, NaifId, Session, Sources, ViewRequest, write_image};
 //!
 //! let session = Session::open(&Sources::default(), |message| eprintln!("{message}"))?;
 //! let request = ViewRequest::of(NaifId::EARTH, Instant::parse("2024-04-08T18:17:16Z")?);
 //! let drawn = session.draw(&request, SamplingQuality::of(request.quality), false)?;
-//! write_picture("earth.png".as_ref(), &drawn.frame, &[])?;
+//! write_image("earth.png".as_ref(), &drawn.frame, &[])?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -92,7 +92,7 @@ pub use render::frame::Frame;
 pub use render::plan::SamplingQuality;
 pub use render::software::lowering;
 pub use scene::request::ViewRequest;
-pub use session::{Session, Sources, write_picture};
+pub use session::{Session, Sources, write_image};
 pub use shader::ShaderModule;
 pub use shader::fragments::Fragments;
 pub use time::Instant;

@@ -150,7 +150,7 @@ fn sample(map: &Texels, u: V, v: V) -> [V; 3] {
     out.map(|channel| unsafe { _mm256_loadu_ps(channel.as_ptr()) })
 }
 
-/// Draws the entire picture, top row first.
+/// Draws the entire image, top row first.
 ///
 /// # Safety
 /// The machine has AVX2 and FMA; `size` is a multiple of 8.

@@ -92,7 +92,7 @@ pub fn plan(size: u32) -> Plan {
     Plan { passes: vec![pass] }
 }
 
-/// Plan of the tone map over a picture with values up to ten times white, `size` x `size`.
+/// Plan of the tone map over an image with values up to ten times white, `size` x `size`.
 pub fn tone_map_plan(size: u32) -> Plan {
     let mut bytes = Vec::new();
     for k in 0..size * size {

@@ -120,7 +120,7 @@ const RECOLOURED: [Recolouring; 6] = [
         red_kept: 0.6,
         ice: None,
     },
-    // Nearly uniform cream: the markings of the source are from ultraviolet pictures and faint to the eye.
+    // Nearly uniform cream: the markings of the source are from ultraviolet images and faint to the eye.
     Recolouring {
         from: "moons/venus_512.jpg",
         to: "venus_clouds.jpg",

@@ -378,7 +378,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// The estimated values of the body and their effect on a picture, one line per value.
+    /// The estimated values of the body and their effect on an image, one line per value.
     pub fn estimate_notes(&self) -> Vec<Message> {
         // The larger of the two changes: a decrease by a given percentage changes the magnitude more than an increase.
         let magnitudes = |percent: f64| -2.5 * (1.0 - percent / 100.0).log10();

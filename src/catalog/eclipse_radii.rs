@@ -1,6 +1,6 @@
 //! The radii of the Sun and the Moon for the computation of eclipses.
 //!
-//! In: a convention. Out: both radii in the catalog, so that picture, shadow, contacts and queries all use the same values. The choice of radii shifts
+//! In: a convention. Out: both radii in the catalog, so that image, shadow, contacts and queries all use the same values. The choice of radii shifts
 //! totality by seconds: for 2024-04-08 the IAU's Moon, larger than the almanacs' by 0.75 km, keeps the Sun covered 5 s longer under an umbra 5 km wider. Not
 //! here: the Moon's mountains, which move contacts by seconds more.
 
@@ -9,7 +9,7 @@ use crate::message::{Message, message};
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// The Earth's equatorial radius to which almanacs refer k, km.
+/// The Earth's equatorial radius by which almanacs define k, km.
 const ALMANAC_EARTH_KM: f64 = 6378.137;
 /// k, the ratio of the Moon's radius to the Earth's: for the umbra, at the mean depth of the valleys on its limb, which transmit the last sunlight; and for
 /// the penumbra.
@@ -53,7 +53,7 @@ impl EclipseRadii {
         }
     }
 
-    /// Ratio of the Moon's radius for first and last contact to that for totality and for the picture.
+    /// Ratio of the Moon's radius for first and last contact to that for totality and for the image.
     pub fn penumbral_moon_ratio(self) -> f64 {
         match self {
             Self::Iau => 1.0,

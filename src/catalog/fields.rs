@@ -32,8 +32,8 @@ pub(super) fn number(section: &mut TableReader, field: &'static str, allowed: &s
 
 /// The description of the invented part of a map or shape: one line.
 pub(super) fn invented(s: &mut TableReader) -> Option<String> {
-    let said = s.optional("invented", "what of it is invented, in a line of words", |v: &String| !v.trim().is_empty() && !v.contains('\n'));
-    said.map(|l| l.value)
+    let text = s.optional("invented", "what of it is invented, in a line of words", |v: &String| !v.trim().is_empty() && !v.contains('\n'));
+    text.map(|l| l.value)
 }
 
 /// The value read from a table, with the line where the table begins.

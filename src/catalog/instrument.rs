@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn each_mistake_names_line_and_field() {
-        for (fields, said) in [
+        for (fields, expected) in [
             ("shape = \"oval\"", "own.toml:3: instrument.shape"),
             ("shape = \"circle\"", "own.toml:1: instrument.diameter_deg is missing"),
             ("shape = \"circle\"\ndiameter_deg = 200.0", "own.toml:4: instrument.diameter_deg"),
@@ -120,7 +120,7 @@ mod tests {
             ("shape = \"rectangle\"\nwidth_deg = 1.0\nheight_deg = 1.0\nrotation = 3.0", "own.toml:6: instrument.rotation"),
         ] {
             let why = read(fields).expect_err(fields);
-            assert!(why.contains(said), "{fields}: {why}");
+            assert!(why.contains(expected), "{fields}: {why}");
         }
     }
 }

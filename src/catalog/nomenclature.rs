@@ -2,7 +2,7 @@
 //!
 //! In: the embedded tables nomenclature_usgs.csv and landing_sites.csv. Out: the features of a body, the most important first: landing sites, then by prominence.
 //! Always: directions are planetocentric with east longitudes, as in the gazetteer for Mars and nearly spherical bodies. For oblate moons the gazetteer has
-//! planetographic latitudes, so that their features are off by up to 2 degrees (Enceladus, Mimas). Not here: which names fit into a picture.
+//! planetographic latitudes, so that their features are off by up to 2 degrees (Enceladus, Mimas). Not here: which names fit into an image.
 
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ pub struct SurfaceFeature {
     pub direction: DVec3,
     /// Diameter; 0 if the table gives none, and for landing sites.
     pub diameter_km: f64,
-    /// Effective size in a picture: the diameter. For elongated features such as valleys, ridges and rilles, whose table entry is a length, a quarter of
+    /// Effective size in an image: the diameter. For elongated features such as valleys, ridges and rilles, whose table entry is a length, a quarter of
     /// that length.
     pub prominence_km: f64,
     /// Whether it is a landing site.
@@ -57,8 +57,8 @@ impl SurfaceFeature {
 
 /// The data lines of both tables, without comments and headings.
 fn lines() -> impl Iterator<Item = &'static str> {
-    let of = |table: &'static str| table.lines().filter(|l| !l.starts_with('#') && !l.is_empty()).skip(1);
-    of(orrery_catalogs::LANDING_SITES).chain(of(orrery_catalogs::NOMENCLATURE))
+    let rows = |table: &'static str| table.lines().filter(|l| !l.starts_with('#') && !l.is_empty()).skip(1);
+    rows(orrery_catalogs::LANDING_SITES).chain(rows(orrery_catalogs::NOMENCLATURE))
 }
 
 static BY_BODY: LazyLock<BTreeMap<String, Vec<SurfaceFeature>>> = LazyLock::new(|| {

@@ -63,9 +63,9 @@ fn species(mut s: TableReader) -> Option<Species> {
     })
 }
 
-/// Most species of an atmosphere: each adds to every sample of a view ray, and thousands in a file of a megabyte would take minutes.
+/// Maximum number of species of an atmosphere: each adds to every sample of a view ray, and thousands in a file of a megabyte would take minutes.
 const MAX_SPECIES: usize = 16;
-/// Most rings of a body; their table of radii has room for 4,096 edges.
+/// Maximum number of rings of a body; their table of radii has room for 4,096 edges.
 const MAX_RINGS: usize = 2000;
 
 fn atmosphere(mut s: TableReader) -> Option<(WithLine<String>, Atmosphere)> {

@@ -135,10 +135,10 @@ fn rotation(mut s: TableReader) -> Option<Rotation> {
 }
 
 fn clouds(mut s: TableReader) -> Option<Clouds> {
-    let part = "a number from 0 to 1";
+    let from_0_to_1 = "a number from 0 to 1";
     let height_km = number(&mut s, "height_km", "kilometres above 0, at most 1000", |x| x > 0.0 && x <= 1000.0);
-    let albedo = number(&mut s, "albedo", part, |x| (0.0..=1.0).contains(&x));
-    let clear_texel = number(&mut s, "clear_texel", part, |x| (0.0..=1.0).contains(&x));
+    let albedo = number(&mut s, "albedo", from_0_to_1, |x| (0.0..=1.0).contains(&x));
+    let clear_texel = number(&mut s, "clear_texel", from_0_to_1, |x| (0.0..=1.0).contains(&x));
     let closed_texel =
         number(&mut s, "closed_texel", "a number above clear_texel, at most 1", |x| x <= 1.0 && clear_texel.is_none_or(|clear| x > clear));
     let map = map(s)?;

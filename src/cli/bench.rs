@@ -38,7 +38,7 @@ both summed over pixels.
 
 With --meshes, the table of shape models instead: an invented shape for Phobos of 5000 to
 326000 triangles, and for each the time to read it, to trace its shadow on itself, and to
-draw it with and without that shadow, as ratios to its ellipsoid, measured in turns.
+draw it with and without that shadow, as ratios to its ellipsoid, measured alternately.
 
 Each scene is drawn once to fill the caches (first_ms), then --frames times. median_ms,
 median_cpu_ms, stages and stages_cpu are those of the frame with the median wall time
@@ -143,16 +143,16 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     super::output::print_result(&format!("{report:#}\n"))
 }
 
-/// The operations and texture reads that one frame takes in the fragment shaders of bodies, from the picture of its costs.
+/// The operations and texture reads that one frame takes in the fragment shaders of bodies, from the image of its costs.
 fn counts(session: &Session, sampling: SamplingQuality, request: &ViewRequest) -> Result<Value, CliError> {
-    // The picture of costs has no stars and no lines: exposure would reveal others.
+    // The image of costs has no stars and no lines: exposure would reveal others.
     let costs = session.draw(&ViewRequest { pixel_view: PixelView::Cost, ..request.clone() }, sampling, true)?;
     let sum = |channel: usize| costs.frame.hdr.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>();
     Ok(json!({ "shaded_pixels": costs.frame.hdr.iter().filter(|pixel| pixel[0] > 0.0).count(),
         "operations": sum(0).round(), "texture_reads": (sum(1) / INSTRUCTIONS_PER_READ).round() }))
 }
 
-/// The cost of each active effect and its change of the picture, from pairs of frames with and without the effect that are drawn in turns.
+/// The cost of each active effect and its change of the image, from pairs of frames with and without the effect that are drawn alternately.
 fn effects(
     session: &Session,
     sampling: SamplingQuality,
@@ -161,7 +161,7 @@ fn effects(
     measure: &dyn Fn(&ViewRequest) -> Result<MeasuredFrame, CliError>,
 ) -> Result<Vec<Value>, CliError> {
     let with_all_effects = session.draw(request, sampling, true)?;
-    // The exposure is fixed, so that automatic exposure does not brighten the picture without the effect.
+    // The exposure is fixed, so that automatic exposure does not brighten the image without the effect.
     let with = ViewRequest { exposure: ExposureRequest::Stops(with_all_effects.scene.exposure.stops), ..request.clone() };
     let mut rows = Vec::new();
     let is_active = |e: Effect| with_all_effects.scene.bodies.iter().flat_map(|b| &b.decisions).any(|d| d.on && d.feature == e.name());

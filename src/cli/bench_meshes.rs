@@ -1,7 +1,7 @@
 //! `orrery bench --meshes`: measures the cost of a shape model as a function of its number of triangles.
 //!
 //! In: a size and a number of rounds. Out: JSON with one row per model: number of triangles, time to read the file, time to trace the shadow, and
-//! times of frames with and without mesh and shadow, measured in turns. Always: the shapes are invented, spheres with bumps in place of Phobos; their
+//! times of frames with and without mesh and shadow, measured alternately. Always: the shapes are invented, spheres with bumps in place of Phobos; their
 //! folder is removed after the measurement.
 
 use super::output::{print_message, print_result, progress};

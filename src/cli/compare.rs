@@ -74,7 +74,7 @@ pub(crate) fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
     };
     let d = a.difference(&b).map_err(with_both_names)?;
     if let Some(path) = &args.output {
-        let shown = a.difference_picture(&b).map_err(with_both_names)?;
+        let shown = a.difference_image(&b).map_err(with_both_names)?;
         let mut bytes = Vec::new();
         image::write_png(&mut bytes, shown.width, shown.height, &shown.rgba, &[]).map_err(|e| CliError::Failed(e.to_string()))?;
         write_once(path, &bytes, args.overwrite)?;

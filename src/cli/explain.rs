@@ -74,7 +74,7 @@ fn as_json(b: &BodyInView, estimate_notes: &[Message]) -> Value {
         "id": b.id, "name": b.name, "appearance": b.appearance, "key": keys(b).first(), "keys": keys(b),
         "distance_km": b.distance_km, "angular_diameter_deg": b.angular_diameter_deg, "diameter_px": b.diameter_px,
         "phase_angle_deg": b.phase_angle_deg, "magnitude": b.magnitude,
-        "sub_viewer": b.sub_viewer, "sub_solar": b.sub_solar, "features": b.decisions, "estimates": estimate_notes,
+        "sub_viewer": b.sub_observer, "sub_solar": b.sub_solar, "features": b.decisions, "estimates": estimate_notes,
         "invented": b.invented.iter().map(|(file, how)| json!({"file": file, "how": how})).collect::<Vec<_>>(),
     })
 }
@@ -97,7 +97,7 @@ fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
             "\n{}: {:.6e} km away, {:.3} px across, phase angle {:.2} deg, magnitude {magnitude}\n",
             b.name, b.distance_km, b.diameter_px, b.phase_angle_deg
         ));
-        text.push_str(&format!("  sub-viewer {:.3} {:.3}", b.sub_viewer.latitude_deg, b.sub_viewer.longitude_deg));
+        text.push_str(&format!("  sub-observer {:.3} {:.3}", b.sub_observer.latitude_deg, b.sub_observer.longitude_deg));
         if let Some(s) = b.sub_solar {
             text.push_str(&format!(", sub-solar {:.3} {:.3}", s.latitude_deg, s.longitude_deg));
         }

@@ -5,7 +5,7 @@
 
 use super::CliError;
 use crate::image::{AnimationFormat, animation_format};
-use crate::session::{ExistingPicture, Provenance};
+use crate::session::{ExistingImage, Provenance};
 use crate::wording::{echo, echo_within};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -81,20 +81,20 @@ pub(crate) fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
 }
 
 /// The error for an existing file that this request must not replace; `None` if there is no conflict.
-fn conflict_error(path: &Path, earlier: &ExistingPicture, provenance: &Provenance, starts_now: bool) -> Option<CliError> {
+fn conflict_error(path: &Path, earlier: &ExistingImage, provenance: &Provenance, starts_now: bool) -> Option<CliError> {
     let path = echo(&path.display().to_string());
     let overwrite_hint = "--overwrite replaces it";
     let line = match earlier {
-        ExistingPicture::None | ExistingPicture::Same => return None,
-        ExistingPicture::Other(differ) => {
+        ExistingImage::None | ExistingImage::Same => return None,
+        ExistingImage::Other(differ) => {
             // A sequence that starts at `now` can never be resumed.
             let hint = if starts_now && differ.contains("time ") { "; give --time to fix the instant" } else { "" };
             format!("{path} is of another request: {differ}; {overwrite_hint}{hint}")
         }
-        ExistingPicture::Damaged(why) => {
+        ExistingImage::Damaged(why) => {
             format!("{path} is of this request ({}) but damaged: {why}; {overwrite_hint}", provenance.short())
         }
-        ExistingPicture::Unknown(why) => {
+        ExistingImage::Unknown(why) => {
             format!("{path} exists, and its request is unknown ({why}); this one is {}; {overwrite_hint}", provenance.short())
         }
     };
@@ -118,7 +118,7 @@ pub(crate) fn existing_frames(
             return Err(CliError::Failed(format!("{}: the folder {} does not exist", shown(&path), shown(folder))));
         }
         let earlier = provenance.existing(&path, size);
-        if earlier == ExistingPicture::Same {
+        if earlier == ExistingImage::Same {
             existing_frames.insert(number);
         } else if let (false, Some(refused)) = (overwrite, conflict_error(&path, &earlier, &provenance, starts_now)) {
             return Err(refused);

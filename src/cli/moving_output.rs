@@ -1,7 +1,7 @@
 //! Writes all frames into one output: a y4m stream on standard output, or an animation file.
 //!
 //! In: frames in order. Out: each frame at once on standard output, or a complete file at the end. Always: an existing file is replaced only with
-//! `--overwrite`; an interrupted run leaves no file. Not here: single pictures.
+//! `--overwrite`; an interrupted run leaves no file. Not here: single images.
 
 use super::CliError;
 use super::frames::Output;

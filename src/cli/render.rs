@@ -10,7 +10,7 @@ use crate::measure::error_bounds;
 use crate::render::plan::SamplingQuality;
 use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
-use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
+use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_image};
 use crate::wording::echo;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant as WallInstant};
@@ -124,7 +124,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
     let mut existing_frames = existing_frames(requested, size(&args.view.size)?, args.overwrite, starts_now)?;
     if views.count() == 1 {
-        // A single picture is drawn again; the bytes would be the same.
+        // A single image is drawn again; the bytes would be the same.
         existing_frames.clear();
     }
     if !existing_frames.is_empty() {
@@ -156,7 +156,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             Some(path) => {
                 let mut text = text_chunks(args, views.title(), &request, &drawn.scene);
                 text.push((PROVENANCE_CHUNK, session.provenance(&request).to_text()));
-                write_picture(path, &drawn.frame, &text)?;
+                write_image(path, &drawn.frame, &text)?;
             }
             None => moving.add(&drawn.frame)?,
         }
@@ -172,7 +172,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let bounds = error_bounds(&session, &error_bound_request)?;
         for path in &args.error {
             let text = [("Title", "Bound of the error".to_owned()), (PROVENANCE_CHUNK, session.provenance(&error_bound_request).to_text())];
-            write_picture(path, &bounds, &text)?;
+            write_image(path, &bounds, &text)?;
         }
     }
     if args.time_report {
@@ -219,7 +219,7 @@ fn frame_progress(frames: u32) -> indicatif::ProgressBar {
     if frames > 1 { progress(u64::from(frames)) } else { indicatif::ProgressBar::hidden() }
 }
 
-/// The metadata of a picture. It does not contain the time of writing, so that the same command writes the same bytes.
+/// The metadata of an image. It does not contain the time of writing, so that the same command writes the same bytes.
 fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, scene: &crate::scene::Scene) -> Vec<(&'static str, String)> {
     let v = &args.view;
     let mut view = v.target.clone().map_or(String::new(), |t| format!("target {t}"));

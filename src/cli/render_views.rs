@@ -36,16 +36,17 @@ impl Views {
     ) -> Result<Self, CliError> {
         use super::view_args::instant;
         use crate::view::app::tour::{MAX_BYTES, Tour};
-        let named = |why: &dyn std::fmt::Display| CliError::Failed(format!("{}: {why}", crate::wording::echo(&file.display().to_string())));
-        let text = crate::files::read_text(file, MAX_BYTES).map_err(|e| named(&e))?;
-        let tour = Tour::parse(&text, session, instant("now")?).map_err(|e| named(&e))?;
+        let in_file =
+            |why: &dyn std::fmt::Display| CliError::Failed(format!("{}: {why}", crate::wording::echo(&file.display().to_string())));
+        let text = crate::files::read_text(file, MAX_BYTES).map_err(|e| in_file(&e))?;
+        let tour = Tour::parse(&text, session, instant("now")?).map_err(|e| in_file(&e))?;
         let rate = f64::from(rate);
         if tour.length_s() * rate > MAX_FRAMES {
             return Err(CliError::Failed(format!("--rate {rate}: more than {MAX_FRAMES} frames; the tour takes {:.0} s", tour.length_s())));
         }
         let frames = (0..(tour.length_s() * rate).round().max(1.0) as u32).map(|number| {
             let view = tour.at(f64::from(number) / rate).view;
-            let request = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| named(&e))?;
+            let request = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| in_file(&e))?;
             Ok(ViewRequest { composition: composition.clone(), ..request })
         });
         Ok(Self::Tour { title: tour.title.clone(), frames: frames.collect::<Result<_, CliError>>()? })

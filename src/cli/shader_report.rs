@@ -106,12 +106,12 @@ fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
         let _ = write!(text, "; features: {}", features.into_iter().collect::<Vec<_>>().join(", "));
     }
     text.push('\n');
-    let worst = changes.iter().filter_map(|c| Some((c.picture?, &c.module))).max_by(|a, b| a.0.max_levels.total_cmp(&b.0.max_levels));
-    if let Some((picture, module)) = worst {
+    let worst = changes.iter().filter_map(|c| Some((c.image?, &c.module))).max_by(|a, b| a.0.max_levels.total_cmp(&b.0.max_levels));
+    if let Some((image, module)) = worst {
         let _ = writeln!(
             text,
-            "  picture     at most {:.2} of 255 levels, mean {:.3}, {} pixels of half a level or more: {module}",
-            picture.max_levels, picture.mean_levels, picture.pixels
+            "  image     at most {:.2} of 255 levels, mean {:.3}, {} pixels of half a level or more: {module}",
+            image.max_levels, image.mean_levels, image.pixels
         );
     }
     let change_range = |of: &dyn Fn(&Figures) -> Option<f64>| range(changes, of);

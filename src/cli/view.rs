@@ -55,9 +55,9 @@ impl Default for ViewArgs {
 
 #[cfg(not(feature = "view"))]
 pub(crate) fn run(_common: &Common, args: &ViewArgs) -> Result<(), CliError> {
-    let at = instant(&args.time)?.to_utc_iso();
+    let time_text = instant(&args.time)?.to_utc_iso();
     Err(CliError::Failed(format!(
-        "this build has no window; to draw to a file: orrery render --target {} --time {at} -o {0}.png",
+        "this build has no window; to draw to a file: orrery render --target {} --time {time_text} -o {0}.png",
         args.target
     )))
 }

@@ -116,7 +116,7 @@ impl ViewArgs {
         self.request_with(catalog, Composition::default())
     }
 
-    /// As [`Self::request`], for a composed picture.
+    /// As [`Self::request`], for a composed image.
     pub(crate) fn request_with(&self, catalog: &Catalog, composition: Composition) -> Result<ViewRequest, CliError> {
         let body_of_option =
             |option: &str, name: &String| catalog.body_or_barycenter(name).map_err(|e| CliError::Failed(format!("{option}: {e}")));

@@ -55,7 +55,7 @@ impl Ephemeris {
             let series_span = self.series.coverage(target.0);
             spans.extend(series_span.map(|(a, b)| (a.max(span_of(SERIES_YEARS).0), b.min(span_of(SERIES_YEARS).1))));
         }
-        if source.is_none_or(|s| s == Source::Mean) && mean_elements::relative_to(target.0).is_some() {
+        if source.is_none_or(|s| s == Source::Mean) && mean_elements::origin_of(target.0).is_some() {
             spans.push(span_of(MEAN_YEARS));
         }
         if self.orbits.get(&target).is_some_and(|o| o.motion != Motion::Planetary) {
@@ -144,6 +144,6 @@ impl Ephemeris {
     }
 
     fn in_planetary_sources(&self, id: NaifId) -> bool {
-        mean_elements::relative_to(id.0).is_some() || self.kernels.iter().any(|k| k.coverage(id.0).is_some())
+        mean_elements::origin_of(id.0).is_some() || self.kernels.iter().any(|k| k.coverage(id.0).is_some())
     }
 }

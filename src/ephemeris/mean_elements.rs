@@ -27,7 +27,7 @@ const PLANETS: [([f64; 6], [f64; 6], [f64; 4]); 9] = [
 const SUN_OVER_GIANT: [(i32, f64); 4] = [(5, 1_047.348_6), (6, 3497.898), (7, 22_902.98), (8, 19_412.24)];
 
 /// NAIF code of the origin of `target` in the theories of the planets, the Sun and the Moon; `None` for other targets.
-pub fn relative_to(target: i32) -> Option<i32> {
+pub fn origin_of(target: i32) -> Option<i32> {
     match target {
         1..=9 => Some(10),
         10 => Some(0),

@@ -229,8 +229,8 @@ impl Ephemeris {
         match self.rotations.get(&body).ok_or_else(|| unknown("the catalog has no such body"))? {
             Rotation::EarthIau2006 => Ok(orientation::earth_itrs_from_gcrs(t)),
             Rotation::Pck => {
-                let at = self.pck.pole_and_meridian(body, t.tdb_seconds_past_j2000());
-                Ok(at.ok_or_else(|| unknown("the PCK lacks it"))?.body_from_icrf())
+                let pole_and_meridian = self.pck.pole_and_meridian(body, t.tdb_seconds_past_j2000());
+                Ok(pole_and_meridian.ok_or_else(|| unknown("the PCK lacks it"))?.body_from_icrf())
             }
             Rotation::Synchronous => {
                 let parent = self.orbits.get(&body).map(|o| o.parent).ok_or_else(|| unknown("it has no parent"))?;
@@ -292,13 +292,13 @@ impl Ephemeris {
         }
         if source.is_none_or(|s| s == Source::Series)
             && in_years(t, SERIES_YEARS)
-            && let Some(from) = self.series.relative_to(target.0, tdb_s)
+            && let Some(from) = self.series.origin_of(target.0, tdb_s)
         {
             return link(from, Theory::Series);
         }
         if source.is_none_or(|s| s == Source::Mean)
             && in_years(t, MEAN_YEARS)
-            && let Some(from) = mean_elements::relative_to(target.0)
+            && let Some(from) = mean_elements::origin_of(target.0)
         {
             return link(from, Theory::Mean);
         }

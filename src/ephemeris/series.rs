@@ -34,10 +34,10 @@ impl Series {
     }
 
     /// NAIF code of the origin of the series of `target`; `None` without a series.
-    pub fn relative_to(&self, target: i32, tdb_s: f64) -> Option<i32> {
+    pub fn origin_of(&self, target: i32, tdb_s: f64) -> Option<i32> {
         match target {
             9 => self.pluto.segment(9, tdb_s).map(|segment| segment.center),
-            _ => super::mean_elements::relative_to(target),
+            _ => super::mean_elements::origin_of(target),
         }
     }
 
@@ -45,7 +45,7 @@ impl Series {
     pub fn coverage(&self, target: i32) -> Option<(f64, f64)> {
         match target {
             9 => self.pluto.coverage(9),
-            _ => super::mean_elements::relative_to(target).map(|_| (f64::NEG_INFINITY, f64::INFINITY)),
+            _ => super::mean_elements::origin_of(target).map(|_| (f64::NEG_INFINITY, f64::INFINITY)),
         }
     }
 

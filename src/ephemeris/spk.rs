@@ -74,8 +74,8 @@ impl Segment {
     /// Position in km and velocity in km/s of the target relative to the centre, ICRF.
     pub fn state(&self, tdb_s: f64) -> State {
         let records = self.data.len() / self.record_len;
-        let at = (((tdb_s - self.first_s) / self.length_s).max(0.0) as usize).min(records - 1);
-        let record = &self.data[at * self.record_len..][..self.record_len];
+        let index = (((tdb_s - self.first_s) / self.length_s).max(0.0) as usize).min(records - 1);
+        let record = &self.data[index * self.record_len..][..self.record_len];
         let (radius_s, u) = (record[1], (tdb_s - record[0]) / record[1]);
         let terms = (self.record_len - 2) / self.components;
         let row = |k: usize| &record[2 + k * terms..][..terms];
@@ -338,10 +338,10 @@ mod tests {
         let (first, last, record_len) = (385_i32, 510_i32, 122.0_f64);
         let summary = bytes[1024 + 24..1024 + 64].to_vec();
         for k in 0..25 {
-            let at = 1024 + 24 + 40 * k;
-            bytes[at..at + 40].copy_from_slice(&summary);
-            bytes[at + 32..at + 36].copy_from_slice(&first.to_le_bytes());
-            bytes[at + 36..at + 40].copy_from_slice(&last.to_le_bytes());
+            let offset = 1024 + 24 + 40 * k;
+            bytes[offset..offset + 40].copy_from_slice(&summary);
+            bytes[offset + 32..offset + 36].copy_from_slice(&first.to_le_bytes());
+            bytes[offset + 36..offset + 40].copy_from_slice(&last.to_le_bytes());
         }
         bytes[1024 + 16..1024 + 24].copy_from_slice(&25.0_f64.to_le_bytes());
         let record = [0.0, 100.0].into_iter().chain(std::iter::repeat_n(1.0, 120)).chain([-100.0, 200.0, record_len, 1.0]);

@@ -114,16 +114,16 @@ mod tests {
     #[test]
     fn gaps_over_pole_and_equator_agree_with_plane_geometry() {
         let sun = DVec3::X * 1.5e8;
-        for (aside, support_km) in [(DVec3::Y, 6378.0), (DVec3::Z, 6357.0), (DVec3::NEG_Z, 6357.0)] {
-            let moon = DVec3::X * 4e5 + aside * 7000.0;
+        for (perpendicular, support_km) in [(DVec3::Y, 6378.0), (DVec3::Z, 6357.0), (DVec3::NEG_Z, 6357.0)] {
+            let moon = DVec3::X * 4e5 + perpendicular * 7000.0;
             let (to_sun, _) = axis(sun, moon);
             // The centre's distance from the nearest side, by the triangle of apex, centre and side.
             let cone = Cone::penumbra(sun, moon, 696_000.0, 1737.0);
             let at_apex = crate::ephemeris::angle_rad(-cone.apex_km, cone.axis_direction);
             let expected = cone.apex_km.length() * (at_apex - cone.sin_half.asin()).sin() - support_km;
             let (gap, towards) = cone.gap_km(&EARTH);
-            assert!((gap - expected).abs() < 0.05, "{aside}: {gap} for {expected}");
-            assert!(towards.dot(-aside) > 0.999);
+            assert!((gap - expected).abs() < 0.05, "{perpendicular}: {gap} for {expected}");
+            assert!(towards.dot(-perpendicular) > 0.999);
             let (gap, _) = Cone::axis(sun, moon).gap_km(&EARTH);
             assert!(gap > 0.0 && EARTH.depth_of_line(moon, to_sun) < 0.0 && EARTH.meets_line_km(moon, to_sun).is_none());
         }
@@ -131,9 +131,13 @@ mod tests {
 
     #[test]
     fn a_line_meets_the_ground_on_the_sunny_side() {
-        let at = EARTH.meets_line_km(DVec3::new(4e5, 3000.0, 2000.0), DVec3::X).expect("it meets");
-        assert!((at.y - 3000.0).abs() < 1e-9 && (at.z - 2000.0).abs() < 1e-9 && at.x > 0.0);
-        assert!(((at.x * at.x + at.y * at.y) / 6378.0_f64.powi(2) + at.z * at.z / 6357.0_f64.powi(2) - 1.0).abs() < 1e-12);
+        let point_km = EARTH.meets_line_km(DVec3::new(4e5, 3000.0, 2000.0), DVec3::X).expect("it meets");
+        assert!((point_km.y - 3000.0).abs() < 1e-9 && (point_km.z - 2000.0).abs() < 1e-9 && point_km.x > 0.0);
+        assert!(
+            ((point_km.x * point_km.x + point_km.y * point_km.y) / 6378.0_f64.powi(2) + point_km.z * point_km.z / 6357.0_f64.powi(2) - 1.0)
+                .abs()
+                < 1e-12
+        );
         assert!((EARTH.support_point_km(DVec3::Z) - DVec3::Z * 6357.0).length() < 1e-9);
     }
 }

@@ -7,8 +7,8 @@ pub(crate) type Contact = (&'static str, Instant);
 
 /// Seconds from one contact to another; `None` if either is missing.
 pub(super) fn seconds_between(contacts: &[Contact], first: &str, last: &str) -> Option<f64> {
-    let of = |name: &str| Some(contacts.iter().find(|c| c.0 == name)?.1.tdb_seconds_past_j2000());
-    Some(of(last)? - of(first)?)
+    let time_of = |name: &str| Some(contacts.iter().find(|c| c.0 == name)?.1.tdb_seconds_past_j2000());
+    Some(time_of(last)? - time_of(first)?)
 }
 
 pub(super) fn sort_by_time(contacts: &mut [Contact]) {

@@ -2,7 +2,7 @@
 //!
 //! In: an eclipse, a place, the ephemeris for the Moon's libration and a map of its heights. Out: instants at which the Sun's disc and the Moon's true silhouette touch, where on the limb, and
 //! by how much they are later than those of the mean limb. The last bead before totality goes out at C2 and the first one after it shines at C3; in an annular eclipse the
-//! last mountain leaves the Sun's limb at C2 and the first one reaches it at C3. Always: the silhouette is a [`LimbProfile`], computed anew at each contact; if the Sun
+//! last mountain leaves the Sun's limb at C2 and the first one reaches it at C3. Always: the silhouette is a [`LimbProfile`], computed again at each contact; if the Sun
 //! shines through a valley even at maximum, there is no C2 and no C3. Not included: refraction and the Sun's irregular limb. Magnitude and obscuration remain those of the mean limb.
 
 use super::local::{GeodeticPosition, Station};
@@ -73,7 +73,7 @@ impl<'a> Silhouette<'a> {
     /// How far the silhouette's nearest (or farthest) point lies outside the Sun's disc, radians, and the index of that point.
     fn outside(&self, touch: Touch, s: f64) -> (f64, usize) {
         let (sun_km, moon_km) = self.station.sun_and_moon_km(s);
-        let sun_radius = (self.station.bodies().sun_km / sun_km.length()).min(1.0).asin();
+        let sun_radius = (self.station.bodies().sun_radius_km / sun_km.length()).min(1.0).asin();
         let from_sun = (0..LIMB_POINTS).map(|k| (angle_rad(self.direction(k, moon_km), sun_km) - sun_radius, k));
         let by_distance = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0);
         let nearest_or_farthest = if touch == Touch::Any { from_sun.min_by(by_distance) } else { from_sun.max_by(by_distance) };

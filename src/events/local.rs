@@ -29,9 +29,9 @@ pub struct GeodeticPosition {
 }
 
 impl GeodeticPosition {
-    /// The place at a point of the spheroid's surface, ITRS. `earth_km`: the spheroid's semi-axes.
-    pub(super) fn of_surface_point(point_km: DVec3, earth_km: DVec3) -> Self {
-        let normal = point_km / (earth_km * earth_km);
+    /// The place at a point of the spheroid's surface, ITRS. `earth_radii_km`: the spheroid's semi-axes.
+    pub(super) fn of_surface_point(point_km: DVec3, earth_radii_km: DVec3) -> Self {
+        let normal = point_km / (earth_radii_km * earth_radii_km);
         Self {
             latitude_deg: normal.z.atan2(normal.truncate().length()).to_degrees(),
             longitude_deg: normal.y.atan2(normal.x).to_degrees(),
@@ -145,7 +145,7 @@ pub(super) struct Station<'a> {
 
 impl<'a> Station<'a> {
     pub(crate) fn new(sky: &'a EarthSky, bodies: EclipseBodies, place: GeodeticPosition) -> Self {
-        let (point_km, normal) = ground_point_km(bodies.earth_km, place.latitude_deg, place.longitude_deg, place.height_km);
+        let (point_km, normal) = ground_point_km(bodies.earth_radii_km, place.latitude_deg, place.longitude_deg, place.height_km);
         Self { sky, bodies, point_km, normal }
     }
 
@@ -153,9 +153,9 @@ impl<'a> Station<'a> {
         let (sun, moon) = self.sun_and_moon_km(s);
         let radius = |radius_km: f64, offset: DVec3| (radius_km / offset.length()).min(1.0).asin();
         Discs {
-            sun: radius(self.bodies.sun_km, sun),
-            moon: radius(self.bodies.moon_km, moon),
-            penumbral_moon: radius(self.bodies.penumbral_moon_km, moon),
+            sun: radius(self.bodies.sun_radius_km, sun),
+            moon: radius(self.bodies.moon_radius_km, moon),
+            penumbral_moon: radius(self.bodies.penumbral_moon_radius_km, moon),
             separation: angle_rad(sun, moon),
         }
     }
@@ -163,7 +163,7 @@ impl<'a> Station<'a> {
     /// Vectors from the place to the Sun and the Moon, GCRS.
     pub(crate) fn sun_and_moon_km(&self, s: f64) -> (DVec3, DVec3) {
         let point_km = self.sky.itrs_from_gcrs(s).transpose() * self.point_km;
-        (self.sky.sun_km(s) - point_km, self.sky.near_km(s) - point_km)
+        (self.sky.sun_km(s) - point_km, self.sky.near_body_km(s) - point_km)
     }
 
     pub(crate) fn instant(&self, s: f64) -> Instant {
@@ -254,7 +254,7 @@ impl<'a> Station<'a> {
 
     /// Circumstances at the place of an eclipse of the Moon with these contacts (name, seconds), greatest at `greatest_s`.
     pub(crate) fn lunar(&self, contacts: &[(&'static str, f64)], greatest_s: f64, magnitude: impl Fn(f64) -> f64) -> LocalCircumstances {
-        let moon = |s: f64| self.sky.near_km(s);
+        let moon = |s: f64| self.sky.near_body_km(s);
         let (first, last) = contacts.iter().fold((greatest_s, greatest_s), |(a, b), c| (a.min(c.1), b.max(c.1)));
         let above_horizon = self.spans_above_horizon(first, last, moon);
         let best = above_horizon.best(greatest_s, &magnitude);

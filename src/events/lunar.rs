@@ -89,36 +89,37 @@ struct InShadow {
 
 impl LunarEclipseGeometry {
     /// The Moon's radius in eclipses.
-    fn moon_radius_km(&self) -> f64 {
-        self.bodies.penumbral_moon_km
+    fn penumbral_moon_radius_km(&self) -> f64 {
+        self.bodies.penumbral_moon_radius_km
     }
 
     fn in_shadow(&self, s: f64) -> InShadow {
-        let moon_km = self.sky.near_km(s);
+        let moon_km = self.sky.near_body_km(s);
         let sun_km = self.sky.sun_km(s - 2.0 * moon_km.length() / SPEED_OF_LIGHT_KM_S);
         let distance_km = sun_km.length();
         let along = -sun_km / distance_km;
         let behind_km = moon_km.dot(along);
-        let (earth_km, sun_radius_km) = (self.bodies.earth_km.x, self.bodies.sun_km);
+        let (earth_radius_km, sun_radius_km) = (self.bodies.earth_radii_km.x, self.bodies.sun_radius_km);
         // Radius of a cone with this half angle at the Moon's distance.
         let radius_km = |sin_half: f64, sign: f64| {
             let cos_half = (1.0 - sin_half * sin_half).sqrt();
-            (earth_km + sign * behind_km * sin_half) / cos_half
+            (earth_radius_km + sign * behind_km * sin_half) / cos_half
         };
-        let enlarged_km = if self.bodies.radii == EclipseRadii::Almanac { DANJON * earth_km } else { 0.0 };
+        let enlarged_km = if self.bodies.radii == EclipseRadii::Almanac { DANJON * earth_radius_km } else { 0.0 };
         InShadow {
             offset_from_axis: moon_km - along * behind_km,
-            umbra_km: radius_km((sun_radius_km - earth_km) / distance_km, -1.0) + enlarged_km,
-            penumbra_km: radius_km((sun_radius_km + earth_km) / distance_km, 1.0) + enlarged_km,
+            umbra_km: radius_km((sun_radius_km - earth_radius_km) / distance_km, -1.0) + enlarged_km,
+            penumbra_km: radius_km((sun_radius_km + earth_radius_km) / distance_km, 1.0) + enlarged_km,
         }
     }
 
     /// Parts of the Moon's diameter inside the umbra and inside the penumbra.
     fn magnitudes(&self, s: f64) -> (f64, f64) {
-        let at = self.in_shadow(s);
-        let fraction_inside =
-            |shadow_km: f64| (shadow_km + self.moon_radius_km() - at.offset_from_axis.length()) / (2.0 * self.moon_radius_km());
-        (fraction_inside(at.umbra_km), fraction_inside(at.penumbra_km))
+        let position = self.in_shadow(s);
+        let fraction_inside = |shadow_km: f64| {
+            (shadow_km + self.penumbral_moon_radius_km() - position.offset_from_axis.length()) / (2.0 * self.penumbral_moon_radius_km())
+        };
+        (fraction_inside(position.umbra_km), fraction_inside(position.penumbra_km))
     }
 }
 
@@ -150,7 +151,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
     add("U2", "U3", &|s| geometry.magnitudes(s).0, 1.0);
     contacts.sort_by(|a, b| a.1.total_cmp(&b.1));
     let offset = geometry.in_shadow(greatest_s).offset_from_axis;
-    let overhead = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.near_km(greatest_s);
+    let overhead = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.near_body_km(greatest_s);
     Ok(Some(LunarEclipse {
         class: match umbral_magnitude {
             m if m >= 1.0 => LunarType::Total,
@@ -158,7 +159,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
             _ => LunarType::Penumbral,
         },
         greatest: geometry.sky.instant(greatest_s),
-        gamma: offset.length().copysign(offset.dot(geometry.sky.pole())) / bodies.earth_km.x,
+        gamma: offset.length().copysign(offset.dot(geometry.sky.pole())) / bodies.earth_radii_km.x,
         umbral_magnitude,
         penumbral_magnitude,
         place: GeodeticPosition {

@@ -107,10 +107,10 @@ mod tests {
     fn a_saros_later_is_the_same_series_and_an_inex_later_the_next() {
         for phase in [Phase::New, Phase::Full] {
             for lunation in (-20_000..14_000).step_by(97) {
-                let at = Syzygy { phase, lunation };
+                let syzygy = Syzygy { phase, lunation };
                 let later = |by: i64| Syzygy { phase, lunation: lunation + by }.saros();
-                let apart = |n: i64| (n - at.saros()).rem_euclid(223);
-                assert_eq!((apart(later(223)), apart(later(358))), (0, 1), "{lunation}");
+                let series_difference = |n: i64| (n - syzygy.saros()).rem_euclid(223);
+                assert_eq!((series_difference(later(223)), series_difference(later(358))), (0, 1), "{lunation}");
             }
         }
     }

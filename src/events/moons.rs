@@ -83,7 +83,7 @@ pub fn moon_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: 
     let Some(sun) = catalog.body(NaifId::SUN) else { return Ok(found) };
     for moon in MOONS.iter().filter_map(|id| catalog.body(*id)) {
         let Some(planet) = moon.parent.and_then(|id| catalog.body(id)) else { continue };
-        let pair = MoonAndPlanet { ephemeris, sun_km: sun.radii_km.x, planet, moon };
+        let pair = MoonAndPlanet { ephemeris, sun_radius_km: sun.radii_km.x, planet, moon };
         for source in [NaifId::EARTH, NaifId::SUN] {
             for (middle, is_in_front) in pair.conjunctions(source, from, to)? {
                 let event = MoonConjunction::around(&pair, source, middle)?.event(&pair, is_in_front)?;
@@ -96,7 +96,7 @@ pub fn moon_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: 
 
 struct MoonAndPlanet<'a> {
     ephemeris: &'a Ephemeris,
-    sun_km: f64,
+    sun_radius_km: f64,
     planet: &'a Body,
     moon: &'a Body,
 }
@@ -113,8 +113,8 @@ impl MoonAndPlanet<'_> {
         let offsets = |t: Instant| -> Result<(f64, f64), EphemerisError> {
             let (pos_km, vel_km_s) = self.moon_from_planet(t)?;
             let towards = self.ephemeris.state(source, system, t, None)?.state.pos_km;
-            let aside = pos_km.cross(vel_km_s).cross(towards);
-            Ok((pos_km.dot(aside) / aside.length(), pos_km.dot(towards)))
+            let perpendicular = pos_km.cross(vel_km_s).cross(towards);
+            Ok((pos_km.dot(perpendicular) / perpendicular.length(), pos_km.dot(towards)))
         };
         // Light from the planet takes less than two hours.
         const LIGHT_S: f64 = 7200.0;
@@ -176,9 +176,9 @@ impl MoonConjunction {
         let (planet, ephemeris) = (pair.planet.id, pair.ephemeris);
         let (_, vel_km_s) = pair.moon_from_planet(middle)?;
         let half_s = 2.0 * (pair.planet.radii_km.x + pair.moon.radii_km.x) / vel_km_s.length() + 600.0;
-        let at = |s: f64| middle.plus_seconds(s);
-        let moon = FittedPosition::over(half_s, |s| Ok(pair.moon_from_planet(at(s))?.0))?;
-        let to_source = FittedPosition::over(half_s, |s| vector_to_source(ephemeris, planet, source, at(s)))?;
+        let instant = |s: f64| middle.plus_seconds(s);
+        let moon = FittedPosition::over(half_s, |s| Ok(pair.moon_from_planet(instant(s))?.0))?;
+        let to_source = FittedPosition::over(half_s, |s| vector_to_source(ephemeris, planet, source, instant(s)))?;
         let planet_velocity_km_s = ephemeris.state(planet, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, None)?.state.vel_km_s;
         let pole = ephemeris.body_from_icrf(planet, middle)?.row(2);
         Ok(Self { source, middle, half_s, moon, to_source, planet_velocity_km_s, pole })
@@ -201,15 +201,15 @@ impl MoonConjunction {
         let towards = to_source / distance_km;
         let radius_km = match edge {
             BoundingPlanes::Centre => 0.0,
-            BoundingPlanes::ExternalTangent => -pair.sun_km,
-            BoundingPlanes::InternalTangent => pair.sun_km,
+            BoundingPlanes::ExternalTangent => -pair.sun_radius_km,
+            BoundingPlanes::InternalTangent => pair.sun_radius_km,
         };
         let radii_km = pair.planet.radii_km;
         let support_km = |n: DVec3| (n * radii_km.x + self.pole * (n.dot(self.pole) * (radii_km.z - radii_km.x))).length();
-        let aside = (moon_km - towards * moon_km.dot(towards)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
-        let other = towards.cross(aside);
+        let perpendicular = (moon_km - towards * moon_km.dot(towards)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
+        let other = towards.cross(perpendicular);
         let beyond = |angle: f64| {
-            let across = aside * angle.cos() + other * angle.sin();
+            let across = perpendicular * angle.cos() + other * angle.sin();
             // The normal is tilted so that the plane touches both planet and source.
             let tilt = (support_km(across) + radius_km) / distance_km;
             let normal = across * (1.0 - tilt * tilt).max(0.0).sqrt() + towards * tilt;

@@ -106,9 +106,9 @@ impl<'a> MutualConjunction<'a> {
         sun_radius_km: f64,
         middle: Instant,
     ) -> Result<Self, EphemerisError> {
-        let at = |s: f64| middle.plus_seconds(s);
-        let fit = |moon: &Body| FittedPosition::over(HALF_S, |s| Ok(ephemeris.state(moon.id, JUPITER, at(s), None)?.state.pos_km));
-        let to_source = FittedPosition::over(HALF_S, |s| vector_to_source(ephemeris, JUPITER, source, at(s)))?;
+        let instant = |s: f64| middle.plus_seconds(s);
+        let fit = |moon: &Body| FittedPosition::over(HALF_S, |s| Ok(ephemeris.state(moon.id, JUPITER, instant(s), None)?.state.pos_km));
+        let to_source = FittedPosition::over(HALF_S, |s| vector_to_source(ephemeris, JUPITER, source, instant(s)))?;
         let [a, b] = moons;
         let (a_km, b_km) = (fit(a)?, fit(b)?);
         let a_is_near = (a_km.at(0.0) - b_km.at(0.0)).dot(to_source.at(0.0)) > 0.0;
@@ -131,16 +131,16 @@ impl<'a> MutualConjunction<'a> {
 
     /// Distance of the farther moon from a region behind the nearer one, negative if it touches the region.
     fn distance_outside_km(&self, s: f64, region: Region) -> f64 {
-        let at = self.offset(s);
-        let (near_km, far_km) = (self.near.radii_km.x, self.far.radii_km.x);
+        let offset = self.offset(s);
+        let (near_radius_km, far_radius_km) = (self.near.radii_km.x, self.far.radii_km.x);
         // Distance of the source from the nearer moon, whose shadow widens or narrows with depth.
-        let source_from_near_km = at.source_km - at.depth_km;
+        let source_from_near_km = offset.source_km - offset.depth_km;
         let radius_km = match region {
-            Region::Hidden => near_km * at.source_km / source_from_near_km,
-            Region::Penumbra => near_km + at.depth_km * (self.sun_radius_km + near_km) / source_from_near_km,
-            Region::Umbra => (near_km - at.depth_km * (self.sun_radius_km - near_km) / source_from_near_km).abs(),
+            Region::Hidden => near_radius_km * offset.source_km / source_from_near_km,
+            Region::Penumbra => near_radius_km + offset.depth_km * (self.sun_radius_km + near_radius_km) / source_from_near_km,
+            Region::Umbra => (near_radius_km - offset.depth_km * (self.sun_radius_km - near_radius_km) / source_from_near_km).abs(),
         };
-        at.offset_km * at.source_km / source_from_near_km - radius_km - far_km
+        offset.offset_km * offset.source_km / source_from_near_km - radius_km - far_radius_km
     }
 
     fn event(&self, ephemeris: &Ephemeris) -> Result<Option<MoonEvent>, EphemerisError> {

@@ -29,12 +29,12 @@ pub(super) fn seen_from_earth_km(ephemeris: &Ephemeris, body: NaifId, t: Instant
 /// Radii of the three bodies of an eclipse, km, from the catalog. In a transit, the planet stands for the Moon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EclipseBodies {
-    pub sun_km: f64,
+    pub sun_radius_km: f64,
     /// The Moon's radius for the umbra.
-    pub moon_km: f64,
+    pub moon_radius_km: f64,
     /// The Moon's radius for the penumbra, for which almanacs use a larger one.
-    pub penumbral_moon_km: f64,
-    pub earth_km: DVec3,
+    pub penumbral_moon_radius_km: f64,
+    pub earth_radii_km: DVec3,
     pub radii: EclipseRadii,
 }
 
@@ -48,12 +48,12 @@ impl EclipseBodies {
             let body = catalog.body(id).ok_or_else(|| EphemerisError::other(format!("the catalog has no {name}: eclipses need it")))?;
             Ok::<_, EphemerisError>(body.radii_km)
         };
-        let moon_km = radii_km(NaifId::MOON, "Moon")?.x;
+        let moon_radius_km = radii_km(NaifId::MOON, "Moon")?.x;
         Ok(Self {
-            sun_km: radii_km(NaifId::SUN, "Sun")?.x,
-            moon_km,
-            penumbral_moon_km: moon_km * catalog.eclipse_radii().penumbral_moon_ratio(),
-            earth_km: radii_km(NaifId::EARTH, "Earth")?,
+            sun_radius_km: radii_km(NaifId::SUN, "Sun")?.x,
+            moon_radius_km,
+            penumbral_moon_radius_km: moon_radius_km * catalog.eclipse_radii().penumbral_moon_ratio(),
+            earth_radii_km: radii_km(NaifId::EARTH, "Earth")?,
             radii: catalog.eclipse_radii(),
         })
     }
@@ -91,7 +91,7 @@ impl EarthSky {
         self.sun.at(s)
     }
 
-    pub(crate) fn near_km(&self, s: f64) -> DVec3 {
+    pub(crate) fn near_body_km(&self, s: f64) -> DVec3 {
         self.near.at(s)
     }
 

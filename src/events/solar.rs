@@ -76,30 +76,36 @@ pub(super) struct SolarEclipseGeometry {
 
 impl SolarEclipseGeometry {
     fn earth(&self) -> Spheroid {
-        let radii_km = self.bodies.earth_km;
+        let radii_km = self.bodies.earth_radii_km;
         Spheroid { equatorial_km: radii_km.x, polar_km: radii_km.z, pole: self.sky.pole() }
     }
 
     fn penumbra_gap_km(&self, s: f64) -> f64 {
-        let cone = Cone::penumbra(self.sky.sun_km(s), self.sky.near_km(s), self.bodies.sun_km, self.bodies.penumbral_moon_km);
+        let cone =
+            Cone::penumbra(self.sky.sun_km(s), self.sky.near_body_km(s), self.bodies.sun_radius_km, self.bodies.penumbral_moon_radius_km);
         cone.gap_km(&self.earth()).0
     }
 
     fn umbra_gap_km(&self, s: f64) -> f64 {
-        Cone::umbra(self.sky.sun_km(s), self.sky.near_km(s), self.bodies.sun_km, self.bodies.moon_km).gap_km(&self.earth()).0
+        Cone::umbra(self.sky.sun_km(s), self.sky.near_body_km(s), self.bodies.sun_radius_km, self.bodies.moon_radius_km)
+            .gap_km(&self.earth())
+            .0
     }
 
     /// Where the axis meets the ground.
     pub(crate) fn centre(&self, s: f64) -> Option<GeodeticPosition> {
-        let (moon_km, (to_sun, _)) = (self.sky.near_km(s), axis(self.sky.sun_km(s), self.sky.near_km(s)));
+        let (moon_km, (to_sun, _)) = (self.sky.near_body_km(s), axis(self.sky.sun_km(s), self.sky.near_body_km(s)));
         let point_km = self.earth().meets_line_km(moon_km, to_sun)?;
-        Some(GeodeticPosition::of_surface_point(self.sky.itrs_from_gcrs(s) * point_km, self.bodies.earth_km))
+        Some(GeodeticPosition::of_surface_point(self.sky.itrs_from_gcrs(s) * point_km, self.bodies.earth_radii_km))
     }
 
     /// The place nearest to the axis if the axis misses the ground.
     fn nearest_place(&self, s: f64) -> GeodeticPosition {
-        let (_, towards_earth) = Cone::axis(self.sky.sun_km(s), self.sky.near_km(s)).gap_km(&self.earth());
-        GeodeticPosition::of_surface_point(self.sky.itrs_from_gcrs(s) * self.earth().support_point_km(-towards_earth), self.bodies.earth_km)
+        let (_, towards_earth) = Cone::axis(self.sky.sun_km(s), self.sky.near_body_km(s)).gap_km(&self.earth());
+        GeodeticPosition::of_surface_point(
+            self.sky.itrs_from_gcrs(s) * self.earth().support_point_km(-towards_earth),
+            self.bodies.earth_radii_km,
+        )
     }
 
     pub(crate) fn station(&self, place: GeodeticPosition) -> Station<'_> {
@@ -109,7 +115,8 @@ impl SolarEclipseGeometry {
     /// When the axis meets and leaves the ground; `None` if it misses the ground.
     pub(crate) fn central_span(&self) -> Option<(f64, f64)> {
         let earth = self.earth();
-        let distance_outside = |s: f64| -earth.depth_of_line(self.sky.near_km(s), axis(self.sky.sun_km(s), self.sky.near_km(s)).0);
+        let distance_outside =
+            |s: f64| -earth.depth_of_line(self.sky.near_body_km(s), axis(self.sky.sun_km(s), self.sky.near_body_km(s)).0);
         let middle = time_of_minimum(self.greatest_s - 600.0, self.greatest_s + 600.0, distance_outside);
         (distance_outside(middle) < 0.0).then(|| {
             (zero_crossing(middle, middle - SHADOW_S, distance_outside), zero_crossing(middle, middle + SHADOW_S, distance_outside))
@@ -145,12 +152,12 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy)
     let sky = EarthSky::around(ephemeris, NaifId::MOON, new_moon.mean_instant(), PHASE_S + SHADOW_S)?;
     // Vector from the Earth's centre to the nearest point of the axis.
     let nearest_on_axis_km = |s: f64| {
-        let (moon_km, (to_sun, _)) = (sky.near_km(s), axis(sky.sun_km(s), sky.near_km(s)));
+        let (moon_km, (to_sun, _)) = (sky.near_body_km(s), axis(sky.sun_km(s), sky.near_body_km(s)));
         moon_km - to_sun * moon_km.dot(to_sun)
     };
     let greatest_s = time_of_minimum(-PHASE_S, PHASE_S, |s| nearest_on_axis_km(s).length());
     let nearest = nearest_on_axis_km(greatest_s);
-    let gamma = nearest.length().copysign(nearest.dot(sky.pole())) / bodies.earth_km.x;
+    let gamma = nearest.length().copysign(nearest.dot(sky.pole())) / bodies.earth_radii_km.x;
     let geometry = SolarEclipseGeometry { sky, bodies, greatest_s };
     if geometry.penumbra_gap_km(greatest_s) >= 0.0 {
         return Ok(None);

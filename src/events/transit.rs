@@ -60,8 +60,8 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
     for planet in INNER {
         let body =
             catalog.body(planet).ok_or_else(|| EphemerisError::other(format!("the catalog has no body {}: transits need it", planet.0)))?;
-        let planet_km = body.radii_km.x;
-        let bodies = EclipseBodies { moon_km: planet_km, penumbral_moon_km: planet_km, ..eclipse_bodies };
+        let planet_radius_km = body.radii_km.x;
+        let bodies = EclipseBodies { moon_radius_km: planet_radius_km, penumbral_moon_radius_km: planet_radius_km, ..eclipse_bodies };
         // Angle between the centres, radians; pi if the planet is behind the Sun.
         let elongation = |t: Instant| -> Result<f64, EphemerisError> {
             let (sun, near) = (seen_from_earth_km(ephemeris, NaifId::SUN, t)?, seen_from_earth_km(ephemeris, planet, t)?);
@@ -98,13 +98,16 @@ impl PlanetConjunction {
     }
 
     fn separation(&self, s: f64) -> f64 {
-        angle_rad(self.sky.sun_km(s), self.sky.near_km(s))
+        angle_rad(self.sky.sun_km(s), self.sky.near_body_km(s))
     }
 
     /// Angular radii of the Sun and the planet.
     fn discs(&self, s: f64) -> (f64, f64) {
         let radius = |radius_km: f64, distance_km: f64| (radius_km / distance_km).asin();
-        (radius(self.bodies.sun_km, self.sky.sun_km(s).length()), radius(self.bodies.moon_km, self.sky.near_km(s).length()))
+        (
+            radius(self.bodies.sun_radius_km, self.sky.sun_km(s).length()),
+            radius(self.bodies.moon_radius_km, self.sky.near_body_km(s).length()),
+        )
     }
 
     fn transit(self, planet: NaifId) -> Option<Transit> {
@@ -120,7 +123,7 @@ impl PlanetConjunction {
             contacts.splice(1..1, [("II", end(-1.0, &inner)), ("III", end(1.0, &inner))]);
         }
         let (sun_radius, planet_radius) = self.discs(greatest_s);
-        let north = self.sky.near_km(greatest_s).normalize_or_zero().z - self.sky.sun_km(greatest_s).normalize_or_zero().z;
+        let north = self.sky.near_body_km(greatest_s).normalize_or_zero().z - self.sky.sun_km(greatest_s).normalize_or_zero().z;
         Some(Transit {
             planet,
             greatest: self.sky.instant(greatest_s),

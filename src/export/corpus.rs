@@ -5,7 +5,7 @@
 //! f64, rounded to f32; the same modules give the same bytes. docs/corpus.md describes the format. Not included: modules that draw no body.
 
 use super::revision::{Revision, RevisionError};
-use super::sample::{Sample, SampleRenderer, levels_apart, make_all};
+use super::sample::{Sample, SampleRenderer, level_differences, make_all};
 use crate::files::{FileAccess, WriteError, write_atomic, write_error};
 use crate::image::{TexelFormat, Texture};
 use crate::render::plan::{AddressMode, Attribute, PlanDraw, TextureSource, Vertices};
@@ -21,7 +21,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Side of the picture of each case, pixels.
+/// Side of the image of each case, pixels.
 const SIDE: u32 = 48;
 /// Number of cases in memory at a time.
 const BATCH: usize = 64;
@@ -133,7 +133,7 @@ fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &Sample) -> Result<Ca
         .collect();
     let mut textures = Vec::new();
     for (bound, declared) in draw.textures.iter().zip(&module.layout.textures) {
-        let TextureSource::Image(image) = &bound.source else { return Err(format!("`{}` is no picture in memory", declared.name)) };
+        let TextureSource::Image(image) = &bound.source else { return Err(format!("`{}` is no image in memory", declared.name)) };
         textures.push(texture(bound.binding, &declared.name, image, &mut blobs));
     }
     let samplers: Vec<Value> = draw
@@ -166,7 +166,7 @@ fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &Sample) -> Result<Ca
             "vertices": vertices,
             "expected": expected,
             "tolerance": TOLERANCE,
-            "own_f32_max_error": levels_apart(&sample.single, &sample.double).into_iter().fold(0.0, f64::max) / 255.0,
+            "own_f32_max_error": level_differences(&sample.single, &sample.double).into_iter().fold(0.0, f64::max) / 255.0,
         }),
         blobs,
     })

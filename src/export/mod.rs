@@ -2,7 +2,7 @@
 //! executors.
 //!
 //! In: modules of a [`Revision`]. Out: files or a [`report::Report`]. Always: the software renderer draws the sample body of
-//! [`crate::session::sample_plan`] with one thread per key, so that the same modules give the same bytes. Not here: pictures of views
+//! [`crate::session::sample_plan`] with one thread per key, so that the same modules give the same bytes. Not here: images of views
 //! (`session`), and the wording of results (`cli`).
 
 pub mod atlas;

@@ -1,11 +1,11 @@
-//! Compares two revisions of the shader library: source, picture, figures and cost of each module, by cause.
+//! Compares two revisions of the shader library: source, image, figures and cost of each module, by cause.
 //!
 //! In: two [`Revision`]s. Out: a [`Report`]. Always: modules with equal text and tape are counted and not drawn. A module that one revision
 //! cannot compile is a failure with its reason, never "equal". The causes of a change are the fragments that differ, otherwise the
 //! generator, otherwise the lowering.
 
 use super::revision::Revision;
-use super::sample::{Sample, SampleRenderer, levels_apart};
+use super::sample::{Sample, SampleRenderer, level_differences};
 use crate::session::{SessionError, tape_costs};
 use crate::shader::compare::changed_lines;
 use crate::shader::{Lowering, ModuleId, ShaderModule};
@@ -14,10 +14,10 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// Side of the sample picture, pixels.
+/// Side of the sample image, pixels.
 const SIDE: u32 = 40;
 
-/// Cost and picture statistics of one module in one revision.
+/// Cost and image statistics of one module in one revision.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Figures {
     /// Lane operations of the fragment tape; operations in a loop count once.
@@ -26,9 +26,9 @@ pub struct Figures {
     pub texture_reads: usize,
     /// Values per lane that are live at the same time.
     pub slots: u32,
-    /// Mean luminance of the sample picture, relative to a white surface; `None` for modules that draw no body.
+    /// Mean luminance of the sample image, relative to a white surface; `None` for modules that draw no body.
     pub mean_luminance: Option<f64>,
-    /// The greatest difference between f32 and f64 in the sample picture, display levels.
+    /// The greatest difference between f32 and f64 in the sample image, display levels.
     pub rounding_levels: Option<f64>,
 }
 
@@ -45,9 +45,9 @@ pub struct Cause {
     pub added: usize,
 }
 
-/// Difference of two pictures, display levels.
+/// Difference of two images, display levels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PictureChange {
+pub struct ImageChange {
     /// The greatest difference of a pixel.
     pub max_levels: f64,
     /// The mean over all pixels.
@@ -62,7 +62,7 @@ pub struct ModuleChange {
     /// Key or name.
     pub module: String,
     pub causes: Vec<Cause>,
-    pub picture: Option<PictureChange>,
+    pub image: Option<ImageChange>,
     pub first: Figures,
     pub second: Figures,
 }
@@ -95,7 +95,7 @@ fn ids(revisions: [&Revision; 2], default_ids: &[ModuleId]) -> Vec<ModuleId> {
     all.into_iter().collect()
 }
 
-/// Cost and sample picture statistics of a module.
+/// Cost and sample image statistics of a module.
 ///
 /// # Errors
 /// One line: the module has no readable tape.
@@ -116,14 +116,14 @@ fn causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
     if first.wgsl == second.wgsl {
         return vec![Cause { what: "lowering".into(), ..Cause::default() }];
     }
-    let of = |(what, lines): (String, crate::shader::compare::ChangedLines)| Cause {
+    let cause_of = |(what, lines): (String, crate::shader::compare::ChangedLines)| Cause {
         what,
         features: lines.features,
         removed: lines.removed,
         added: lines.added,
     };
     let causes: Vec<Cause> =
-        changed_lines((&first.wgsl, &first.source_map), (&second.wgsl, &second.source_map)).into_iter().map(of).collect();
+        changed_lines((&first.wgsl, &first.source_map), (&second.wgsl, &second.source_map)).into_iter().map(cause_of).collect();
     // The modules have the same lines of the same fragments in another order, or lines from no fragment.
     if causes.is_empty() { vec![Cause { what: "generator".into(), ..Cause::default() }] } else { causes }
 }
@@ -138,10 +138,10 @@ fn compare(sampler: &SampleRenderer, modules: [ShaderModule; 2], id: &ModuleId) 
         _ => Ok(None),
     };
     let samples = [sample(&first)?, sample(&second)?];
-    let picture = match &samples {
+    let image = match &samples {
         [Some(a), Some(b)] => {
-            let differences = levels_apart(&a.single, &b.single);
-            Some(PictureChange {
+            let differences = level_differences(&a.single, &b.single);
+            Some(ImageChange {
                 max_levels: differences.iter().copied().fold(0.0, f64::max),
                 mean_levels: differences.iter().sum::<f64>() / differences.len().max(1) as f64,
                 pixels: differences.iter().filter(|d| **d >= 0.5).count(),
@@ -153,7 +153,7 @@ fn compare(sampler: &SampleRenderer, modules: [ShaderModule; 2], id: &ModuleId) 
     Ok(ModuleComparison::Changed(Box::new(ModuleChange {
         module: id.to_string(),
         causes: causes(&first, &second),
-        picture,
+        image,
         first: figures(&first, a.as_ref())?,
         second: figures(&second, b.as_ref())?,
     })))

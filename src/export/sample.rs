@@ -1,4 +1,4 @@
-//! A module on the sample body: its picture in f32 and f64, and statistics of both.
+//! A module on the sample body: its image in f32 and f64, and statistics of both.
 //!
 //! In: a finished module of a planet's key. Out: a `Sample`. Always: drawn on one thread, so that keys can be drawn in parallel on all
 //! cores; nothing of the module is kept.
@@ -26,13 +26,13 @@ pub(crate) struct Sample {
 }
 
 /// For each pixel, the greatest difference of any channel in display levels, where white is a white Lambert surface in full sunlight.
-pub(crate) fn levels_apart(first: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<f64> {
-    let of = |light| ExposedPixels { light, exposure_factor: 1.0 };
-    levels::levels_apart(of(first), of(second))
+pub(crate) fn level_differences(first: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<f64> {
+    let exposed = |light| ExposedPixels { light, exposure_factor: 1.0 };
+    levels::level_differences(exposed(first), exposed(second))
 }
 
 impl Sample {
-    /// Mean luminance of the picture in f64, relative to a white surface.
+    /// Mean luminance of the image in f64, relative to a white surface.
     pub(crate) fn mean_luminance(&self) -> f64 {
         let sum: f64 = self.double.iter().map(|p| luminance([p[0], p[1], p[2]].map(f64::from))).sum();
         sum / self.double.len().max(1) as f64
@@ -40,10 +40,10 @@ impl Sample {
 
     /// The greatest difference between f32 and f64, display levels.
     pub(crate) fn rounding_levels(&self) -> f64 {
-        levels_apart(&self.single, &self.double).into_iter().fold(0.0, f64::max)
+        level_differences(&self.single, &self.double).into_iter().fold(0.0, f64::max)
     }
 
-    /// Display bytes of the f32 picture, on black. `fitted`: scaled so that the brightest channel is white, for pictures that show counts.
+    /// Display bytes of the f32 image, on black. `fitted`: scaled so that the brightest channel is white, for images that show counts.
     pub(crate) fn display(&self, fitted: bool) -> Vec<[u8; 4]> {
         let brightest = self.single.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
         let factor = if fitted && brightest > 0.0 { 1.0 / brightest } else { 1.0 };
@@ -89,7 +89,7 @@ impl ModuleProvider for SingleModule<'_> {
 }
 
 impl SampleRenderer {
-    /// A sampler for pictures with this side in pixels. It uses the portable kernels, which give the same bits on every machine.
+    /// A sampler for images with this side in pixels. It uses the portable kernels, which give the same bits on every machine.
     ///
     /// # Errors
     /// The thread cannot be started.

@@ -94,7 +94,7 @@ impl DisplayImage {
     ///
     /// # Errors
     /// Different sizes.
-    pub fn difference_picture(&self, other: &Self) -> Result<Self, ImageError> {
+    pub fn difference_image(&self, other: &Self) -> Result<Self, ImageError> {
         let largest = u32::from(self.difference(other)?.max.max(1));
         let stretched = |p: u8, q: u8| (u32::from(p.abs_diff(q)) * 255 / largest).min(255) as u8;
         let pixel = |(p, q): (&[u8; 4], &[u8; 4])| [stretched(p[0], q[0]), stretched(p[1], q[1]), stretched(p[2], q[2]), u8::MAX];
@@ -118,7 +118,7 @@ fn level_not_exceeded(level_counts: &[u64; 256], min_count: u64) -> u8 {
 mod tests {
     use super::*;
 
-    fn picture(width: u32, height: u32, value: impl Fn(usize) -> u8) -> DisplayImage {
+    fn image(width: u32, height: u32, value: impl Fn(usize) -> u8) -> DisplayImage {
         let rgba = (0..(width * height) as usize).map(|i| [value(i), value(i), value(i), 255]).collect();
         DisplayImage { width, height, rgba }
     }
@@ -126,36 +126,36 @@ mod tests {
     #[test]
     fn statistics_agree_with_a_calculation_by_hand() {
         // One pixel of 1000 differs by 51, a fifth of the scale: mean 0.051, mean square 2.601, PSNR 10 log10(65025 / 2.601) = 43.979 dB.
-        let a = picture(40, 25, |_| 10);
-        let d = a.difference(&picture(40, 25, |i| if i == 7 { 61 } else { 10 })).expect("one size");
+        let a = image(40, 25, |_| 10);
+        let d = a.difference(&image(40, 25, |i| if i == 7 { 61 } else { 10 })).expect("one size");
         assert!((d.mean - 0.051).abs() < 1e-12 && d.max == 51 && d.pixels == 1000, "{d:?}");
         assert_eq!(d.p999, 0, "999 of 1000 do not differ");
         assert!((d.psnr_db.expect("finite") - 43.979_4).abs() < 1e-3, "{d:?}");
-        let two = a.difference(&picture(40, 25, |i| if i < 2 { 61 } else { 10 })).expect("one size");
+        let two = a.difference(&image(40, 25, |i| if i < 2 { 61 } else { 10 })).expect("one size");
         assert_eq!(two.p999, 51, "two of 1000 are more than one in a thousand");
     }
 
     #[test]
-    fn equal_pictures_have_no_psnr_and_differences_are_symmetric() {
-        let (a, b) = (picture(9, 7, |i| i as u8), picture(9, 7, |i| 255 - i as u8));
+    fn equal_images_have_no_psnr_and_differences_are_symmetric() {
+        let (a, b) = (image(9, 7, |i| i as u8), image(9, 7, |i| 255 - i as u8));
         let same = a.difference(&a).expect("one size");
         assert!(same.mean == 0.0 && same.max == 0 && same.psnr_db.is_none());
         assert_eq!(a.difference(&b).expect("one size"), b.difference(&a).expect("one size"));
-        assert_eq!(picture(2, 2, |_| 0).difference(&picture(2, 2, |_| 255)).expect("one size").psnr_db, Some(0.0));
+        assert_eq!(image(2, 2, |_| 0).difference(&image(2, 2, |_| 255)).expect("one size").psnr_db, Some(0.0));
     }
 
     #[test]
     fn a_bound_holds_where_no_channel_exceeds_it() {
-        let (a, b) = (picture(10, 10, |_| 10), picture(10, 10, |i| if i < 3 { 14 } else { 11 }));
-        assert_eq!(a.fraction_within(&b, &picture(10, 10, |_| 1)).expect("one size"), 0.97);
-        assert_eq!(a.fraction_within(&b, &picture(10, 10, |_| 4)).expect("one size"), 1.0);
-        assert_eq!(a.fraction_within(&b, &picture(10, 10, |_| 0)).expect("one size"), 0.0);
-        assert!(a.fraction_within(&b, &picture(5, 20, |_| 4)).is_err());
+        let (a, b) = (image(10, 10, |_| 10), image(10, 10, |i| if i < 3 { 14 } else { 11 }));
+        assert_eq!(a.fraction_within(&b, &image(10, 10, |_| 1)).expect("one size"), 0.97);
+        assert_eq!(a.fraction_within(&b, &image(10, 10, |_| 4)).expect("one size"), 1.0);
+        assert_eq!(a.fraction_within(&b, &image(10, 10, |_| 0)).expect("one size"), 0.0);
+        assert!(a.fraction_within(&b, &image(5, 20, |_| 4)).is_err());
     }
 
     #[test]
-    fn alpha_is_compared_if_either_picture_is_not_opaque() {
-        let opaque = picture(2, 2, |_| 100);
+    fn alpha_is_compared_if_either_image_is_not_opaque() {
+        let opaque = image(2, 2, |_| 100);
         let mut clear = opaque.clone();
         clear.rgba[0][3] = 0;
         let d = opaque.difference(&clear).expect("one size");
@@ -163,11 +163,11 @@ mod tests {
     }
 
     #[test]
-    fn the_picture_of_differences_is_stretched_and_sizes_must_agree() {
-        let shown = picture(3, 1, |_| 9).difference_picture(&picture(3, 1, |i| 9 + 2 * i as u8)).expect("one size");
+    fn the_image_of_differences_is_stretched_and_sizes_must_agree() {
+        let shown = image(3, 1, |_| 9).difference_image(&image(3, 1, |i| 9 + 2 * i as u8)).expect("one size");
         assert_eq!(shown.rgba, [[0, 0, 0, 255], [127, 127, 127, 255], [255, 255, 255, 255]]);
-        let error = picture(3, 1, |_| 0).difference(&picture(1, 3, |_| 0)).expect_err("sizes").to_string();
+        let error = image(3, 1, |_| 0).difference(&image(1, 3, |_| 0)).expect_err("sizes").to_string();
         assert!(error.contains("3x1") && error.contains("1x3"), "{error}");
-        assert!(picture(0, 0, |_| 0).difference(&picture(0, 0, |_| 0)).is_err());
+        assert!(image(0, 0, |_| 0).difference(&image(0, 0, |_| 0)).is_err());
     }
 }

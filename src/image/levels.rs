@@ -1,12 +1,12 @@
-//! Display levels of linear light, and how far apart two linear pictures are on a display.
+//! Display levels of linear light, and how far apart two linear images are on a display.
 //!
 //! In: linear light and the exposure factor that converts it to display light, where 1 is white. Out: levels from 0 to 255, not rounded, so
 //! that errors below a level can be distinguished. Always: light above white counts as white; a value that is finite in only one of two
-//! pictures counts as a difference of 255. Alpha is not compared.
+//! images counts as a difference of 255. Alpha is not compared.
 
 use crate::units::linear_to_srgb;
 
-/// A linear picture, and the factor from its light to display light.
+/// A linear image, and the factor from its light to display light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ExposedPixels<'a> {
     /// Red, green, blue and coverage.
@@ -20,7 +20,7 @@ pub(crate) fn display_level(light: f32, exposure_factor: f64) -> f64 {
 }
 
 /// For each pixel, the greatest difference of any channel, in display levels.
-pub(crate) fn levels_apart(a: ExposedPixels<'_>, b: ExposedPixels<'_>) -> Vec<f64> {
+pub(crate) fn level_differences(a: ExposedPixels<'_>, b: ExposedPixels<'_>) -> Vec<f64> {
     let apart = |(p, q): (&[f32; 4], &[f32; 4])| {
         let is_finite = |p: &[f32; 4]| p.iter().all(|v| v.is_finite());
         if is_finite(p) != is_finite(q) {
@@ -38,16 +38,16 @@ mod tests {
 
     /// If not handled separately, a NaN would count as no difference, because `f64::max` ignores it.
     #[test]
-    fn a_value_that_is_finite_in_only_one_picture_is_a_difference() {
+    fn a_value_that_is_finite_in_only_one_image_is_a_difference() {
         let grey = [[0.2, 0.2, 0.2, 1.0]];
         fn of(light: &[[f32; 4]]) -> ExposedPixels<'_> {
             ExposedPixels { light, exposure_factor: 1.0 }
         }
-        assert_eq!(levels_apart(of(&grey), of(&grey)), [0.0]);
+        assert_eq!(level_differences(of(&grey), of(&grey)), [0.0]);
         for broken in [f32::NAN, f32::INFINITY] {
             let broken = [[0.2, broken, 0.2, 1.0]];
-            assert_eq!(levels_apart(of(&grey), of(&broken)), [255.0]);
-            assert_eq!(levels_apart(of(&broken), of(&grey)), [255.0]);
+            assert_eq!(level_differences(of(&grey), of(&broken)), [255.0]);
+            assert_eq!(level_differences(of(&broken), of(&grey)), [255.0]);
         }
     }
 
@@ -55,9 +55,9 @@ mod tests {
     fn levels_follow_the_display_encoding_and_end_at_white() {
         let of = |light, exposure_factor| ExposedPixels { light, exposure_factor };
         let (black, bright) = ([[0.0, 0.0, 0.0, 1.0]; 2], [[0.0, 0.0, 0.0, 1.0], [0.0, 3.0, 0.0, 1.0]]);
-        let apart = levels_apart(of(&black, 1.0), of(&bright, 1.0));
+        let apart = level_differences(of(&black, 1.0), of(&bright, 1.0));
         assert!(apart[0] == 0.0 && (apart[1] - 255.0).abs() < 1e-9, "{apart:?}");
-        assert_eq!(levels_apart(of(&black, 1.0), of(&bright, 0.0)), [0.0, 0.0]);
+        assert_eq!(level_differences(of(&black, 1.0), of(&bright, 0.0)), [0.0, 0.0]);
         // IEC 61966-2-1: a linear 0.5 is 187.5 of 255.
         assert!((display_level(0.5, 1.0) - 187.5).abs() < 0.05 && (display_level(0.25, 2.0) - 187.5).abs() < 0.05);
     }

@@ -73,17 +73,17 @@ pub type SharedTexture = Arc<Texture>;
 pub enum ImageError {
     #[error("no map named {name}: neither embedded{searched}; put it into a folder and name that with --textures")]
     Missing { name: String, searched: String },
-    #[error("{name}: not a picture that can be read: {reason}")]
+    #[error("{name}: not an image that can be read: {reason}")]
     Unreadable { name: String, reason: String },
     #[error("{name}: {width} x {height} pixels are {} megapixels, more than {max_megapixels}; --max-megapixels {} allows them", megapixels(*width, *height), megapixels(*width, *height))]
     TooLarge { name: String, width: u32, height: u32, max_megapixels: u32 },
     #[error("{width}x{height} texels do not fit {given} bytes")]
     Size { width: u32, height: u32, given: usize },
-    #[error("the pictures differ in size, {}x{} and {}x{} pixels", a.0, a.1, b.0, b.1)]
+    #[error("the images differ in size, {}x{} and {}x{} pixels", a.0, a.1, b.0, b.1)]
     Sizes { a: (u32, u32), b: (u32, u32) },
-    #[error("not a whole picture: {0}")]
+    #[error("not a whole image: {0}")]
     Damaged(String),
-    #[error("the picture could not be written: {0}")]
+    #[error("the image could not be written: {0}")]
     Write(String),
 }
 

@@ -47,27 +47,27 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
     };
     let is_pattern = path.file_name().is_some_and(|name| name.to_string_lossy().contains('*'));
     if !is_pattern && !path.is_dir() {
-        let picture = read(path)?;
-        let (width, height) = (picture.width(), picture.height());
+        let image = read(path)?;
+        let (width, height) = (image.width(), image.height());
         if width.abs_diff(2 * height) > 1 {
             return Err(unreadable(
                 path,
                 format!("{width}x{height} pixels are no whole sky: an equirectangular panorama is twice as wide as high"),
             ));
         }
-        return if is_linear(&picture) { texture(path, Linear::of(picture)) } else { encoded_texture(path, picture) };
+        return if is_linear(&image) { texture(path, Linear::of(image)) } else { encoded_texture(path, image) };
     }
     let faces = FACES.map(|face| face_path(path, face));
     let mut decoded = Vec::new();
     for face in faces {
         let face = face?;
-        let picture = read(&face)?;
-        let first = decoded.first().map_or(picture.width(), |f: &DynamicImage| f.width());
-        if picture.width() != picture.height() || picture.width() != first {
-            let size = format!("{}x{} pixels: the six faces must be squares of one size", picture.width(), picture.height());
+        let image = read(&face)?;
+        let first = decoded.first().map_or(image.width(), |f: &DynamicImage| f.width());
+        if image.width() != image.height() || image.width() != first {
+            let size = format!("{}x{} pixels: the six faces must be squares of one size", image.width(), image.height());
             return Err(unreadable(&face, size));
         }
-        let (side, max) = (u64::from(picture.width()), u64::from(max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS)));
+        let (side, max) = (u64::from(image.width()), u64::from(max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS)));
         let together = (6 * side * side).div_ceil(1_000_000);
         if together > max {
             let size = format!(
@@ -75,7 +75,7 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
             );
             return Err(unreadable(&face, size));
         }
-        decoded.push(picture);
+        decoded.push(image);
     }
     let faces: Vec<Linear> = decoded.into_iter().map(Linear::of).collect();
     texture(path, Linear::from_cube(&faces))
@@ -90,8 +90,8 @@ fn face_path(path: &Path, face: &str) -> Result<PathBuf, ImageError> {
     existing.ok_or_else(|| unreadable(path, format!("no {face}.png, .jpg or .exr in it; a cube map has the faces {}", FACES.join(", "))))
 }
 
-fn is_linear(picture: &DynamicImage) -> bool {
-    matches!(picture, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_))
+fn is_linear(image: &DynamicImage) -> bool {
+    matches!(image, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_))
 }
 
 /// An image in linear light.
@@ -105,16 +105,16 @@ struct Linear {
 }
 
 impl Linear {
-    fn of(picture: DynamicImage) -> Self {
-        let (width, height) = (picture.width() as usize, picture.height() as usize);
-        let was_linear = is_linear(&picture);
+    fn of(image: DynamicImage) -> Self {
+        let (width, height) = (image.width() as usize, image.height() as usize);
+        let was_linear = is_linear(&image);
         let values = if was_linear {
-            let mut values = picture.into_rgb32f().into_raw();
+            let mut values = image.into_rgb32f().into_raw();
             values.iter_mut().for_each(|v| *v = if v.is_finite() { v.max(0.0) } else { 0.0 });
             values
         } else {
             let table: Vec<f32> = (0..=255).map(|i| crate::units::srgb_to_linear(f64::from(i) / 255.0) as f32).collect();
-            picture.into_rgb8().into_raw().into_iter().map(|b| table[usize::from(b)]).collect()
+            image.into_rgb8().into_raw().into_iter().map(|b| table[usize::from(b)]).collect()
         };
         Self { width, height, values, was_linear }
     }
@@ -164,9 +164,9 @@ fn cube_face(d: DVec3) -> (usize, DVec2) {
     }
 }
 
-fn texture(path: &Path, picture: Linear) -> Result<Panorama, ImageError> {
-    let unit = if picture.was_linear {
-        let mut brightest: Vec<f32> = picture.values.as_chunks::<3>().0.iter().map(|t| Vec3::from_array(*t).max_element()).collect();
+fn texture(path: &Path, image: Linear) -> Result<Panorama, ImageError> {
+    let unit = if image.was_linear {
+        let mut brightest: Vec<f32> = image.values.as_chunks::<3>().0.iter().map(|t| Vec3::from_array(*t).max_element()).collect();
         let index = ((brightest.len() as f64 * (1.0 - CLIPPED_FRACTION)) as usize).min(brightest.len() - 1);
         let (_, unit, _) = brightest.select_nth_unstable_by(index, f32::total_cmp);
         if *unit > 0.0 { *unit } else { 1.0 }
@@ -174,16 +174,16 @@ fn texture(path: &Path, picture: Linear) -> Result<Panorama, ImageError> {
         1.0
     };
     let encode = |v: f32| (linear_to_srgb(f64::from((v / unit).clamp(0.0, 1.0))) * 255.0).round() as u8;
-    let texels = picture.values.as_chunks::<3>().0;
+    let texels = image.values.as_chunks::<3>().0;
     let bytes: Vec<u8> = texels.par_iter().flat_map_iter(|[r, g, b]| [encode(*r), encode(*g), encode(*b), 255]).collect();
-    let (size, unit_cd_m2) = ((picture.width as u32, picture.height as u32), picture.was_linear.then_some(f64::from(unit)));
-    drop(picture);
+    let (size, unit_cd_m2) = ((image.width as u32, image.height as u32), image.was_linear.then_some(f64::from(unit)));
+    drop(image);
     panorama(path, size, bytes, unit_cd_m2)
 }
 
-/// A picture that is encoded in sRGB stays so: half the memory and time of the way through linear light.
-fn encoded_texture(path: &Path, picture: DynamicImage) -> Result<Panorama, ImageError> {
-    let mut rgba = picture.into_rgba8();
+/// An image that is encoded in sRGB stays so: half the memory and time of the way through linear light.
+fn encoded_texture(path: &Path, image: DynamicImage) -> Result<Panorama, ImageError> {
+    let mut rgba = image.into_rgba8();
     rgba.pixels_mut().for_each(|p| p.0[3] = 255);
     panorama(path, rgba.dimensions(), rgba.into_raw(), None)
 }

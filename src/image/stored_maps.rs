@@ -32,7 +32,7 @@ const SOURCES: [&str; 6] = [
     include_str!("mod.rs"),
     include_str!("../units.rs"),
 ];
-/// The libraries that decode pictures, whose versions are in the lock file.
+/// The libraries that decode images, whose versions are in the lock file.
 const DECODERS: [&str; 5] = ["image", "png", "fdeflate", "zune-core", "zune-jpeg"];
 const LOCK: &str = include_str!("../../Cargo.lock");
 

@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_of_one_colour_and_the_end_of_a_picture_are_like_any_other_pixels() {
+    fn blocks_of_one_colour_and_the_end_of_an_image_are_like_any_other_pixels() {
         let colour = |k: usize| if (130..400).contains(&k) { [9, 200, 31, 255] } else { [k as u8, (k * 7) as u8, (k * k) as u8, 255] };
         for length in [1, 127, 128, 129, 500, 1024] {
             let display: Vec<[u8; 4]> = (0..length).map(colour).collect();

@@ -3,7 +3,7 @@
 //! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw one view at one exposure. Which option each
 //! quality uses is read from the scene that the program builds at that quality.
 
-use super::pictures::{DualRenderer, LinearPicture, PlannedView, levels_apart, p999};
+use super::images::{DualRenderer, LinearImage, PlannedView, level_differences, p999};
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::catalog::NaifId;
@@ -43,7 +43,7 @@ fn with_effects(request: &ViewRequest, effects: &str) -> Result<ViewRequest, Ses
     Ok(ViewRequest { effects: EffectOverrides::parse(text.trim_matches(','))?, ..request.clone() })
 }
 
-/// A standard scene without features whose size is in pixels (points, stars, glare), which would change with the picture's size.
+/// A standard scene without features whose size is in pixels (points, stars, glare), which would change with the image's size.
 pub(super) fn standard_request(name: &str, effort: Effort) -> Result<ViewRequest, SessionError> {
     let side = effort.side_px();
     let scene = standard_scenes(side, side).into_iter().find(|s| s.name == name).map(|s| s.request);
@@ -64,19 +64,19 @@ fn qualities(dual: &DualRenderer<'_>, request: &ViewRequest, what: impl Fn(&Draw
 }
 
 /// Greatest difference from the reference, in percent of the reference's greatest radiance.
-fn max_percent_of_light(picture: &LinearPicture, reference: &LinearPicture) -> f64 {
+fn max_percent_of_light(image: &LinearImage, reference: &LinearImage) -> f64 {
     let greatest = reference.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
     let difference =
-        picture.light.iter().zip(&reference.light).flat_map(|(p, q)| (0..3).map(move |c| (p[c] - q[c]).abs())).fold(0.0, f32::max);
+        image.light.iter().zip(&reference.light).flat_map(|(p, q)| (0..3).map(move |c| (p[c] - q[c]).abs())).fold(0.0, f32::max);
     100.0 * f64::from(difference) / f64::from(greatest.max(f32::MIN_POSITIVE))
 }
 
 /// Sum of absolute differences from the reference, in percent of all light.
-fn mean_percent_of_light(picture: &LinearPicture, reference: &LinearPicture) -> f64 {
+fn mean_percent_of_light(image: &LinearImage, reference: &LinearImage) -> f64 {
     let sum = |of: &dyn Fn(usize, usize) -> f32| {
         (0..reference.light.len()).map(|k| (0..3).map(|c| f64::from(of(k, c))).sum::<f64>()).sum::<f64>()
     };
-    let difference = sum(&|k, c| (picture.light[k][c] - reference.light[k][c]).abs());
+    let difference = sum(&|k, c| (image.light[k][c] - reference.light[k][c]).abs());
     100.0 * difference / sum(&|k, c| reference.light[k][c]).max(f64::MIN_POSITIVE)
 }
 
@@ -87,7 +87,7 @@ fn candidate<'a>(
     view: PlannedView,
     precision: Precision,
     default_of: Vec<Quality>,
-    error: impl Fn(&LinearPicture) -> f64,
+    error: impl Fn(&LinearImage) -> f64,
 ) -> Result<Candidate<'a>, SessionError> {
     let error = error(&dual.light(&view, precision)?);
     Ok(Candidate { name: name.to_owned(), error, default_of, workload: Box::new(move || dual.draw(&view, precision)) })
@@ -144,7 +144,7 @@ pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     let mut candidates = Vec::new();
     for (model, name) in [(RingShadow::PointSun, "point-sun"), (RingShadow::Penumbra, "penumbra")] {
         let default_of = qualities(&dual, &request, |d| d.features.ring_shadow == model)?;
-        candidates.push(candidate(&dual, name, plan_of(model)?, Precision::F32, default_of, |p| p999(levels_apart(p, &reference)))?);
+        candidates.push(candidate(&dual, name, plan_of(model)?, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
     }
     measure_choice(
         "ring-shadow",
@@ -171,15 +171,15 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     let mut candidates = Vec::new();
     for (model, name) in [(BodyShadow::Sphere, "sphere"), (BodyShadow::EllipsoidPenumbra, "ellipsoid-penumbra")] {
         let default_of = qualities(&dual, &request, |d| d.features.body_shadow == model)?;
-        candidates.push(candidate(&dual, name, plan_of(model)?, Precision::F32, default_of, |p| p999(levels_apart(p, &reference)))?);
+        candidates.push(candidate(&dual, name, plan_of(model)?, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
     }
-    measure_choice("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from aside", ErrorUnit::Levels, effort.rounds(), candidates)
+    measure_choice("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from the side", ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
 /// The Earth by day and night from 3 radii, its limb from 400 km with the Sun low, and the sky from the ground.
 fn atmosphere_views(dual: &DualRenderer<'_>, effort: Effort) -> Result<[ViewRequest; 3], SessionError> {
     let globe = view_from_direction(NaifId::EARTH, EARTH_JD_TDB, NaifId::MOON, 3.0, effort);
-    // Twice the size, so that the disc is large enough for the coarse picture of the air (`air-pass`), as it is in a window.
+    // Twice the size, so that the disc is large enough for the coarse image of the air (`air-pass`), as it is in a window.
     let globe = ViewRequest { width: 2 * globe.width, height: 2 * globe.height, ..globe };
     let from = |latitude_deg: f64, height_km: f64, dip: f64| ViewRequest {
         position: Position::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg: -60.0, height_km },
@@ -235,7 +235,7 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     for (shape, name) in [(Shape::Sphere, "sphere"), (Shape::Ellipsoid, "ellipsoid")] {
         let default_of = qualities(&dual, &request, |d| d.body == SATURN && d.features.shape == shape)?;
         let view = plan_of(shape == Shape::Ellipsoid)?;
-        candidates.push(candidate(&dual, name, view, Precision::F32, default_of, |p| p999(levels_apart(p, &reference)))?);
+        candidates.push(candidate(&dual, name, view, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
     }
     measure_choice(
         "shape",
@@ -257,7 +257,7 @@ fn sampling_candidates<'a>(
     let mut candidates = Vec::new();
     for (name, sampling, default_of) in options {
         let view = dual.plan_target(request, sampling)?;
-        let error = p999(levels_apart(&dual.light(&view, Precision::F64)?, &reference));
+        let error = p999(level_differences(&dual.light(&view, Precision::F64)?, &reference));
         candidates.push(Candidate { name, error, default_of, workload: Box::new(move || dual.draw(&view, Precision::F32)) });
     }
     Ok(candidates)
@@ -306,7 +306,8 @@ pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeas
     let mut candidates = Vec::new();
     for divisor in [5, 4, 3, 2, 1] {
         let view = plan_reduced(divisor)?;
-        let error = |p: &LinearPicture| p999(levels_apart(&p.upsampled(full_resolution.width, full_resolution.height), &full_resolution));
+        let error =
+            |p: &LinearImage| p999(level_differences(&p.upsampled(full_resolution.width, full_resolution.height), &full_resolution));
         let default_of = if divisor == 1 { Quality::ALL.to_vec() } else { vec![] };
         candidates.push(candidate(&dual, &format!("1/{divisor}"), view, Precision::F32, default_of, error)?);
     }
@@ -325,7 +326,7 @@ pub(super) fn precision(session: &Session, effort: Effort) -> Result<ChoiceMeasu
     for (precision, name, default_of) in
         [(Precision::F32, "f32", vec![Quality::Draft, Quality::Standard]), (Precision::F64, "f64", vec![Quality::Reference])]
     {
-        candidates.push(candidate(&dual, name, view()?, precision, default_of, |p| p999(levels_apart(p, &reference)))?);
+        candidates.push(candidate(&dual, name, view()?, precision, default_of, |p| p999(level_differences(p, &reference)))?);
     }
     measure_choice("precision", "the Earth from 3 radii in an eclipse", ErrorUnit::Levels, effort.rounds(), candidates)
 }

@@ -1,11 +1,11 @@
-//! Error bounds of a picture relative to reference quality, computed without drawing the reference.
+//! Error bounds of an image relative to reference quality, computed without drawing the reference.
 //!
-//! In: a view. Out: a picture of bounds, linear and in 255ths of the display. Always: the bound of a pixel is the sum of the difference
-//! from the same picture with the reference's models and taps, of the stated errors of those models ([`tiers`](crate::scene::tiers)), of
+//! In: a view. Out: an image of bounds, linear and in 255ths of the display. Always: the bound of a pixel is the sum of the difference
+//! from the same image with the reference's models and taps, of the stated errors of those models ([`tiers`](crate::scene::tiers)), of
 //! rounding (twice the difference of f32 and f64), of sampling (a fraction of the range of radiance among the neighbouring pixels), and of
 //! features left out. It is a statement about this program's models; docs/accuracy.md lists effects that none of them includes.
 
-use super::pictures::{DualRenderer, PlannedView};
+use super::images::{DualRenderer, PlannedView};
 use super::whole::precision_of;
 use crate::render::frame::Frame;
 use crate::render::plan::SamplingQuality;
@@ -28,29 +28,29 @@ fn sampling_error_fraction(quality: Quality) -> f64 {
     }
 }
 
-/// Factor on the difference from the picture with the reference's models, because that picture is drawn in f32 and with the view's own
+/// Factor on the difference from the image with the reference's models, because that image is drawn in f32 and with the view's own
 /// samples.
 const MODEL_DIFFERENCE_FACTOR: f64 = 1.25;
 
-/// The picture without atmospheres, the optical depth along each ray, and the largest error of the atmosphere tiers.
-type AirlessPictures = (Vec<[f32; 4]>, Vec<[f32; 4]>, f64);
+/// The image without atmospheres, the optical depth along each ray, and the largest error of the atmosphere tiers.
+type AirlessImages = (Vec<[f32; 4]>, Vec<[f32; 4]>, f64);
 
-/// The pictures from which the bounds of a view are computed.
+/// The images from which the bounds of a view are computed.
 struct BoundInputs {
-    /// The picture in the quality's precision.
+    /// The image in the quality's precision.
     shown: Vec<[f32; 4]>,
-    /// The picture in the other precision, f32 or f64.
+    /// The image in the other precision, f32 or f64.
     other_precision: Vec<[f32; 4]>,
-    /// The picture with the reference's models and taps, in f32.
+    /// The image with the reference's models and taps, in f32.
     reference_models: Vec<[f32; 4]>,
-    /// The picture without eclipses, if the view has any; and the largest error of the eclipse models, as a fraction of that light.
+    /// The image without eclipses, if the view has any; and the largest error of the eclipse models, as a fraction of that light.
     without_eclipses: Option<(Vec<[f32; 4]>, f64)>,
-    /// The picture without atmospheres, and the optical depth along each pixel's ray; and the largest error of the tiers, as a fraction of
+    /// The image without atmospheres, and the optical depth along each pixel's ray; and the largest error of the tiers, as a fraction of
     /// the scattered light.
-    without_air: Option<AirlessPictures>,
+    without_air: Option<AirlessImages>,
 }
 
-/// The bounds of a view's picture at the request's quality: linear light in the frame's `hdr`, 255ths in its `display`.
+/// The bounds of a view's image at the request's quality: linear light in the frame's `hdr`, 255ths in its `display`.
 ///
 /// # Errors
 /// The reason why the view cannot be drawn.

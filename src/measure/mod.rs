@@ -1,13 +1,13 @@
 //! Speed against accuracy: the time and the error of each option of each choice.
 //!
 //! In: a session, and the time that the measurement may take. Out: `ChoiceMeasure`s: for each option of each choice its error in a
-//! perceptible unit and the ratio of its time to that of the choice's most accurate option. Always: times are ratios of runs in turns
+//! perceptible unit and the ratio of its time to that of the choice's most accurate option. Always: times are ratios of alternating runs
 //! ([`timing`]); errors are relative to the most expensive option in f64; the option that each quality uses is read from the program; the
 //! options that it may use are computed by [`rule`]. Not measured: tessellation, because ellipsoids are intersected and not tessellated.
 
 mod drawings;
 mod error_bound;
-mod pictures;
+mod images;
 pub mod plot;
 mod positions;
 pub mod rule;
@@ -16,8 +16,8 @@ mod view;
 mod whole;
 
 pub(crate) use error_bound::error_bounds;
-pub(crate) use pictures::{DualRenderer, PlannedView};
-pub(crate) use pictures::{LinearPicture, levels_apart};
+pub(crate) use images::{DualRenderer, PlannedView};
+pub(crate) use images::{LinearImage, level_differences};
 pub(crate) use timing::quantile;
 pub(crate) use view::{SUFFICIENT_LEVELS, measure_view};
 pub(crate) use whole::renderer;
@@ -32,12 +32,12 @@ use timing::{Quartiles, interleaved, seconds_of};
 pub enum Effort {
     /// About a minute on two cores.
     Short,
-    /// Larger pictures and more rounds: several minutes.
+    /// Larger images and more rounds: several minutes.
     Full,
 }
 
 impl Effort {
-    /// Width and height of the pictures, pixels.
+    /// Width and height of the images, pixels.
     pub(crate) fn side_px(self) -> u32 {
         match self {
             Self::Short => 128,
@@ -101,7 +101,7 @@ pub(crate) struct Candidate<'a> {
     workload: Box<dyn Fn() -> Result<(), SessionError> + 'a>,
 }
 
-/// Times the candidates in turns and applies the rule; ratios are relative to the last of the most accurate candidates.
+/// Times the candidates alternately and applies the rule; ratios are relative to the last of the most accurate candidates.
 pub(crate) fn measure_choice(
     name: &'static str,
     about: &'static str,
@@ -147,7 +147,7 @@ const CHOSEN_PER_VIEW: [&str; 4] = ["ring-shadow", "body-shadow", "shape", "qual
 /// Measures one choice.
 pub(crate) type MeasureChoice = fn(&Session, Effort) -> Result<ChoiceMeasure, SessionError>;
 
-/// Every choice by name, in the order of a frame: positions, light, shapes, sampling, complete pictures.
+/// Every choice by name, in the order of a frame: positions, light, shapes, sampling, complete images.
 pub(crate) const CHOICES: [(&str, MeasureChoice); 13] = [
     ("ephemeris", positions::ephemeris_source),
     ("light-time", positions::light_time),

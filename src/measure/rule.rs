@@ -14,7 +14,7 @@ use crate::scene::request::Quality;
 pub(crate) enum ErrorUnit {
     /// Angle on the sky.
     Arcseconds,
-    /// Percent of a pixel's radiance, or of the picture's summed light; the choice states which.
+    /// Percent of a pixel's radiance, or of the image's summed light; the choice states which.
     PercentOfLight,
     /// The 99.9th percentile over pixels of the error on the display, in levels of 255.
     Levels,
@@ -34,7 +34,7 @@ impl ErrorUnit {
     ///
     /// `draft` is for exploring. A good eye resolves 60 arcsec, or 4 arcsec at a magnification of 15; the bound of 1 arcsec is a quarter of that.
     /// 15.9 % of light is a quarter of a stop. 32 levels of 255 are an eighth of white, exceeded in one pixel of a thousand.
-    /// `standard` is for the window and for saved pictures. The Moon moves 0.1 arcsec in 0.2 s, so a contact is early or late by as much.
+    /// `standard` is for the window and for saved images. The Moon moves 0.1 arcsec in 0.2 s, so a contact is early or late by as much.
     /// Half a percent of light is a third of a level of 255 at mid grey, and three levels are 1 % of the display's range.
     pub(crate) fn bound(self, quality: Quality) -> Option<f64> {
         let [draft, standard] = match self {

@@ -1,4 +1,4 @@
-//! Timing of alternatives in turns, on a machine that is also doing other work.
+//! Times alternatives in alternating runs, on a machine that is also doing other work.
 //!
 //! In: repeatable workloads. Out: their results in each round, and ratios of their times with quartiles. Always: the workloads take turns
 //! within a round, forwards and backwards, so that warm-up, throttling and other load affect all of them equally; only times from the same
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// A workload to be timed; its error ends the measurement.
 pub(crate) type Workload<'a, T, E> = dyn Fn() -> Result<T, E> + 'a;
 
-/// Runs every workload once per round, in turns. Returns the results by workload, then by round.
+/// Runs every workload once per round. Returns the results by workload, then by round.
 ///
 /// # Errors
 /// The first error of a workload.

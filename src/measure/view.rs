@@ -1,8 +1,8 @@
 //! The sufficient quality for one view.
 //!
-//! In: a view. Out: [`ViewMeasure`]: error and time of each quality relative to the reference quality's picture at the same exposure, and the cheapest sufficient one.
+//! In: a view. Out: [`ViewMeasure`]: error and time of each quality relative to the reference quality's image at the same exposure, and the cheapest sufficient one.
 
-use super::pictures::{DualRenderer, levels_apart, p999};
+use super::images::{DualRenderer, level_differences, p999};
 use super::rule::ErrorUnit;
 use super::whole::precision_of;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
@@ -35,7 +35,7 @@ pub(crate) fn measure_view(session: &Session, request: &ViewRequest, effort: Eff
     let mut sufficient = None;
     for quality in Quality::ALL {
         let view = plan_view(quality)?;
-        let error = p999(levels_apart(&dual.light(&view, precision_of(quality))?, &reference));
+        let error = p999(level_differences(&dual.light(&view, precision_of(quality))?, &reference));
         if error <= SUFFICIENT_LEVELS {
             sufficient.get_or_insert(quality);
         }

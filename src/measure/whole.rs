@@ -1,7 +1,7 @@
-//! Cost and error of complete pictures: qualities, stars, renderers.
+//! Cost and error of complete images: qualities, stars, renderers.
 
 use super::drawings::standard_request;
-use super::pictures::{DualRenderer, LinearPicture, levels_apart, p999};
+use super::images::{DualRenderer, LinearImage, level_differences, p999};
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::render::plan::SamplingQuality;
@@ -33,7 +33,7 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
         let mut planned_views = Vec::new();
         for (request, reference) in &views {
             let view = dual.plan_target(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality))?;
-            worst = worst.max(p999(levels_apart(&dual.light(&view, precision_of(quality))?, reference)));
+            worst = worst.max(p999(level_differences(&dual.light(&view, precision_of(quality))?, reference)));
             planned_views.push(view);
         }
         let dual = &dual;
@@ -53,7 +53,7 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let request = dual.with_metered_exposure(sky)?;
     let sampling = SamplingQuality::of(Quality::Standard);
     let view = |stars: bool| dual.plan_view(&ViewRequest { layers: Layers { stars, ..Layers::default() }, ..request.clone() }, sampling);
-    let sum = |p: &LinearPicture| p.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
+    let sum = |p: &LinearImage| p.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
     let reference = sum(&dual.light(&view(true)?, Precision::F64)?);
     let mut candidates = Vec::new();
     for (on, name, default_of) in [(false, "none", vec![]), (true, "catalogue", Quality::ALL.to_vec())] {
@@ -89,18 +89,18 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
     }
     let view = dual.plan_view(&request, sampling)?;
     let reference = dual.light(&view, Precision::F64)?;
-    let on_gpu = LinearPicture { light: drawn.frame.hdr, ..reference.clone() };
+    let on_gpu = LinearImage { light: drawn.frame.hdr, ..reference.clone() };
     let in_software = dual.light(&view, Precision::F32)?;
     let candidates = vec![
         Candidate {
             name: format!("gpu ({})", drawn.by.adapter.as_deref().unwrap_or("unknown")),
-            error: p999(levels_apart(&on_gpu, &reference)),
+            error: p999(level_differences(&on_gpu, &reference)),
             default_of: vec![],
             workload: Box::new(|| session.draw(&request, sampling, false).map(drop)),
         },
         Candidate {
             name: "software".to_owned(),
-            error: p999(levels_apart(&in_software, &reference)),
+            error: p999(level_differences(&in_software, &reference)),
             default_of: vec![],
             workload: Box::new(|| dual.draw(&view, Precision::F32)),
         },

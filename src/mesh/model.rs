@@ -55,7 +55,7 @@ pub enum ShapeError {
 
 /// Largest distance of a vertex from the centre, in the body's largest semi-axis; a larger file is in another unit.
 pub(crate) const REACH: std::ops::RangeInclusive<f64> = 0.2..=4.0;
-/// Most boxes of triangles that a line through the shape's box may meet on average. A round shape has 3 of any number of triangles.
+/// Maximum number of boxes of triangles that a line through the shape's box may meet on average. A round shape has 3 of any number of triangles.
 const MAX_OVERLAP: f64 = 64.0;
 /// Distance from the axis, in radii, within which a corner is at the pole.
 const ON_AXIS: f64 = 1e-7;
@@ -364,10 +364,10 @@ mod tests {
     #[test]
     fn a_size_in_another_unit_is_refused() {
         let obj = parse("v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n").expect("reads");
-        let of = |scale_km: f64| Mesh::of(&obj, &ShapeFrame { scale_km, ..ROUND });
-        assert!(of(1.0).is_ok() && of(3.9).is_ok());
+        let mesh_at_scale = |scale_km: f64| Mesh::of(&obj, &ShapeFrame { scale_km, ..ROUND });
+        assert!(mesh_at_scale(1.0).is_ok() && mesh_at_scale(3.9).is_ok());
         for scale_km in [1e-3, 1e3] {
-            assert!(of(scale_km).expect_err("another unit").to_string().contains("is scale_km right?"));
+            assert!(mesh_at_scale(scale_km).expect_err("another unit").to_string().contains("is scale_km right?"));
         }
     }
 }

@@ -67,8 +67,8 @@ fn numbers<const N: usize>(words: &[&str]) -> Option<[f64; N]> {
 /// Converts an index of the file (from 1, or negative from the end of a list of `length`) to an index from 0.
 fn index(word: &str, length: usize) -> Option<u32> {
     let n: i64 = word.parse().ok()?;
-    let at = if n < 0 { i64::try_from(length).ok()? + n } else { n - 1 };
-    usize::try_from(at).ok().filter(|at| *at < length && n != 0).and_then(|at| u32::try_from(at).ok())
+    let index = if n < 0 { i64::try_from(length).ok()? + n } else { n - 1 };
+    usize::try_from(index).ok().filter(|index| *index < length && n != 0).and_then(|index| u32::try_from(index).ok())
 }
 
 impl Obj {
@@ -81,7 +81,7 @@ impl Obj {
                 None => None,
                 Some("") if k == 1 => None,
                 Some(part) => Some(index(part, length).ok_or_else(|| match length {
-                    0 => format!("corner `{}` names a `{name}`, of which none stands above", shown(word)),
+                    0 => format!("corner `{}` refers to a `{name}` that no earlier line defines", shown(word)),
                     _ => format!("corner `{}`: expected a `{name}` from 1 to {length}, or from -{length} to -1", shown(word)),
                 })?),
             };
@@ -195,10 +195,10 @@ mod tests {
             ("f 1 2 4", "corner `4`: expected a `v` from 1 to 3, or from -3 to -1"),
             ("f 1 2 0", "corner `0`: expected a `v` from 1 to 3"),
             ("f 1 2 -4", "corner `-4`: expected a `v` from 1 to 3"),
-            ("f 1/1 2 3", "names a `vt`, of which none stands above"),
-            ("f 1//1 2 3", "names a `vn`, of which none stands above"),
-            ("f 1/ 2 3/x", "names a `vt`, of which none stands above"),
-            ("f 1///2 2 3", "names a `vn`, of which none stands above"),
+            ("f 1/1 2 3", "refers to a `vt` that no earlier line defines"),
+            ("f 1//1 2 3", "refers to a `vn` that no earlier line defines"),
+            ("f 1/ 2 3/x", "refers to a `vt` that no earlier line defines"),
+            ("f 1///2 2 3", "refers to a `vn` that no earlier line defines"),
             ("f / 2 3", "expected a `v` from 1 to 3"),
             ("curv 1 2", "expected v, vt, vn, f, o, g, s"),
             ("<html>", "expected v, vt, vn, f, o, g, s"),

@@ -203,19 +203,19 @@ mod tests {
         let mut indices = Vec::new();
         for j in 0..=n {
             for i in 0..=n {
-                let of = |k: u32| 2.0 * f64::from(k) / f64::from(n) - 1.0;
-                points.push((DVec3::new(of(i), of(j), 0.0), DVec3::Z));
+                let coordinate = |k: u32| 2.0 * f64::from(k) / f64::from(n) - 1.0;
+                points.push((DVec3::new(coordinate(i), coordinate(j), 0.0), DVec3::Z));
                 if i < n && j < n {
-                    let at = j * (n + 1) + i;
-                    indices.extend([at, at + 1, at + n + 2, at, at + n + 2, at + n + 1]);
+                    let index = j * (n + 1) + i;
+                    indices.extend([index, index + 1, index + n + 2, index, index + n + 2, index + n + 1]);
                 }
             }
         }
-        let at = points.len() as u32;
+        let first = points.len() as u32;
         for (y, z) in [(-9.0, -0.1), (9.0, -0.1), (9.0, high), (-9.0, high)] {
             points.push((DVec3::new(wall, y, z), DVec3::NEG_X));
         }
-        indices.extend([at, at + 1, at + 2, at, at + 2, at + 3]);
+        indices.extend([first, first + 1, first + 2, first, first + 2, first + 3]);
         let position_ids: Vec<u32> = (0..points.len() as u32).collect();
         Solid::new(points, &position_ids, &indices, false)
     }

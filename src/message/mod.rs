@@ -1,4 +1,4 @@
-//! Texts that the layers below the window make: reasons of decisions, notes on estimates, texts in pictures, faults. Each names its message and keeps the
+//! Texts that the layers below the window make: reasons of decisions, notes on estimates, texts in images, faults. Each names its message and keeps the
 //! values in it, so that the command line writes it in English and the window in its own language.
 //!
 //! In: the id of a message in `english.ftl`, and its arguments. Out: the English text, by `Display`; another language's, by `text_in`. Always: the text of

@@ -1,4 +1,4 @@
-//! Tests of the English texts, and of those that are drawn into pictures.
+//! Tests of the English texts, and of those that are drawn into images.
 
 use super::{Argument, ENGLISH_FILE, GERMAN_FILE, TextLanguage};
 use std::collections::HashSet;
@@ -7,13 +7,13 @@ use std::collections::HashSet;
 fn texts_are_those_of_the_file_with_their_arguments() {
     let limit = reason!("of-white", light = format_args!("{:.2e}", 0.001), least = 2);
     let both = reason!("inside-sun").and(reason!("eclipse-at-most", light = limit));
-    assert_eq!(both.to_string(), "it is inside the Sun; at most 1.00e-3 of white against 2");
-    assert_eq!(serde_json::to_string(&both).expect("JSON"), "\"it is inside the Sun; at most 1.00e-3 of white against 2\"");
+    assert_eq!(both.to_string(), "it is inside the Sun; at most 1.00e-3 of white (threshold 2)");
+    assert_eq!(serde_json::to_string(&both).expect("JSON"), "\"it is inside the Sun; at most 1.00e-3 of white (threshold 2)\"");
     let names = reason!("eclipse-penumbra-of", bodies = vec!["Io".to_owned(), "Europa".to_owned()]);
     assert_eq!(names.to_string(), "penumbra of Io, Europa on its lit side");
     // What a test would find is still written.
     assert_eq!(message!("nobody-wrote-this").to_string(), "nobody-wrote-this");
-    assert_eq!(message!("reason-of-white", light = 1).to_string(), "1 of white against least");
+    assert_eq!(message!("reason-of-white", light = 1).to_string(), "1 of white (threshold least)");
 }
 
 #[test]
@@ -28,18 +28,18 @@ fn german_numbers_names_and_times() {
     assert_eq!(german.time("-0584-05-28T14:00:00Z"), "28. Mai 585 v. Chr., 14:00:00 UTC");
     assert_eq!(german.time("JD 5000000.5 UTC"), "JD 5000000.5 UTC", "not a calendar date");
     assert_eq!(TextLanguage::English.time("2024-04-08T18:17:16Z"), "2024-04-08 18:17:16 UTC");
-    let caption = message!("picture-from-centre", body = "Moon");
+    let caption = message!("image-from-centre", body = "Moon");
     assert_eq!((caption.text_in(german).as_str(), caption.to_string().as_str()), ("vom Mittelpunkt aus: Mond", "from the centre of Moon"));
     assert_eq!(message!("nobody-wrote-this").text_in(german), "nobody-wrote-this");
     assert_eq!(message!("reason-lines-shadow-path", body = "Moon", time = Argument::Time("x".into())).to_string().matches('x').count(), 1);
 }
 
-/// The text of a picture's messages needs no plural forms, which this module cannot choose.
+/// The text of an image's messages needs no plural forms, which this module cannot choose.
 #[test]
-fn texts_in_pictures_are_simple_and_in_both_languages() {
+fn texts_in_images_are_simple_and_in_both_languages() {
     let ids = |file: &'static str| -> HashSet<&str> {
-        let of_pictures = |line: &&str| ["picture-", "point-", "body-"].iter().any(|kind| line.starts_with(kind));
-        file.lines().filter(of_pictures).filter_map(|line| Some(line.split_once(" = ")?.0)).collect()
+        let of_images = |line: &&str| ["image-", "point-", "body-"].iter().any(|kind| line.starts_with(kind));
+        file.lines().filter(of_images).filter_map(|line| Some(line.split_once(" = ")?.0)).collect()
     };
     assert!(ids(ENGLISH_FILE).len() > 30);
     assert_eq!(ids(ENGLISH_FILE), ids(GERMAN_FILE));

@@ -1,4 +1,4 @@
-//! The languages of texts in pictures, and how each writes messages, names, numbers and times.
+//! The languages of texts in images, and how each writes messages, names, numbers and times.
 //!
 //! In: messages, English names and numbers, times in ISO 8601. Out: text. Always: a message or name that a language lacks is English. Not here: the texts
 //! of the window (`view::language`), which reads the same two files.
@@ -7,7 +7,7 @@ use super::{Argument, ENGLISH_FILE, GERMAN_FILE, Message, message};
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
-/// The language of the texts in a picture.
+/// The language of the texts in an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TextLanguage {
     /// With ISO dates, and decimal points.

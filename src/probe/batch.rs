@@ -1,6 +1,6 @@
 //! Evaluates many queries with one module. Each query is a column of a small target that the software renderer draws.
 //!
-//! In: a module that imports lib/probe_question.wesl, its uniform bytes and textures, twelve numbers per query. Out: the result rows of
+//! In: a module that imports lib/probe_query.wesl, its uniform bytes and textures, twelve numbers per query. Out: the result rows of
 //! each query, of four numbers each. Inputs are pairs of f32 whose sum is the f64 value; outputs are f32 (relative rounding 6e-8).
 
 use super::ProbeError;
@@ -12,7 +12,7 @@ use crate::shader::ModuleId;
 use crate::shader::ShaderLibrary;
 use std::sync::Arc;
 
-/// Maximum number of queries in one target: the width of the widest picture that the renderer draws.
+/// Maximum number of queries in one target: the width of the widest image that the renderer draws.
 const MAX_QUERIES_PER_TARGET: usize = 16_384;
 
 /// A module and its inputs other than the queries.

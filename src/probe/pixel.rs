@@ -1,7 +1,7 @@
 //! `pixel`: the colour of one pixel of a view, and the values from which its module computes it.
 //!
 //! `view` is a camera file (`--camera-json`). The other fields are `time`, `size` ([1024, 1024]) and `effects`, as on the command line, and
-//! `x`, `y`, counted from the picture's upper left corner. `radiance` is the linear pixel of the EXR that `orrery render` writes. `draws`
+//! `x`, `y`, counted from the image's upper left corner. `radiance` is the linear pixel of the EXR that `orrery render` writes. `draws`
 //! are the draws that cover the pixel's centre, nearest first, each with every named value of its module.
 
 use super::{ProbeError, Prober, QueryField, QueryKind, fields, optional, required};
@@ -28,7 +28,7 @@ struct Fields {
     y: u32,
 }
 
-/// The command line's standard quality, so that the numbers match its picture.
+/// The command line's standard quality, so that the numbers match its image.
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 const SIZE: [u32; 2] = [1024, 1024];
 
@@ -60,7 +60,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let mut request = view_request(prober, &f.view, f.time.as_deref(), f.size)?;
     let (width, height) = (request.width, request.height);
     if f.x >= width || f.y >= height {
-        return Err(format!("fields \"x\" {} and \"y\" {}: the picture has {width}x{height} pixels, counted from 0", f.x, f.y).into());
+        return Err(format!("fields \"x\" {} and \"y\" {}: the image has {width}x{height} pixels, counted from 0", f.x, f.y).into());
     }
     if let Some(effects) = &f.effects {
         request.effects = EffectOverrides::parse(effects).map_err(|e| format!("field \"effects\": {e}"))?;
@@ -94,7 +94,7 @@ pub(super) fn view_request(
     Ok(request)
 }
 
-/// The values of one pixel of a picture, in the prober's precision.
+/// The values of one pixel of an image, in the prober's precision.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PixelReport {
     /// The linear pixel, all draws together.
@@ -128,7 +128,7 @@ impl PixelReport {
 /// Evaluates one pixel of a view.
 ///
 /// # Errors
-/// One line: an impossible view or plan, or a pixel outside the picture.
+/// One line: an impossible view or plan, or a pixel outside the image.
 pub(crate) fn inspect_pixel(
     prober: &Prober<'_>,
     request: &ViewRequest,
@@ -136,10 +136,10 @@ pub(crate) fn inspect_pixel(
     [x, y]: [u32; 2],
 ) -> Result<PixelReport, ProbeError> {
     if !request.composition.is_plain() {
-        return Err("a pixel's values are those of one perspective picture: choose the perspective projection, without stereo".into());
+        return Err("a pixel's values are those of one perspective image: choose the perspective projection, without stereo".into());
     }
     let size = [request.width, request.height];
-    // Each draw is evaluated by itself, without the pictures of earlier passes.
+    // Each draw is evaluated by itself, without the images of earlier passes.
     let (scene, plan) = prober.session.plan(&ViewRequest { coarse_air: false, ..request.clone() }, sampling)?;
     let radiance = linear_pixel(prober, &plan, x, y)?;
     let bodies = plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
@@ -171,7 +171,7 @@ fn ground_deg(prober: &Prober<'_>, drawn_body: &Draw, values: &PixelValues) -> O
     Some([latitude, (y * radii_km.y).atan2(x * radii_km.x)].map(f64::to_degrees))
 }
 
-/// The picture's linear pixel: all draws, restricted to this pixel.
+/// The image's linear pixel: all draws, restricted to this pixel.
 fn linear_pixel(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32; 3], ProbeError> {
     let mut pass = plan.passes.first().cloned().ok_or("the plan has no pass")?;
     for draw in &mut pass.draws {
@@ -181,7 +181,7 @@ fn linear_pixel(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32
     pass.draws.retain(|d| d.scissor[0] < d.scissor[2] && d.scissor[1] < d.scissor[3]);
     let index = (y * pass.width + x) as usize;
     let (frame, _) = prober.renderer.render(&Plan { passes: vec![pass] }, prober.library(), true)?;
-    frame.hdr.get(index).map(|p| [p[0], p[1], p[2]]).ok_or_else(|| "the picture has no such pixel".into())
+    frame.hdr.get(index).map(|p| [p[0], p[1], p[2]]).ok_or_else(|| "the image has no such pixel".into())
 }
 
 /// A JSON number. Values that the pixel never computed are NaN, which JSON lacks, and become null.

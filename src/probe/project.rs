@@ -2,7 +2,7 @@
 //!
 //! `view`, `time` and `size` are those of `pixel`. A star is named by its number in the Hipparcos catalogue; its proper motion, parallax
 //! and aberration are included. Right ascension and declination are an ICRF direction without parallax, with aberration. Pixels count from
-//! the upper left corner of the picture. Positions behind the camera are not in the frame; the pixel returned for them is that of the
+//! the upper left corner of the image. Positions behind the camera are not in the frame; the pixel returned for them is that of the
 //! opposite direction.
 
 use super::pixel::{IMAGE_SIZE, TIME, VIEW, view_request};
@@ -93,16 +93,16 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         let composition = Composition { projection, ..Composition::default() };
         let composed = ViewRequest { composition, ..request };
         let frames = CompositeFrames::of(prober.catalog(), prober.ephemeris(), &composed).map_err(|e| e.to_string())?;
-        let Arrangement::Faces(faces) = frames.arrangement else { return Err("the projection has no picture".into()) };
-        let at = faces.picture.pixel_of(direction);
-        let [x, y] = at.map_or([Value::Null, Value::Null], |at| [at.x.into(), at.y.into()]);
-        return Ok(json!({ "x": x, "y": y, "in_frame": at.is_some(), "hidden": hidden }));
+        let Arrangement::Faces(faces) = frames.arrangement else { return Err("the projection has no image".into()) };
+        let pixel = faces.image.pixel_of(direction);
+        let [x, y] = pixel.map_or([Value::Null, Value::Null], |pixel| [pixel.x.into(), pixel.y.into()]);
+        return Ok(json!({ "x": x, "y": y, "in_frame": pixel.is_some(), "hidden": hidden }));
     }
     let camera = &scene.camera;
     let in_front = camera.clip(direction);
-    let at = in_front.or_else(|| camera.clip(-direction)).map(|clip| camera.pixel_from_clip(clip));
+    let pixel = in_front.or_else(|| camera.clip(-direction)).map(|clip| camera.pixel_from_clip(clip));
     let in_frame = in_front.is_some_and(|clip| clip.abs().max_element() <= 1.0);
-    let [x, y] = at.map_or([Value::Null, Value::Null], |at| [at.x.into(), at.y.into()]);
+    let [x, y] = pixel.map_or([Value::Null, Value::Null], |pixel| [pixel.x.into(), pixel.y.into()]);
     Ok(json!({ "x": x, "y": y, "in_frame": in_frame, "hidden": hidden }))
 }
 

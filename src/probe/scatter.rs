@@ -3,8 +3,8 @@
 use super::batch::{ProbeBatch, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, fields, required, unit_vector};
 use crate::render::plan::uniforms_of;
-use crate::scene::air_table;
 use crate::scene::draw::{Air, AtmosphereModel, AtmosphereUniforms, DrawFeatures, DrawUniforms, Light, Surface};
+use crate::scene::multi_scatter_table;
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use glam::{DVec3, Vec2, Vec3, Vec4};
@@ -224,7 +224,7 @@ fn uniform_bytes(
         mie_asymmetry: mie.3,
         absorption_layer: layer.0,
         absorption_extinction: layer.1,
-        multi_scatter: Arc::new(vec![Vec4::ZERO; air_table::NODES]),
+        multi_scatter: Arc::new(vec![Vec4::ZERO; multi_scatter_table::NODES]),
         ..AtmosphereUniforms::default()
     };
     // The direction of the light is an input of the query, so this one is not used.

@@ -101,9 +101,9 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let receiver = Receiver::at(prober.ephemeris(), body, time)?;
     let sky = EclipsedSky::over(prober, &receiver, f.model.model_choice())?;
     let same_law_in_all_channels = Photometry::Emissive { u1: [f.u1; 3], u2: [f.u2; 3] };
-    let at = point_km / body.radii_km.x;
+    let point = point_km / body.radii_km.x;
     let sunlight =
-        |occluders: &[Occluder<'_>], law| sky.sunlight(occluders, &[at], law)?.first().copied().ok_or(ProbeError::from("no answer"));
+        |occluders: &[Occluder<'_>], law| sky.sunlight(occluders, &[point], law)?.first().copied().ok_or(ProbeError::from("no answer"));
     let fraction = |occluders: &[Occluder<'_>]| sunlight(occluders, Some(&same_law_in_all_channels)).map(|[_, green, _]| green);
     let mut blocked_by = Map::new();
     for occluder in &sky.occluders {

@@ -75,7 +75,7 @@ impl<'a> SceneBuilder<'a> {
         Self::with_viewer(catalog, ephemeris, request, viewpoint::viewer(catalog, ephemeris, request)?, caches)
     }
 
-    /// Like [`Self::new`] for a camera that is already placed, such as one frame of a composed picture.
+    /// Like [`Self::new`] for a camera that is already placed, such as one frame of a composed image.
     ///
     /// # Errors
     /// A camera inside a body, or a target that cannot be placed.

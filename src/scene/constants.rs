@@ -35,13 +35,13 @@ pub(crate) const MULTIPLE_FIRST: f64 = -0.5;
 pub(crate) const MULTIPLE_COEFFICIENTS: usize = 5;
 
 /// Rows of the table of multiply scattered light in an eclipse's shadow: heights. One more row contains the irradiance of level ground.
-pub const SPREAD_HEIGHTS: usize = 4;
+pub const IN_SHADOW_HEIGHTS: usize = 4;
 /// Columns of the same table: distances from the occluder's limb.
-pub const SPREAD_COLUMNS: usize = 16;
+pub const IN_SHADOW_COLUMNS: usize = 16;
 
-/// Pixels between neighbouring texels of the coarse picture of the air, along each axis.
+/// Pixels between neighbouring texels of the coarse image of the air, along each axis.
 pub const COARSE_AIR_PX: u32 = 4;
-/// Texels of that picture beyond each edge of the screen, so that each texel on the screen has neighbours.
+/// Texels of that image beyond each edge of the screen, so that each texel on the screen has neighbours.
 pub const COARSE_AIR_BORDER: u32 = 1;
 
 /// Layers of an occluder's atmosphere that bend sunlight into its shadow.

@@ -29,7 +29,7 @@ pub struct Scene {
     pub time: Instant,
     /// The camera's position, axes and projection.
     pub camera: Camera,
-    /// The mapping from directions to pixels of the finished picture.
+    /// The mapping from directions to pixels of the finished image.
     pub geometry: ImageGeometry,
     /// Factor from radiance to display.
     pub exposure: Exposure,
@@ -73,11 +73,11 @@ pub struct Scene {
     pub outlined: Option<Draw>,
     /// Whether bloom spreads light brighter than white.
     pub bloom: bool,
-    /// Labels of bodies over the finished picture, if switched on.
+    /// Labels of bodies over the finished image, if switched on.
     pub labels: Option<labels::LabelLayer>,
-    /// Labels of lines over the finished picture, if any.
+    /// Labels of lines over the finished image, if any.
     pub texts: Option<line_texts::TextLayer>,
-    /// The purpose of the picture.
+    /// The purpose of the image.
     pub purpose: Purpose,
 }
 
@@ -87,7 +87,7 @@ impl Scene {
         self.bodies.iter().find(|b| b.id == id)
     }
 
-    /// Rectangles of the texts in the picture: caption, scale bar, compass, names of features, labels of lines. Without the names of bodies.
+    /// Rectangles of the texts in the image: caption, scale bar, compass, names of features, labels of lines. Without the names of bodies.
     #[cfg_attr(not(feature = "view"), expect(dead_code, reason = "the window alone asks for them"))]
     pub(crate) fn text_rects(&self) -> Vec<Rect> {
         let margin = |layer: &labels::LabelLayer| layer.occupied(&LabelMetrics::of_size(layer.size_px)).collect::<Vec<_>>();

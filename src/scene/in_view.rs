@@ -60,7 +60,7 @@ pub struct BodyInView {
     /// Visual magnitude of the complete disc with its rings, in the sunlight that eclipses leave; `None` if no sunlight is left.
     pub magnitude: Option<f64>,
     /// Where the line to the camera meets the surface.
-    pub sub_viewer: SubPoint,
+    pub sub_observer: SubPoint,
     /// Where the line to the Sun meets the surface; `None` for the Sun itself.
     pub sub_solar: Option<SubPoint>,
     /// Its apparent position and orientation.
@@ -69,6 +69,6 @@ pub struct BodyInView {
     pub decisions: Vec<Decision>,
     /// Features of its draws, the globe first.
     pub features: Vec<DrawFeatures>,
-    /// Invented data that the picture shows of the body: the file of a map or shape, and how it was made.
+    /// Invented data that the image shows of the body: the file of a map or shape, and how it was made.
     pub invented: Vec<(String, Reason)>,
 }

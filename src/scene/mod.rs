@@ -53,7 +53,7 @@ pub use annotation::{grids, legend, line_texts, orbits, sky_lines, traces};
 #[doc(hidden)]
 pub use atmosphere::uniform_rows::uniform_value;
 #[doc(hidden)]
-pub use atmosphere::{air_nodes, air_spread, air_table};
+pub use atmosphere::{multi_scatter_in_shadow, multi_scatter_table, quadrature_nodes};
 #[doc(hidden)]
 pub use build::SceneBuilder;
 #[doc(hidden)]

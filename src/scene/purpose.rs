@@ -1,4 +1,4 @@
-//! The purpose of a picture, and the smallest change of a pixel that is kept for this purpose.
+//! The purpose of an image, and the smallest change of a pixel that is kept for this purpose.
 //!
 //! In: the requested purpose and the exposure. Out: a `Threshold`, with which decisions compare the effect of a feature. Always: for linear light, a feature
 //! is kept if it changes a pixel's radiance by more than the purpose's relative floor; on black, any light is kept. For a display, a feature is kept if it
@@ -8,10 +8,10 @@
 use crate::message::{Reason, reason};
 use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};
 
-/// The use of a picture.
+/// The use of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Purpose {
-    /// Seen on a display at the picture's exposure. A feature is kept if it adds more than [`VISIBLE_LIGHT`] of white to black, or changes a pixel by more
+    /// Seen on a display at the image's exposure. A feature is kept if it adds more than [`VISIBLE_LIGHT`] of white to black, or changes a pixel by more
     /// than the relative change [`VISIBLE_CHANGE`].
     #[default]
     Display,

@@ -32,7 +32,7 @@ pub struct MeshRequirement {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Requirements {
     pub meshes: Vec<MeshRequirement>,
-    /// Bodies whose draws read a table of multiple scattering ([`crate::scene::air_table`]).
+    /// Bodies whose draws read a table of multiple scattering ([`crate::scene::multi_scatter_table`]).
     pub scattering_tables: Vec<NaifId>,
     /// The maps of each drawn body, and the shape to which they are applied.
     pub maps: Vec<(MapFiles, Shape)>,

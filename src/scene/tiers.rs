@@ -27,7 +27,7 @@ impl Tier {
     /// The model with its error.
     pub(crate) fn reason(&self) -> Reason {
         // Rounds to 1e-4 %, so that no binary digits show (100 * 0.07 = 7.000000000000001).
-        let percent = |part: f64| (part * 1e6).round() / 1e4;
+        let percent = |fraction: f64| (fraction * 1e6).round() / 1e4;
         let (model, most, of) = (self.name, percent(self.max_error), message!(self.quantity.0));
         match self.error_95_percent {
             Some(part) => reason!("tier-mostly", model = model, most = most, mostly = percent(part), of = of),
@@ -146,6 +146,6 @@ mod tests {
         assert!(eclipse.len() == EclipseModel::ALL.len() - 1 && eclipse.windows(2).all(|w| w[1].max_error <= w[0].max_error));
         let names: Vec<_> = air.iter().chain(&eclipse).map(|t| t.name).collect();
         assert_eq!(names, [Effect::Atmosphere.variants(), Effect::Eclipse.variants()].concat());
-        assert_eq!(air[2].to_string(), "pixel-16: off by at most 12 %, mostly 0.4 %, of each ray's light scattered once");
+        assert_eq!(air[2].to_string(), "pixel-16: error at most 12 %, mostly below 0.4 %, of each ray's light scattered once");
     }
 }

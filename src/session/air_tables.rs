@@ -1,13 +1,13 @@
 //! Provides tables of multiple scattering. Each is computed once and stored in the cache folder, next to the shader library.
 //!
-//! In: a body with an atmosphere. Out: its table ([`crate::scene::air_table`]), from memory, from `<cache>/orrery/air/<digest>.table`, or computed on all
+//! In: a body with an atmosphere. Out: its table ([`crate::scene::multi_scatter_table`]), from memory, from `<cache>/orrery/air/<digest>.table`, or computed on all
 //! cores. The digest covers everything on which the table depends. If a file is truncated or damaged, its table is computed again and the file replaced;
 //! a folder that cannot be written is ignored.
 
 use super::stored_tables::{self, Magic, code_digest};
 use crate::catalog::Body;
 use crate::memo::Memo;
-use crate::scene::air_table;
+use crate::scene::multi_scatter_table;
 use glam::Vec4;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -16,7 +16,7 @@ use std::sync::{Arc, OnceLock};
 const MAX_TABLES: usize = 64;
 const MAGIC: &Magic = b"ORRAIR01";
 /// Length of a table: four floats per node.
-const TABLE_BYTES: usize = 16 * air_table::NODES;
+const TABLE_BYTES: usize = 16 * multi_scatter_table::NODES;
 
 pub struct AirTables {
     /// `None`: tables are kept in memory only.
@@ -27,7 +27,7 @@ pub struct AirTables {
 /// The file name of a table: a digest of the code that computes it and of all its inputs.
 fn digest(body: &Body) -> String {
     static CODE: OnceLock<[u8; 32]> = OnceLock::new();
-    digest_with(CODE.get_or_init(|| code_digest(&air_table::SOURCES)), body)
+    digest_with(CODE.get_or_init(|| code_digest(&multi_scatter_table::SOURCES)), body)
 }
 
 fn digest_with(code: &[u8; 32], body: &Body) -> String {
@@ -70,7 +70,7 @@ impl AirTables {
         let path = self.folder.as_ref().map(|f| f.join(format!("{name}.table")));
         let stored = path.as_ref().and_then(|p| stored_tables::read(p, MAGIC, TABLE_BYTES));
         stored.map(|bytes| from_bytes(&bytes)).unwrap_or_else(|| {
-            let computed = air_table::table(body).unwrap_or_default();
+            let computed = multi_scatter_table::table(body).unwrap_or_default();
             path.iter().for_each(|path| stored_tables::write(path, MAGIC, &to_bytes(&computed)));
             computed
         })
@@ -89,7 +89,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let reopened = || AirTables::open(Some(folder.path().to_owned())).get(pluto);
         let computed = reopened();
-        assert_eq!(computed.len(), air_table::NODES);
+        assert_eq!(computed.len(), multi_scatter_table::NODES);
         let path = folder.path().join("orrery/air").join(format!("{}.table", digest(pluto)));
         let bytes = std::fs::read(&path).expect("stored");
         let decode = |bytes: &[u8]| stored_tables::decode(MAGIC, bytes).filter(|b| b.len() == TABLE_BYTES).map(from_bytes);
@@ -112,8 +112,8 @@ mod tests {
     fn editing_the_code_of_a_table_changes_its_name() {
         let catalog = Catalog::embedded();
         let pluto = catalog.body(NaifId(999)).expect("Pluto");
-        for k in 0..air_table::SOURCES.len() {
-            let mut edited = air_table::SOURCES;
+        for k in 0..multi_scatter_table::SOURCES.len() {
+            let mut edited = multi_scatter_table::SOURCES;
             edited[k] = "// edited";
             assert_ne!(digest_with(&code_digest(&edited), pluto), digest(pluto));
         }
@@ -125,7 +125,7 @@ mod tests {
     fn the_digest_covers_all_code_of_a_table() {
         let covered = ["atmosphere::extinction", "camera", "constants"];
         let used = stored_tables::scene_modules_used;
-        for source in air_table::SOURCES {
+        for source in multi_scatter_table::SOURCES {
             assert!(used(source).iter().all(|name| covered.contains(&name.as_str())), "{:?}", used(source));
             // The sources use absolute paths only, except in unit tests.
             assert_eq!(source.matches("super::").count(), source.matches("use super::*;").count());

@@ -6,7 +6,7 @@ use crate::wording::echo;
 use std::path::{Path, PathBuf};
 
 /// The folders below `orrery/`.
-const PARTS: [&str; 4] = ["shaders", "air", "rings", "maps"];
+const SUBFOLDERS: [&str; 4] = ["shaders", "air", "rings", "maps"];
 
 /// The given cache folder, or else the user's cache folder on this system.
 ///
@@ -18,7 +18,7 @@ pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
         return Err(CacheFolderError::None);
     };
     let program_folder = folder.join("orrery");
-    let parts = PARTS.map(|part| (program_folder.join(part), false));
+    let parts = SUBFOLDERS.map(|part| (program_folder.join(part), false));
     for (path, is_parent) in [(folder.clone(), true), (program_folder, false)].into_iter().chain(parts) {
         if let Some(why) = foreign_write_access(&path, is_parent) {
             return Err(CacheFolderError::Shared { folder: echo(&path.display().to_string()), why });

@@ -1,7 +1,7 @@
-//! Builds the scenes and the plan of a composed picture, which consists of several frames.
+//! Builds the scenes and the plan of a composed image, which consists of several frames.
 //!
-//! In: a request whose composition is not plain. Out: the scene of the entire picture, and its plan. Always: the light is metered once, for the middle
-//! of the picture, and every frame has that exposure.
+//! In: a request whose composition is not plain. Out: the scene of the entire image, and its plan. Always: the light is metered once, for the middle
+//! of the image, and every frame has that exposure.
 
 use super::{Session, SessionError, Stage};
 use crate::render::plan::{self, Plan, PlanError, SamplingQuality};
@@ -11,7 +11,7 @@ use crate::scene::request::{Projection, ViewRequest};
 use crate::scene::{Scene, SceneBuilder};
 use std::sync::Arc;
 
-/// Smallest and largest side of the picture that a warp mesh samples, pixels.
+/// Smallest and largest side of the image that a warp mesh samples, pixels.
 const WARPED_PX: (f64, f64) = (256.0, 8192.0);
 
 impl Session {
@@ -30,7 +30,7 @@ impl Session {
         }
     }
 
-    /// The composed picture with the scenes of its frames, and the size of the screen onto which it is warped, if it is.
+    /// The composed image with the scenes of its frames, and the size of the screen onto which it is warped, if it is.
     fn composite_of(&self, request: &ViewRequest) -> Result<(Composite, Option<[u32; 2]>), SessionError> {
         let screen = request.composition.warp.as_ref().map(|_| [request.width, request.height]);
         let mut inner = request.clone();
@@ -41,7 +41,8 @@ impl Session {
                 Projection::Equirectangular => 2.0,
                 Projection::Perspective => f64::from(request.width) / f64::from(request.height),
             };
-            let height = (0.5 * f64::from(request.height) / mesh.slowest_motion(aspect)).clamp(WARPED_PX.0, WARPED_PX.1 / aspect.max(1.0));
+            let height =
+                (0.5 * f64::from(request.height) / mesh.smallest_derivative(aspect)).clamp(WARPED_PX.0, WARPED_PX.1 / aspect.max(1.0));
             // The clamp keeps both sides in range.
             (inner.width, inner.height) = ((height * aspect).round() as u32, height.round() as u32);
         }
@@ -61,18 +62,18 @@ impl Session {
             scenes.push(scene);
         }
         let composite = Composite::new(&self.catalog, &inner, frames.arrangement, &frames.meter.viewer.camera, scenes);
-        composite.map(|c| (c, screen)).ok_or_else(|| SessionError::from(PlanError::Module("a picture without a frame".into())))
+        composite.map(|c| (c, screen)).ok_or_else(|| SessionError::from(PlanError::Module("an image without a frame".into())))
     }
 }
 
-/// A planned scene with the geometry of the screen. Applied only after planning, because the plan places everything in the picture as it is before the
+/// A planned scene with the geometry of the screen. Applied only after planning, because the plan places everything in the image as it is before the
 /// mesh warps it.
 fn with_warped_geometry(mut whole: Scene, request: &ViewRequest) -> Scene {
     if let Some(mesh) = &request.composition.warp {
-        let picture = Box::new(std::mem::take(&mut whole.geometry));
-        let picture_px = picture.projection(&whole.camera).size_px().to_array().map(|px| px.round() as u32);
+        let image = Box::new(std::mem::take(&mut whole.geometry));
+        let image_px = image.projection(&whole.camera).size_px().to_array().map(|px| px.round() as u32);
         let screen_px = [request.width, request.height];
-        whole.geometry = ImageGeometry::Warped(WarpedGeometry { picture, picture_px, mesh: Arc::clone(mesh), screen_px });
+        whole.geometry = ImageGeometry::Warped(WarpedGeometry { image, image_px, mesh: Arc::clone(mesh), screen_px });
     }
     whole
 }

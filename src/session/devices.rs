@@ -61,7 +61,7 @@ impl Devices {
         Self { software, background_renderer: OnceLock::new(), notify, preference }
     }
 
-    /// The software renderer for background work. It has its own thread pool, so that background work and the window's picture do not wait for each other.
+    /// The software renderer for background work. It has its own thread pool, so that background work and the window's image do not wait for each other.
     pub fn background_renderer(&self) -> &SoftwareRenderer {
         let own_threads = self.background_renderer.get_or_init(|| SoftwareRenderer::new(*self.software.options()).ok());
         own_threads.as_ref().unwrap_or(&self.software)
@@ -176,7 +176,7 @@ impl Devices {
         self.preference
     }
 
-    /// Whether the GPU is being prepared for a picture that was drawn in software. Never blocks.
+    /// Whether the GPU is being prepared for an image that was drawn in software. Never blocks.
     pub fn readiness(&self) -> Readiness {
         #[cfg(feature = "gpu")]
         return self.gpu.readiness();

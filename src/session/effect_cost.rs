@@ -1,7 +1,7 @@
-//! Measures the cost of one effect in a view and its change of the picture, by drawing the view with and without the effect.
+//! Measures the cost of one effect in a view and its change of the image, by drawing the view with and without the effect.
 //!
-//! In: a view and an effect. Out: an [`EffectCost`]. Always: the time is measured in software on a smaller picture and scaled by the number of pixels;
-//! both pictures have the view's exposure, so that their radiances can be compared. Not here: the cost on the GPU, which is known only per pass.
+//! In: a view and an effect. Out: an [`EffectCost`]. Always: the time is measured in software on a smaller image and scaled by the number of pixels;
+//! both images have the view's exposure, so that their radiances can be compared. Not here: the cost on the GPU, which is known only per pass.
 
 use super::{Session, SessionError};
 use crate::render::plan::{Plan, SamplingQuality};
@@ -9,31 +9,31 @@ use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
 use std::time::{Duration, Instant};
 
-/// Largest picture that is measured, pixels.
+/// Largest image that is measured, pixels.
 const MEASURED_PX: f64 = 16_000.0;
-/// Number of times that each variant is drawn, in turns; the fastest time counts.
+/// Number of times that each variant is drawn, alternately with the others; the fastest time counts.
 const ROUNDS: usize = 3;
 
-/// The time that an effect costs in a view, and its change of the picture.
+/// The time that an effect costs in a view, and its change of the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectCost {
-    /// Milliseconds that the effect adds to the drawing of a picture of the view's size, at least 0; with a noise of some per cent of the total time.
+    /// Milliseconds that the effect adds to the drawing of an image of the view's size, at least 0; with a noise of some per cent of the total time.
     pub ms: f64,
-    /// The change of the picture.
+    /// The change of the image.
     pub light: LightChange,
 }
 
-/// Difference of two pictures of the same size, as fractions of the total luminance of the brighter picture.
+/// Difference of two images of the same size, as fractions of the total luminance of the brighter image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightChange {
-    /// Total luminance of the second picture minus that of the first: -1..=1.
+    /// Total luminance of the second image minus that of the first: -1..=1.
     pub net: f64,
     /// Sum of the absolute changes of the pixels' luminance.
     pub moved: f64,
 }
 
 impl LightChange {
-    /// The change from one picture to another of the same size, in linear light.
+    /// The change from one image to another of the same size, in linear light.
     pub fn between(first: &[[f32; 4]], second: &[[f32; 4]]) -> Self {
         let sum = |of: &[[f32; 4]]| of.iter().map(luminance).sum::<f64>();
         let (before, after) = (sum(first), sum(second));
@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn light_changes_are_fractions_of_the_brighter_picture() {
+    fn light_changes_are_fractions_of_the_brighter_image() {
         let (grey, black) = ([0.5, 0.5, 0.5, 1.0], [0.0, 0.0, 0.0, 1.0]);
         let [to_black, to_grey, swapped, none] = [
             LightChange::between(&[grey, grey], &[grey, black]),

@@ -51,7 +51,7 @@ pub struct Gpu {
     state: Mutex<DeviceLifecycle>,
     /// Incremented when modules change, so that compiled pipelines are outdated.
     epoch: AtomicU64,
-    /// A preparing thread's result was taken over, and no picture of the window was drawn since.
+    /// A preparing thread's result was taken over, and no image of the window was drawn since.
     just_ready: AtomicBool,
     /// The last reported error, so that a sequence of frames reports the same error only once.
     last_error: Mutex<Option<GpuError>>,
@@ -246,9 +246,9 @@ impl Gpu {
             RequestedOutput::Pixels | RequestedOutput::Linear => renderer
                 .render_in(frame_guard, plan, library, output == RequestedOutput::Linear)
                 .map(|(frame, timings)| (frame, None, timings)),
-            RequestedOutput::OnGpu => renderer.render_to_gpu_in(frame_guard, plan, library).map(|(picture, timings)| {
-                let frame = Frame { width: picture.width, height: picture.height, hdr: Vec::new(), display: Vec::new() };
-                (frame, Some(picture), timings)
+            RequestedOutput::OnGpu => renderer.render_to_gpu_in(frame_guard, plan, library).map(|(image, timings)| {
+                let frame = Frame { width: image.width, height: image.height, hdr: Vec::new(), display: Vec::new() };
+                (frame, Some(image), timings)
             }),
         };
         match drawn {

@@ -41,7 +41,7 @@ pub fn read_lunar_heights(argument: Option<&OsStr>) -> Result<Option<Arc<HeightM
     let extension = path.extension().map(|e| e.to_ascii_lowercase()).unwrap_or_default();
     let bytes = |path: &Path| read_bytes(path, MAX_FILE_BYTES).map_err(|e| failed(&path.display().to_string(), &e.to_string()));
     if extension != "lbl" && extension != "img" {
-        return HeightMap::of_picture(&name, &bytes(&path)?, range).map(Arc::new).map(Some).map_err(of_map);
+        return HeightMap::of_image(&name, &bytes(&path)?, range).map(Arc::new).map(Some).map_err(of_map);
     }
     if range.is_some() {
         return Err(failed(&name, "a PDS label says what its numbers mean: leave out the heights of black and white"));

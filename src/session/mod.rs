@@ -15,9 +15,9 @@ mod effect_cost;
 mod error;
 #[cfg(feature = "gpu")]
 mod gpu_device;
+mod images;
 mod lunar_heights;
 mod meshes;
-mod pictures;
 mod provenance;
 mod renderers;
 mod requirements;
@@ -41,10 +41,10 @@ pub use custom_surfaces::{SurfaceArgumentError, SurfaceError, SurfaceFile, surfa
 use devices::Devices;
 pub use effect_cost::{EffectCost, LightChange};
 pub use error::{CacheFolderError, SessionError};
+pub use images::{PROVENANCE_CHUNK, is_exr, write_image, write_new_image};
 pub use lunar_heights::read_lunar_heights;
 use parking_lot::Mutex;
-pub use pictures::{PROVENANCE_CHUNK, is_exr, write_new_picture, write_picture};
-pub use provenance::{ExistingPicture, Provenance};
+pub use provenance::{ExistingImage, Provenance};
 pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference};
 use renderers::{RenderOutput, RequestedOutput};
 use ring_shine_files::RingShineFiles;
@@ -249,13 +249,13 @@ impl Session {
         })
     }
 
-    /// Replaces the minor planets, for a measurement; the provenance of pictures does not include them.
+    /// Replaces the minor planets, for a measurement; the provenance of images does not include them.
     #[must_use]
     pub fn with_minor_planets(self, minor_planets: SmallBodies) -> Self {
         Self { catalog: self.catalog.with_small_bodies(Some(minor_planets)), ..self }
     }
 
-    /// Replaces the stars, for a measurement; the provenance of pictures does not include them.
+    /// Replaces the stars, for a measurement; the provenance of images does not include them.
     #[must_use]
     pub fn with_stars(self, stars: StarCatalog) -> Self {
         Self { catalog: self.catalog.with_stars(Some(Arc::new(stars))), ..self }
@@ -275,7 +275,7 @@ impl Session {
         &self.devices.software
     }
 
-    /// A software renderer with its own threads, for queries that are answered while a window's picture is drawn.
+    /// A software renderer with its own threads, for queries that are answered while a window's image is drawn.
     pub fn background_renderer(&self) -> &SoftwareRenderer {
         self.devices.background_renderer()
     }
@@ -285,7 +285,7 @@ impl Session {
         (self.devices.choices(), self.devices.preference())
     }
 
-    /// Whether a thread prepares the GPU for a picture that the window meanwhile drew in software. Never blocks.
+    /// Whether a thread prepares the GPU for an image that the window meanwhile drew in software. Never blocks.
     pub fn readiness(&self) -> Readiness {
         self.devices.readiness()
     }

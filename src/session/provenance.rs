@@ -1,12 +1,12 @@
-//! The provenance of a picture: a record of its request that is written into the file, so that an interrupted sequence resumes only with its own files.
+//! The provenance of an image: a record of its request that is written into the file, so that an interrupted sequence resumes only with its own files.
 //!
 //! In: a view request, and the sources from which the session draws it. Out: a [`Provenance`], named values as one line of JSON; for an existing file,
 //! whether it is complete and to which request it belongs. Always: the provenance depends on every field of a request and on every catalog, map, kernel
-//! and fragment that can change the picture. It does not depend on the clock, on paths, on the number of threads or on the cache folder. Not
+//! and fragment that can change the image. It does not depend on the clock, on paths, on the number of threads or on the cache folder. Not
 //! distinguished: two builds of the same version, except by catalogs and shaders; GPU and software, if either may draw.
 
 use super::Session;
-use super::pictures::{PROVENANCE_CHUNK, is_exr};
+use super::images::{PROVENANCE_CHUNK, is_exr};
 use crate::catalog::{Body, Catalog, DataLayer, NaifId};
 use crate::image::{HEAD_LEN, exr_head_text, png_head_text, verify_exr, verify_png};
 use crate::render::plan::SKY_DECODING;
@@ -20,13 +20,13 @@ use std::fs::File;
 use std::io::{BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-/// All values that determine the pixels of a picture, by name.
+/// All values that determine the pixels of an image, by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Provenance(BTreeMap<String, String>);
 
-/// The file, if any, that already exists at the path of a picture that is to be written.
+/// The file, if any, that already exists at the path of an image that is to be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum ExistingPicture {
+pub enum ExistingImage {
     /// There is no file.
     None,
     /// A complete file with the same provenance.
@@ -70,7 +70,7 @@ pub(super) fn source_digests(
     minor_planets: Option<&Path>,
     folders: &[PathBuf],
 ) -> BTreeMap<String, String> {
-    // The sources of values are left out, because a citation changes no picture.
+    // The sources of values are left out, because a citation changes no image.
     let bodies = catalog.bodies().iter().map(|b| format!("{:?}", Body { sources: BTreeMap::new(), ..b.clone() }).into_bytes());
     let files = catalog.bodies().iter().flat_map(|b| {
         let maps = [&b.maps.albedo, &b.maps.normal, &b.maps.specular, &b.maps.night].into_iter().flatten().map(|m| m.file.as_str());
@@ -193,7 +193,7 @@ impl Provenance {
         json.chars().flat_map(ascii).map(|u| if u < 0x80 { char::from(u as u8).to_string() } else { format!("\\u{u:04x}") }).collect()
     }
 
-    /// Target, time and size, by which a user recognises the picture.
+    /// Target, time and size, by which a user recognises the image.
     pub fn short(&self) -> String {
         let value = |name: &str| self.0.get(name).map_or("", String::as_str);
         format!("target {}, time {}, size {}", echo_within(value("target"), 60), calendar_time(self), value("size"))
@@ -226,13 +226,13 @@ impl Provenance {
         listed.chain((more > 0).then(|| format!("and {more} more"))).collect::<Vec<_>>().join("; ")
     }
 
-    /// Examines the file at the path to which this picture of the given size is to be written.
-    pub fn existing(&self, path: &Path, size: (u32, u32)) -> ExistingPicture {
+    /// Examines the file at the path to which this image of the given size is to be written.
+    pub fn existing(&self, path: &Path, size: (u32, u32)) -> ExistingImage {
         let metadata = match path.metadata() {
-            // A missing or invalid folder is reported when the picture is written.
-            Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return ExistingPicture::None,
-            Err(e) => return ExistingPicture::Unknown(e.to_string()),
-            Ok(metadata) if !metadata.is_file() => return ExistingPicture::Unknown("no file".into()),
+            // A missing or invalid folder is reported when the image is written.
+            Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return ExistingImage::None,
+            Err(e) => return ExistingImage::Unknown(e.to_string()),
+            Ok(metadata) if !metadata.is_file() => return ExistingImage::Unknown("no file".into()),
             Ok(metadata) => metadata,
         };
         let read = |max_bytes: u64| {
@@ -241,22 +241,22 @@ impl Provenance {
         };
         let head = match read(HEAD_LEN as u64) {
             Ok(head) => head,
-            Err(why) => return ExistingPicture::Unknown(why),
+            Err(why) => return ExistingImage::Unknown(why),
         };
         let text = if is_exr(path) { exr_head_text(&head) } else { png_head_text(&head, PROVENANCE_CHUNK) };
         match text.as_deref().and_then(Self::parse) {
-            None => return ExistingPicture::Unknown("none can be read in it".into()),
-            Some(theirs) if theirs != *self => return ExistingPicture::Other(Self::differences(&theirs, self)),
+            None => return ExistingImage::Unknown("none can be read in it".into()),
+            Some(theirs) if theirs != *self => return ExistingImage::Other(Self::differences(&theirs, self)),
             Some(_) => {}
         }
         // An upper bound for a file of this size: four floats and some overhead per pixel, 64 bytes per row, 1 MiB of texts.
         let max_bytes = u64::from(size.0) * u64::from(size.1) * 20 + u64::from(size.1) * 64 + (1 << 20);
         if metadata.len() > max_bytes {
-            return ExistingPicture::Damaged("larger than any picture of this size".into());
+            return ExistingImage::Damaged("larger than any image of this size".into());
         }
         let checked =
             read(max_bytes).and_then(|b| if is_exr(path) { verify_exr(&b) } else { verify_png(&b, size) }.map_err(|e| e.to_string()));
-        checked.map_or_else(ExistingPicture::Damaged, |()| ExistingPicture::Same)
+        checked.map_or_else(ExistingImage::Damaged, |()| ExistingImage::Same)
     }
 }
 

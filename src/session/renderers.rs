@@ -80,12 +80,12 @@ pub enum RequestedOutput {
     OnGpu,
 }
 
-/// Whether the GPU could now draw a picture that the window drew in software.
+/// Whether the GPU could now draw an image that the window drew in software.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Readiness {
     /// No work in progress.
     Settled,
-    /// A thread opens the device, or compiles the pipelines that the last picture needs.
+    /// A thread opens the device, or compiles the pipelines that the last image needs.
     Preparing,
     /// The thread has finished.
     JustReady,

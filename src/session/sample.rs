@@ -1,7 +1,7 @@
 //! Plans the drawing of a sample body with any planet module, to measure the cost of a key and to compare its results in f32 and f64.
 //!
-//! In: a module and the side of a square picture. Out: a plan that draws a slightly flattened body, lit from the side, as seen from far away in its
-//! equatorial plane (rings: from 25 degrees above that plane). Maps are small and the same for every key, so that differences between the pictures of two
+//! In: a module and the side of a square image. Out: a plan that draws a slightly flattened body, lit from the side, as seen from far away in its
+//! equatorial plane (rings: from 25 degrees above that plane). Maps are small and the same for every key, so that differences between the images of two
 //! keys are due to the keys alone.
 
 use super::SessionError;
@@ -13,14 +13,14 @@ use crate::render::plan::{
     limb_table, map_format, ring_profile, ring_shine, role_of, uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
-use crate::scene::air_spread::{COLUMNS as COLUMNS_OF_SPREAD, FIRST_COLUMN_RANGE, TABLES};
-use crate::scene::air_table::{NODES, SUNS};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
 use crate::scene::draw::{
     AirPass, AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, Light, LimbTable, LimbUniforms, MapRole, OverlayUniforms,
     RingTable, RingUniforms, Shape, Surface,
 };
 use crate::scene::eclipse::REFRACTING_LAYERS;
+use crate::scene::multi_scatter_in_shadow::{COLUMNS as IN_SHADOW_COLUMNS, FIRST_COLUMN_RANGE, TABLES};
+use crate::scene::multi_scatter_table::{NODES, SUNS};
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, sun_halves};
 use crate::scene::rings::RingConditions;
 use crate::shader::key::ShaderKey;
@@ -29,13 +29,13 @@ use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Side of a timed picture, pixels.
+/// Side of a timed image, pixels.
 const TIMED_SIDE: u32 = 1000;
 /// Number of timed runs, of which the fastest counts.
 const ROUNDS: usize = 5;
-/// Half the picture's side in body radii, chosen so that even the corners are on the body.
+/// Half the image's side in body radii, chosen so that even the corners are on the body.
 pub const HALF_SIDE_INSIDE: f32 = 0.7;
-/// Half the picture's side in body radii, chosen so that the limb is visible.
+/// Half the image's side in body radii, chosen so that the limb is visible.
 pub const HALF_SIDE_WITH_LIMB: f32 = 1.25;
 /// Number of columns and rows of quadrilaterals of the sphere mesh.
 const MESH: (u32, u32) = (48, 24);
@@ -64,7 +64,7 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
         let ((r0, b0), (r1, b1)) = (edge(k), edge(k + 1));
         Vec4::new(r0, b0, r1, b1)
     });
-    let spread = |k: usize| (Vec3::new(0.1, 0.15, 0.2) + 0.8 * (k % COLUMNS_OF_SPREAD) as f32 / (COLUMNS_OF_SPREAD - 1) as f32).extend(0.0);
+    let spread = |k: usize| (Vec3::new(0.1, 0.15, 0.2) + 0.8 * (k % IN_SHADOW_COLUMNS) as f32 / (IN_SHADOW_COLUMNS - 1) as f32).extend(0.0);
     let disc = std::f32::consts::PI * (1.0 - 0.4 / 3.0 - 0.2 / 6.0);
     EclipseUniforms {
         axis: along.extend(1.0 / sun_distance),
@@ -101,7 +101,7 @@ fn ring(surface: Surface) -> RingUniforms {
     RingUniforms {
         radius_range: Vec2::new(1.1, 2.2),
         extent: 2.2,
-        pieces: 16.0,
+        segments: 16.0,
         table: table.map(Arc::new),
         half_pixel: 0.002,
         phase: Vec2::new(0.15, 3.0),
@@ -173,7 +173,7 @@ fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
         anchor_du: Vec3::new(0.0, 2.0 * half, 0.0),
         anchor_dv: up * (-2.0 * half),
         ray_origin: forward,
-        // For parallel rays of length 1: 1 minus the squared distance from the axis, which is at the distance `half` from all sides of the picture.
+        // For parallel rays of length 1: 1 minus the squared distance from the axis, which is at the distance `half` from all sides of the image.
         silhouette_form: [
             Vec4::new(1.0 - 2.0 * half * half, 4.0 * half * half, 4.0 * half * half, 0.0),
             Vec4::new(-4.0 * half * half, 0.0, -4.0 * half * half, 0.0),
@@ -269,9 +269,9 @@ fn mesh(vertex_colour: bool) -> Vertices {
             sun_height.push(30.0 * p[1] + 10.0);
             colour.extend([u, v, 0.5, 1.0]);
             if i < around && j < down {
-                let at = j * (around + 1) + i;
-                let below = at + around + 1;
-                indices.extend([at, below, at + 1, at + 1, below, below + 1]);
+                let index = j * (around + 1) + i;
+                let below = index + around + 1;
+                indices.extend([index, below, index + 1, index + 1, below, below + 1]);
             }
         }
     }
@@ -283,7 +283,7 @@ fn mesh(vertex_colour: bool) -> Vertices {
     Vertices::Mesh { attributes, indices: Arc::new(indices) }
 }
 
-/// A plan that draws the sample body with a key's module into a square HDR picture. `side`: its side in pixels; `half`: half its side in body radii.
+/// A plan that draws the sample body with a key's module into a square HDR image. `side`: its side in pixels; `half`: half its side in body radii.
 ///
 /// # Errors
 /// The module cannot be compiled, or has a uniform for which the sample has no value.
@@ -292,7 +292,7 @@ pub fn sample_plan(library: &ShaderLibrary, key: &ShaderKey, side: u32, half: f3
     sample_plan_of(&module, key, side, half)
 }
 
-/// A coarse picture of the air in which no texel may be interpolated: each pixel evaluates its air, as without the picture.
+/// A coarse image of the air in which no texel may be interpolated: each pixel evaluates its air, as without the image.
 fn coarse_air(side: u32) -> SharedTexture {
     let [width, height] = coarse_air_size([side, side]);
     let bytes = vec![0; 16 * width as usize * height as usize];
@@ -362,7 +362,7 @@ pub fn ms_per_megapixel(renderer: &SoftwareRenderer, library: &ShaderLibrary, id
     ms_per_megapixel_at(renderer, library, id, TIMED_SIDE)
 }
 
-/// As [`ms_per_megapixel`], but timed with a picture of another size, for a quick estimate.
+/// As [`ms_per_megapixel`], but timed with an image of another size, for a quick estimate.
 ///
 /// # Errors
 /// The module cannot be compiled or run.

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-/// The stages from files to a picture.
+/// The stages from files to an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stage {

@@ -46,7 +46,7 @@ fn view_from(target: i32, distance_radii: f64, time: Instant) -> ViewRequest {
 /// night sky around Orion with constellation figures, the main belt, and the same night sky with a million stars and without figures.
 pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     let time = Instant::from_jd_tdb(JD_TDB);
-    // Looking north and 38 degrees down. The Moon's horizon is 36 degrees down from this height, so it crosses the picture above the middle.
+    // Looking north and 38 degrees down. The Moon's horizon is 36 degrees down from this height, so it crosses the image above the middle.
     let limb = ViewRequest {
         position: Position::Ground { body: NaifId::MOON, latitude_deg: 10.0, longitude_deg: 40.0, height_km: 400.0 },
         look: Look::Along { direction: glam::DVec3::new(-0.569, -0.478, 0.671), axes: Axes::BodyFixed },

@@ -69,8 +69,8 @@ mod with_gpu {
 
     impl DeviceSurface {
         /// Whether the image is on this surface's device and can be presented.
-        pub fn holds(&self, picture: &GpuImage) -> bool {
-            self.renderer.holds(picture)
+        pub fn holds(&self, image: &GpuImage) -> bool {
+            self.renderer.holds(image)
         }
     }
 

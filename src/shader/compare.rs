@@ -114,13 +114,13 @@ fn count_block(block: &naga::Block, branches: &mut u32) {
 /// before it.
 fn texture_reads(function: &naga::Function, of_earlier: &[u32]) -> u32 {
     fn calls(block: &naga::Block, of_earlier: &[u32]) -> u32 {
-        let of = |b: &naga::Block| calls(b, of_earlier);
+        let calls_in = |b: &naga::Block| calls(b, of_earlier);
         let each = block.iter().map(|statement| match statement {
             Statement::Call { function, .. } => of_earlier.get(function.index()).copied().unwrap_or(0),
-            Statement::Block(inner) => of(inner),
-            Statement::If { accept, reject, .. } => of(accept) + of(reject),
-            Statement::Switch { cases, .. } => cases.iter().map(|c| of(&c.body)).sum(),
-            Statement::Loop { body, continuing, .. } => of(body) + of(continuing),
+            Statement::Block(inner) => calls_in(inner),
+            Statement::If { accept, reject, .. } => calls_in(accept) + calls_in(reject),
+            Statement::Switch { cases, .. } => cases.iter().map(|c| calls_in(&c.body)).sum(),
+            Statement::Loop { body, continuing, .. } => calls_in(body) + calls_in(continuing),
             _ => 0,
         });
         each.sum()

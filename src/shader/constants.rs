@@ -56,7 +56,7 @@ fn fragment(about: &str, constants: &[SharedConstant]) -> String {
 
 fn air() -> String {
     let span = 1.0 / (1.0 + shared::MULTIPLE_BEND) - shared::MULTIPLE_FIRST;
-    let spread = (shared::SPREAD_HEIGHTS + 1) * shared::SPREAD_COLUMNS;
+    let in_shadow = (shared::IN_SHADOW_HEIGHTS + 1) * shared::IN_SHADOW_COLUMNS;
     let occluders = usize::from(MAX_OCCLUDERS);
     fragment(
         "Tables and polynomials of the atmosphere.",
@@ -101,36 +101,36 @@ fn air() -> String {
             constant(
                 "Table of multiply scattered light in an eclipse: columns, one per distance from the occluder's limb.",
                 "air_table && eclipse_1",
-                "SPREAD_COLUMNS",
-                Value::U32(shared::SPREAD_COLUMNS),
+                "IN_SHADOW_COLUMNS",
+                Value::U32(shared::IN_SHADOW_COLUMNS),
             ),
             constant(
                 "Height rows of that table; one extra row is for level ground.",
                 "air_table && eclipse_1",
-                "SPREAD_HEIGHTS",
-                Value::U32(shared::SPREAD_HEIGHTS),
+                "IN_SHADOW_HEIGHTS",
+                Value::U32(shared::IN_SHADOW_HEIGHTS),
             ),
-            constant("Values of that table per occluder.", "air_table && eclipse_1", "OCCLUDER_TABLE_ROWS", Value::U32(spread)),
+            constant("Values of that table per occluder.", "air_table && eclipse_1", "OCCLUDER_TABLE_ROWS", Value::U32(in_shadow)),
             constant(
                 "Vectors of all tables: each possible occluder's values, then one vector per occluder for its columns' distances.",
                 "air_table && eclipse_1",
-                "SPREAD_VECTORS",
-                Value::U32(occluders * (spread + 1)),
+                "IN_SHADOW_VECTORS",
+                Value::U32(occluders * (in_shadow + 1)),
             ),
             constant(
                 "Index of the first of those last vectors.",
                 "air_table && eclipse_1",
-                "SPREAD_REACHES",
-                Value::U32(occluders * spread),
+                "IN_SHADOW_RANGES",
+                Value::U32(occluders * in_shadow),
             ),
             constant(
-                "Texels of the coarse picture of the air per pixel, along each axis.",
+                "Texels of the coarse image of the air per pixel, along each axis.",
                 "air_pass_read",
                 "COARSE_AIR_PER_PIXEL",
                 Value::F32(1.0 / f64::from(shared::COARSE_AIR_PX)),
             ),
             constant(
-                "Texels of that picture before the one at the left or top edge of the screen.",
+                "Texels of that image before the one at the left or top edge of the screen.",
                 "air_pass_read",
                 "COARSE_AIR_BORDER",
                 Value::F32(f64::from(shared::COARSE_AIR_BORDER)),

@@ -1,7 +1,7 @@
-//! One plan in f32 and in f64: the difference of the pictures, and the first value of a module that differs.
+//! One plan in f32 and in f64: the difference of the images, and the first value of a module that differs.
 
 use super::{SweepBench, SweepResult};
-use crate::measure::{LinearPicture, PlannedView, levels_apart};
+use crate::measure::{LinearImage, PlannedView, level_differences};
 use crate::render::plan::PlanDraw;
 use crate::render::software::{NamedValue, Precision};
 use crate::session::SessionError;
@@ -21,10 +21,10 @@ pub(super) fn larger_or_nan(a: f64, b: f64) -> f64 {
 /// Draws a view in both precisions and adds it to `found` as a case; the worst pixel is added to `location`.
 pub(super) fn compare(bench: &SweepBench<'_>, found: &mut SweepResult, view: &PlannedView, location: &Value) -> Result<(), SessionError> {
     let [single, double] = [bench.light(view, Precision::F32)?, bench.light(view, Precision::F64)?];
-    let not_finite = |p: &LinearPicture| p.light.iter().position(|p| !p.iter().all(|v| v.is_finite()));
+    let not_finite = |p: &LinearImage| p.light.iter().position(|p| !p.iter().all(|v| v.is_finite()));
     let (at, worst) = match not_finite(&single).or(not_finite(&double)) {
         Some(at) => (at, f64::INFINITY),
-        None => worst_of(&levels_apart(&single, &double)),
+        None => worst_of(&level_differences(&single, &double)),
     };
     let pixel = [at as u32 % single.width, at as u32 / single.width];
     found.add(worst, || {
@@ -39,16 +39,16 @@ pub(super) fn compare(bench: &SweepBench<'_>, found: &mut SweepResult, view: &Pl
 /// differs.
 pub(super) fn cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], pixel: [u32; 2]) -> String {
     let draws = view.plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
-    let of = |draw: &PlanDraw| {
+    let values_of = |draw: &PlanDraw| {
         let values = |precision| {
             let renderer = bench.dual.renderer(precision);
             renderer.pixel_values(draw, bench.session().library(), size, pixel).ok().flatten()
         };
         let (single, double) = (values(Precision::F32)?, values(Precision::F64)?);
-        let apart = single.colour.iter().zip(&double.colour).map(|(a, b)| (a - b).abs()).fold(0.0, larger_or_nan);
-        Some((apart, format!("{}: {}", draw.label, first_difference(&single.values, &double.values))))
+        let difference = single.colour.iter().zip(&double.colour).map(|(a, b)| (a - b).abs()).fold(0.0, larger_or_nan);
+        Some((difference, format!("{}: {}", draw.label, first_difference(&single.values, &double.values))))
     };
-    let worst = draws.iter().filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0));
+    let worst = draws.iter().filter_map(values_of).max_by(|a, b| a.0.total_cmp(&b.0));
     worst.map_or_else(|| "no draw has values at this pixel's middle".to_owned(), |(_, cause)| cause)
 }
 
@@ -56,10 +56,10 @@ pub(super) fn cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], 
 /// relative difference.
 fn first_difference(single: &[NamedValue], double: &[NamedValue]) -> String {
     let relative = |a: &NamedValue, b: &NamedValue| {
-        let (sum, apart) = a.numbers.iter().zip(&b.numbers).fold((0.0_f64, 0.0_f64), |(sum, apart), (x, y)| {
-            (sum.max(x.abs()).max(y.abs()), if x.is_nan() && y.is_nan() { apart } else { larger_or_nan(apart, (x - y).abs()) })
+        let (sum, difference) = a.numbers.iter().zip(&b.numbers).fold((0.0_f64, 0.0_f64), |(sum, difference), (x, y)| {
+            (sum.max(x.abs()).max(y.abs()), if x.is_nan() && y.is_nan() { difference } else { larger_or_nan(difference, (x - y).abs()) })
         });
-        if sum > 0.0 { apart / sum } else { apart }
+        if sum > 0.0 { difference / sum } else { difference }
     };
     let off: Vec<f64> = single.iter().zip(double).map(|(a, b)| relative(a, b)).collect();
     let (_, greatest) = worst_of(&off);

@@ -10,10 +10,10 @@ use crate::session::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, SessionError, sample
 use crate::shader::key::covering;
 use serde_json::json;
 
-/// Side of the picture, pixels.
+/// Side of the image, pixels.
 const SIDE: u32 = 24;
 
-/// Keys with all pairs of values (short) or all triples (full); each once with the disc filling the picture
+/// Keys with all pairs of values (short) or all triples (full); each once with the disc filling the image
 /// and once with its limb.
 pub(super) fn run(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
@@ -28,8 +28,8 @@ pub(super) fn run(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
             }
             let view = PlannedView { scene: scene.clone(), plan };
             let [single, double] = [bench.light(&view, Precision::F32)?, bench.light(&view, Precision::F64)?];
-            let apart = |(a, b): (&[f32; 4], &[f32; 4])| (0..4).map(|c| f64::from((a[c] - b[c]).abs())).fold(0.0, larger_or_nan);
-            let differences: Vec<f64> = single.light.iter().zip(&double.light).map(apart).collect();
+            let difference = |(a, b): (&[f32; 4], &[f32; 4])| (0..4).map(|c| f64::from((a[c] - b[c]).abs())).fold(0.0, larger_or_nan);
+            let differences: Vec<f64> = single.light.iter().zip(&double.light).map(difference).collect();
             let (at, worst) = worst_of(&differences);
             let pixel = [at as u32 % SIDE, at as u32 / SIDE];
             found.add(worst, || {

@@ -37,10 +37,10 @@ const MARGIN: f64 = 5e-3;
 fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Option<f64> {
     let sun = (SUN_RADIUS_KM / sun_km.length()).asin();
     let radius = |km: f64| (km / occluder_km.length()).asin();
-    let apart = angle_rad(sun_km, occluder_km);
-    if radius(occluder.radii_km.min_element()) - apart > sun * (1.0 + MARGIN) {
+    let separation = angle_rad(sun_km, occluder_km);
+    if radius(occluder.radii_km.min_element()) - separation > sun * (1.0 + MARGIN) {
         Some(0.0)
-    } else if apart > sun * (1.0 + MARGIN) + radius(occluder.radii_km.max_element()) {
+    } else if separation > sun * (1.0 + MARGIN) + radius(occluder.radii_km.max_element()) {
         Some(1.0)
     } else {
         None
@@ -100,9 +100,9 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
             for ((point, a), b) in points.iter().zip(&single).zip(&double) {
                 let place_km = *point * body.radii_km.x;
                 let certain = light_from_angles(sun_km - place_km, occluder_km - place_km, occluder);
-                let apart = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, larger_or_nan);
+                let difference = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, larger_or_nan);
                 let is_wrong = certain.is_some_and(|light| a.iter().chain(b).any(|v| *v != light));
-                found.add(if is_wrong { 1.0 } else { apart }, || {
+                found.add(if is_wrong { 1.0 } else { difference }, || {
                     let location = json!({
                         "body": receiver_name, "occluder": occluder_name, "time": time.to_utc_iso(), "model": model.name(),
                         "point_radii": point.to_array(),

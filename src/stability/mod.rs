@@ -2,21 +2,21 @@
 //!
 //! In: a session and an effort. Out: for each sweep the number of cases, the worst result, its case and cause, and the bound that it must
 //! keep. Always: every bound is in [`SWEEPS`] with its unit and reason; a sweep fails above its bound; the same seed gives the same cases.
-//! Most sweeps compare the emitted modules in f32 with the same modules in f64; others compare complete pictures, or positions with another
-//! computation. If the user requests the GPU, it draws the f32 pictures; the bounds, the named values and the results for single quantities
+//! Most sweeps compare the emitted modules in f32 with the same modules in f64; others compare complete images, or positions with another
+//! computation. If the user requests the GPU, it draws the f32 images; the bounds, the named values and the results for single quantities
 //! are always those of the software renderer.
 
 mod difference;
+mod images;
 mod keys;
 mod light;
 mod moving;
 mod needs;
-mod pictures;
 mod places;
 mod views;
 
 use crate::catalog::NaifId;
-use crate::measure::{DualRenderer, Effort, LinearPicture, PlannedView};
+use crate::measure::{DualRenderer, Effort, LinearImage, PlannedView};
 use crate::render::plan::{Plan, SamplingQuality};
 use crate::render::software::Precision;
 use crate::scene::request::{Purpose, ViewRequest};
@@ -65,7 +65,7 @@ pub struct Sweep {
     pub bound: f64,
     /// Upper bound in a full run, whose more extreme cases may be worse.
     pub full_bound: f64,
-    /// Upper bound where the GPU draws the pictures: drivers round vertices to 1/256 of a pixel and divide less exactly. Measured with llvmpipe.
+    /// Upper bound where the GPU draws the images: drivers round vertices to 1/256 of a pixel and divide less exactly. Measured with llvmpipe.
     pub gpu_bound: f64,
     /// The same in a full run.
     pub full_gpu_bound: f64,
@@ -154,15 +154,15 @@ impl<'a> SweepBench<'a> {
     }
 
     /// The light of a view. In f32 the GPU draws it if the user requests the GPU.
-    fn light(&self, view: &PlannedView, precision: Precision) -> Result<LinearPicture, SessionError> {
+    fn light(&self, view: &PlannedView, precision: Precision) -> Result<LinearImage, SessionError> {
         if precision == Precision::F64 || !self.is_on_gpu() {
             return self.dual.light(view, precision);
         }
         let frame = self.session().draw_plan(&view.plan, true)?;
-        Ok(LinearPicture { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor: view.scene.exposure.factor() })
+        Ok(LinearImage { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor: view.scene.exposure.factor() })
     }
 
-    /// The finished picture of a view, drawn as in [`Self::light`].
+    /// The finished image of a view, drawn as in [`Self::light`].
     fn display(&self, view: &PlannedView, precision: Precision) -> Result<Vec<[u8; 4]>, SessionError> {
         if precision == Precision::F64 || !self.is_on_gpu() {
             let (frame, _) = self.dual.renderer(precision).render(&view.plan, self.session().library(), false)?;
@@ -177,7 +177,7 @@ impl<'a> SweepBench<'a> {
     }
 }
 
-/// One sample per pixel, as in draft pictures; eight taps.
+/// One sample per pixel, as in draft images; eight taps.
 const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 
 /// Half a level of 255, which is invisible: the bound of f32 against f64.
@@ -212,7 +212,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "simple",
         (2.0, "255ths"),
-        "bytes of finished pictures may round apart by one; two in the refracted limb, whose faintest light is drawn since half a level counts; on a GPU the end of a line may reach another pixel's centre",
+        "bytes of finished images may differ by one by rounding; two in the refracted limb, whose faintest light is drawn since half a level counts; on a GPU the end of a line may reach another pixel's centre",
         views::simple,
     )
     .on_gpu(40.0),
@@ -265,7 +265,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "contacts",
         (HALF_LEVEL, "255ths"),
-        "half a level, pictures at each contact of eclipses; in full 2.13 half a second from totality, of a thin crescent at a long exposure",
+        "half a level, images at each contact of eclipses; in full 2.13 half a second from totality, of a thin crescent at a long exposure",
         views::contacts,
     )
     .in_full(2.5)
@@ -288,14 +288,14 @@ pub const SWEEPS: [Sweep; 21] = [
     ),
     sweep("umbra-exposure", (0.0, "255ths"), "an umbra is black at any exposure from -20 to +25 stops", light::umbra_exposure),
     sweep("light-time", (0.01, "arcsec"), "directions from the Earth's centre against bisection for the light's way", places::light_time),
-    sweep("depth", (3.0, "255ths"), "f32 against f64, and 1 sample against 4, of bodies with layers at every distance", pictures::depth),
+    sweep("depth", (3.0, "255ths"), "f32 against f64, and 1 sample against 4, of bodies with layers at every distance", images::depth),
     sweep("motion", (2.0, "255ths"), "a step of less than a pixel moves light by less than a pixel", moving::motion),
-    sweep("exposure", (1.0, "stops a step"), "automatic exposure through eclipses; 99 where a picture is black", moving::exposure),
+    sweep("exposure", (1.0, "stops a step"), "automatic exposure through eclipses; 99 where an image is black", moving::exposure),
     sweep(
         "scale",
         (4.0, "255ths, mean"),
         "eight times the pixels on a side, reduced; at 64 pixels the Earth's rim of air and its clouds' shadows are left out by size",
-        pictures::scale,
+        images::scale,
     ),
     sweep(
         "needs-display",

@@ -1,9 +1,9 @@
-//! Sequences of pictures: steps of less than a pixel, and exposures through eclipses.
+//! Sequences of images: steps of less than a pixel, and exposures through eclipses.
 
 use super::views::{JUPITER, SATURN, instant, sunward, view_from_offset};
 use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::catalog::NaifId;
-use crate::measure::{LinearPicture, PlannedView};
+use crate::measure::{LinearImage, PlannedView};
 use crate::render::software::Precision;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
 use crate::session::SessionError;
@@ -14,17 +14,17 @@ use serde_json::json;
 use std::collections::BTreeSet;
 
 /// Luminance of every pixel.
-fn luminances(picture: &LinearPicture) -> Vec<f64> {
-    picture.light.iter().map(|p| crate::units::luminance([p[0], p[1], p[2]].map(f64::from))).collect()
+fn luminances(image: &LinearImage) -> Vec<f64> {
+    image.light.iter().map(|p| crate::units::luminance([p[0], p[1], p[2]].map(f64::from))).collect()
 }
 
-/// Fraction of the range of radiance around a pixel by which the mean over 3 x 3 pixels can change when the picture moves by a pixel: a
-/// third for each axis along which the picture moves.
+/// Fraction of the range of radiance around a pixel by which the mean over 3 x 3 pixels can change when the image moves by a pixel: a
+/// third for each axis along which the image moves.
 const MAX_CHANGE_FRACTION: f64 = 0.5;
 
 /// Greatest increase of light, in levels, that no neighbour within two pixels had before, and its pixel. Means over 3 x 3 pixels are
 /// compared, so that a sharp point may move within its pixel. The frame's edge is excluded because its neighbours are unknown.
-fn unexplained_increase(first: &LinearPicture, second: &LinearPicture) -> (f64, [i64; 2]) {
+fn unexplained_increase(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 2]) {
     let (a, b) = (luminances(first), luminances(second));
     let (w, h) = (first.width as i64, first.height as i64);
     let around = |of: &[f64], x: i64, y: i64, radius: i64| -> Vec<f64> {
@@ -49,7 +49,7 @@ fn unexplained_increase(first: &LinearPicture, second: &LinearPicture) -> (f64, 
 }
 
 /// The greater of the unexplained increases in both directions: light that appears and light that disappears.
-fn unexplained_change(first: &LinearPicture, second: &LinearPicture) -> (f64, [i64; 2]) {
+fn unexplained_change(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 2]) {
     let (forward, reverse) = (unexplained_increase(first, second), unexplained_increase(second, first));
     if forward.0 >= reverse.0 { forward } else { reverse }
 }
@@ -74,15 +74,15 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     let mut found = SweepResult::none();
     let (side, steps, steps_away) = bench.pick((64, 10, 40), (160, 60, 300));
     let mut sequence = |name: &str, steps: u32, frame: &dyn Fn(f64) -> ViewRequest| -> Result<(), SessionError> {
-        let mut before: Option<(PlannedView, LinearPicture)> = None;
+        let mut before: Option<(PlannedView, LinearImage)> = None;
         for k in 0..steps {
             let view = bench.plan_view(&frame(f64::from(k)), SINGLE_SAMPLE)?;
-            let picture = bench.light(&view, Precision::F32)?;
+            let image = bench.light(&view, Precision::F32)?;
             if let Some((earlier, before)) = &before {
-                let (worst, pixel) = unexplained_change(before, &picture);
+                let (worst, pixel) = unexplained_change(before, &image);
                 found.add(worst, || (json!({ "sequence": name, "step": k, "pixel": pixel }), responsible_draw(bench, [earlier, &view])));
             }
-            before = Some((view, picture));
+            before = Some((view, image));
         }
         Ok(())
     };
@@ -94,13 +94,13 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
         let towards = (sunward(bench, body, time) + DVec3::new(0.3, -0.2, 0.3)).normalize();
         let base = view_from_offset(body, time, towards * distance_radii * radius_km, fov_deg, side);
         let base = bench.dual.with_metered_exposure(base)?;
-        let aside = towards.cross(DVec3::Z).normalize();
+        let perpendicular = towards.cross(DVec3::Z).normalize();
         let step_rad = 0.33 * fov_deg.to_radians() / f64::from(side);
         sequence(&format!("camera before {} at {distance_radii} radii", body.0), steps, &|k| ViewRequest {
-            look: Look::Along { direction: -towards + aside * (k * step_rad).tan(), axes: Axes::Icrf },
+            look: Look::Along { direction: -towards + perpendicular * (k * step_rad).tan(), axes: Axes::Icrf },
             ..base.clone()
         })?;
-        // Moves away from the body, by a third of a pixel at the picture's edge, where other moons may be. A full run ends at three times the distance.
+        // Moves away from the body, by a third of a pixel at the image's edge, where other moons may be. A full run ends at three times the distance.
         let growth = 0.33 * 2.0 / f64::from(side);
         sequence(&format!("away from {} at {distance_radii} radii", body.0), steps_away, &|k| {
             let offset_km = towards * (distance_radii - 1.0) * (1.0 + growth).powf(k) * radius_km + towards * radius_km;
@@ -128,13 +128,13 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
 
 /// Lowest level that is visible on a black display.
 const VISIBLE_LEVEL: u8 = 12;
-/// The result for a picture in which nothing is visible.
+/// The result for an image in which nothing is visible.
 const INVISIBLE_RESULT: f64 = 99.0;
 
 /// The sequence whose steps are longer than an eclipse's beginning.
 const ORBIT_OF_IO: &str = "Io once around Jupiter";
 
-/// Changes of automatic exposure in stops from step to step through eclipses, and whether anything is visible in each picture.
+/// Changes of automatic exposure in stops from step to step through eclipses, and whether anything is visible in each image.
 pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
     // A short sweep takes steps four times as long.
@@ -189,7 +189,7 @@ mod tests {
                 let v = (at - f64::from(k % 16)).clamp(0.0, 1.0) as f32;
                 [v, v, v, 1.0]
             });
-            LinearPicture { width: 16, height: 16, light: light.collect(), exposure_factor: 1.0 }
+            LinearImage { width: 16, height: 16, light: light.collect(), exposure_factor: 1.0 }
         };
         assert!(unexplained_change(&edge(7.0), &edge(7.5)).0 < 0.5);
         assert!(unexplained_change(&edge(7.0), &edge(10.0)).0 > 50.0);

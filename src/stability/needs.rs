@@ -9,7 +9,7 @@
 use super::difference::worst_of;
 use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::image::levels::display_level;
-use crate::measure::{LinearPicture, PlannedView, quantile};
+use crate::measure::{LinearImage, PlannedView, quantile};
 use crate::random::Random;
 use crate::render::plan;
 use crate::render::software::Precision;
@@ -107,14 +107,14 @@ const TRUTH_SCALE: u32 = 8;
 /// The worst pixel of two frames: the difference, and the pixel's index.
 #[derive(Clone, Copy)]
 struct WorstPixel {
-    apart: f64,
+    difference: f64,
     index: usize,
 }
 
 impl WorstPixel {
     fn of(differences: impl Iterator<Item = f64>) -> Self {
-        let (index, apart) = worst_of(&differences.collect::<Vec<_>>());
-        Self { apart, index }
+        let (index, difference) = worst_of(&differences.collect::<Vec<_>>());
+        Self { difference, index }
     }
 }
 
@@ -124,8 +124,8 @@ type DifferenceMeasure<'a> = &'a dyn Fn(&FramePair) -> Result<WorstPixel, Sessio
 /// The radiance of each channel at a pixel of both frames and of the true frame.
 fn values_at(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, pixel: usize) -> Result<Value, SessionError> {
     let both = frames(bench, request, purpose, &Effect::ALL)?;
-    let at = |picture: &LinearPicture| picture.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
-    let levels = |picture: &LinearPicture| at(picture).map(|p| p.map(|v| display_level(v, picture.exposure_factor)));
+    let at = |image: &LinearImage| image.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
+    let levels = |image: &LinearImage| at(image).map(|p| p.map(|v| display_level(v, image.exposure_factor)));
     let exposed = bench.dual.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let finer = ViewRequest { width: request.width * TRUTH_SCALE, height: request.height * TRUTH_SCALE, ..exposed };
     let truth = bench.light(&frames(bench, &finer, purpose, &Effect::ALL)?.all, Precision::F64)?.downsampled(TRUTH_SCALE);
@@ -146,7 +146,7 @@ fn worst_omission(
 ) -> Result<(f64, &'static str), SessionError> {
     let mut worst = (0.0, "several together");
     for effect in Effect::ALL.into_iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
-        let alone = difference(&frames(bench, request, purpose, &[effect])?)?.apart;
+        let alone = difference(&frames(bench, request, purpose, &[effect])?)?.difference;
         if alone > worst.0 {
             worst = (alone, effect.name());
         }
@@ -168,19 +168,19 @@ fn sweep_views(
     for RandomView { location, request } in views(bench, bench.views.unwrap_or(bench.pick(160, 3000))) {
         let Ok(frames) = frames(bench, &request, purpose, &Effect::ALL) else { continue };
         let worst = difference(&frames)?;
-        found.add(worst.apart, || (location.clone(), String::new()));
+        found.add(worst.difference, || (location.clone(), String::new()));
         figures.push((worst, request, location));
         let [chosen, all] = [operations(bench, &frames.chosen), operations(bench, &frames.all)];
         costs.extend((all > 0.0).then_some(chosen / all));
     }
-    figures.sort_by(|a, b| b.0.apart.total_cmp(&a.0.apart));
+    figures.sort_by(|a, b| b.0.difference.total_cmp(&a.0.difference));
     // For each effect, the number of the worst views in which it was omitted, and the greatest difference.
     let mut omitted: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
     let mut explained = Vec::new();
-    for (worst, request, location) in figures.iter().take_while(|f| f.0.apart > bound).take(MAX_EXPLAINED) {
+    for (worst, request, location) in figures.iter().take_while(|f| f.0.difference > bound).take(MAX_EXPLAINED) {
         let (alone, effect) = worst_omission(bench, request, purpose, difference)?;
         let mut location = location.clone();
-        location["apart"] = json!(worst.apart);
+        location["apart"] = json!(worst.difference);
         location["lacks"] = json!(effect);
         location["values"] = values_at(bench, request, purpose, worst.index)?;
         explained.push(location);
@@ -191,11 +191,11 @@ fn sweep_views(
         found.location = Value::Array(explained);
     }
     let named = omitted.iter().map(|(effect, (views, most))| format!("{effect} in {views} (up to {most:.2e})")).collect::<Vec<_>>();
-    let over = figures.iter().filter(|f| f.0.apart > bound).count();
-    let mut sorted: Vec<f64> = figures.iter().map(|f| f.0.apart).collect();
+    let over = figures.iter().filter(|f| f.0.difference > bound).count();
+    let mut sorted: Vec<f64> = figures.iter().map(|f| f.0.difference).collect();
     sorted.sort_by(f64::total_cmp);
     costs.sort_by(f64::total_cmp);
-    let at = |of: &[f64], part: f64| quantile(of, part).unwrap_or(0.0);
+    let at = |of: &[f64], fraction: f64| quantile(of, fraction).unwrap_or(0.0);
     found.cause = format!(
         "{over} views over {bound:e}, by the effect that they lack: {}; over all views median {:.2e}, 90 % {:.2e}, 99 % {:.2e}, worst {:.2e}; operations over those \
          with everything: least {:.2}, 10 % {:.2}, median {:.2}, 90 % {:.2}",
@@ -228,8 +228,8 @@ fn operations(bench: &SweepBench<'_>, view: &PlannedView) -> f64 {
 pub(super) fn display(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     sweep_views(bench, Purpose::Display, DISPLAY_BOUND, &|frames| {
         let (chosen, all) = (bench.display(&frames.chosen, Precision::F32)?, bench.display(&frames.all, Precision::F32)?);
-        let apart = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
-        Ok(WorstPixel::of(chosen.iter().zip(&all).map(apart)))
+        let difference = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
+        Ok(WorstPixel::of(chosen.iter().zip(&all).map(difference)))
     })
 }
 
@@ -238,11 +238,11 @@ pub(super) fn linear(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     sweep_views(bench, Purpose::LINEAR, LINEAR_BOUND, &|frames| {
         let (chosen, all) = (bench.light(&frames.chosen, Precision::F32)?, bench.light(&frames.all, Precision::F32)?);
         let brightest = all.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
-        let part = |a: &[f32; 4], b: &[f32; 4]| {
-            let whole = b[..3].iter().fold(0.0_f32, |a, b| a.max(*b));
-            let apart = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
-            if whole > 1e-6 * brightest { f64::from(apart / whole) } else { 0.0 }
+        let relative_difference = |a: &[f32; 4], b: &[f32; 4]| {
+            let radiance = b[..3].iter().fold(0.0_f32, |a, b| a.max(*b));
+            let difference = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
+            if radiance > 1e-6 * brightest { f64::from(difference / radiance) } else { 0.0 }
         };
-        Ok(WorstPixel::of(chosen.light.iter().zip(&all.light).map(|(a, b)| part(a, b))))
+        Ok(WorstPixel::of(chosen.light.iter().zip(&all.light).map(|(a, b)| relative_difference(a, b))))
     })
 }

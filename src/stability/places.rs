@@ -46,9 +46,12 @@ pub(super) fn light_time(bench: &SweepBench<'_>) -> Result<SweepResult, SessionE
         for k in 0..bench.pick(2, 20) {
             let time = Instant::from_jd_tdb(2_415_500.3 + 72_000.0 * f64::from(k) / f64::from(bench.pick(2, 20)));
             let (Ok(drawn), Ok(expected)) = (place(session, body.id, time), by_bisection(session, body.id, time)) else { continue };
-            let apart = angle_rad(drawn, expected) / RAD_PER_ARCSEC;
-            found.add(apart, || {
-                (json!({ "body": body.name, "time": time.to_utc_iso() }), format!("placed {apart:.3} arcsec beside its apparent direction"))
+            let separation = angle_rad(drawn, expected) / RAD_PER_ARCSEC;
+            found.add(separation, || {
+                (
+                    json!({ "body": body.name, "time": time.to_utc_iso() }),
+                    format!("placed {separation:.3} arcsec from its apparent direction"),
+                )
             });
         }
     }

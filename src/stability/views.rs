@@ -218,7 +218,7 @@ pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<SweepResult, SessionE
     compare_views(bench, views)
 }
 
-/// Pictures at the contacts of solar and lunar eclipses: from space, and of the Sun from the place of greatest eclipse.
+/// Images at the contacts of solar and lunar eclipses: from space, and of the Sun from the place of greatest eclipse.
 pub(super) fn contacts(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let (catalog, ephemeris) = (bench.session().catalog(), bench.session().ephemeris());
     // The years contain partial, annular, total and hybrid eclipses.
@@ -310,11 +310,11 @@ pub(super) fn sizes(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
 pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let side = bench.pick(96, 256);
     let all = Layers::ALL;
-    let of = |body: NaifId, time: Instant| ViewRequest { width: side, height: side, layers: all, ..ViewRequest::of(body, time) };
+    let request_of = |body: NaifId, time: Instant| ViewRequest { width: side, height: side, layers: all, ..ViewRequest::of(body, time) };
     // From the Earth's umbra, 2022-11-08T11:00 UTC: the Sun's refracted image around the Earth.
     let in_shadow = Instant::from_jd_tdb(2_459_891.959);
     let night_sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
-    let night_sky = night_sky.unwrap_or_else(|| of(SATURN, instant()));
+    let night_sky = night_sky.unwrap_or_else(|| request_of(SATURN, instant()));
     let dallas = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 2e-3 };
     let totality = Instant::from_jd_tdb(2_460_409.280_4);
     let views = [
@@ -323,7 +323,7 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
             ViewRequest {
                 fov_deg: Some(40.0),
                 position: Position::Over { towards: None, distance_radii: Some(60.0) },
-                ..of(JUPITER, instant())
+                ..request_of(JUPITER, instant())
             },
         ),
         (
@@ -331,20 +331,23 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
             ViewRequest {
                 fov_deg: Some(60.0),
                 position: Position::Over { towards: None, distance_radii: Some(12_000.0) },
-                ..of(NaifId::SUN, instant())
+                ..request_of(NaifId::SUN, instant())
             },
         ),
-        ("corona", ViewRequest { position: dallas, fov_deg: Some(3.0), ..of(NaifId::SUN, totality) }),
-        ("refracted limb", ViewRequest { position: Position::Centre(NaifId::MOON), fov_deg: Some(2.4), ..of(NaifId::EARTH, in_shadow) }),
-        ("glare", ViewRequest { position: Position::Centre(NaifId::EARTH), fov_deg: Some(20.0), ..of(NaifId::SUN, in_shadow) }),
+        ("corona", ViewRequest { position: dallas, fov_deg: Some(3.0), ..request_of(NaifId::SUN, totality) }),
+        (
+            "refracted limb",
+            ViewRequest { position: Position::Centre(NaifId::MOON), fov_deg: Some(2.4), ..request_of(NaifId::EARTH, in_shadow) },
+        ),
+        ("glare", ViewRequest { position: Position::Centre(NaifId::EARTH), fov_deg: Some(20.0), ..request_of(NaifId::SUN, in_shadow) }),
         ("night sky", night_sky),
     ];
     let mut found = SweepResult::none();
     for (name, request) in views {
         let view = bench.plan_view(&request, SINGLE_SAMPLE)?;
         let (single, double) = (bench.display(&view, Precision::F32)?, bench.display(&view, Precision::F64)?);
-        let apart = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
-        let differences: Vec<f64> = single.iter().zip(&double).map(apart).collect();
+        let difference = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
+        let differences: Vec<f64> = single.iter().zip(&double).map(difference).collect();
         let (at, worst) = worst_of(&differences);
         let pixel = [at as u32 % side, at as u32 / side];
         found.add(worst, || {

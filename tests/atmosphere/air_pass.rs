@@ -1,4 +1,4 @@
-//! The coarse picture of the air against its evaluation in each pixel: the error that `explain` states, in levels of a display and in thresholds of its light.
+//! The coarse image of the air against its evaluation in each pixel: the error that `explain` states, in levels of a display and in thresholds of its light.
 
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
@@ -11,7 +11,7 @@ use orrery::time::Instant;
 
 const SIDE: u32 = 512;
 
-/// Bounds of the whole pictures: levels of 255, and the error in thresholds of a display. Measured: see docs/accuracy.md.
+/// Bounds of the whole images: levels of 255, and the error in thresholds of a display. Measured: see docs/accuracy.md.
 const MOST_LEVELS: u8 = 1;
 const MOST_THRESHOLDS: f64 = 1.0;
 
@@ -46,7 +46,7 @@ fn views() -> Vec<(&'static str, ViewRequest)> {
 }
 
 /// The display levels and the light of a scene.
-fn picture(scene: &Scene) -> (Vec<[u8; 4]>, Vec<[f32; 4]>) {
+fn image(scene: &Scene) -> (Vec<[u8; 4]>, Vec<[f32; 4]>) {
     let plan = plan::plan(scene, &*SESSION, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
     let (frame, _) = SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn");
     (frame.display, frame.hdr)
@@ -68,16 +68,16 @@ fn difference(a: &(Vec<[u8; 4]>, Vec<[f32; 4]>), b: &(Vec<[u8; 4]>, Vec<[f32; 4]
     Difference { levels, changed, thresholds }
 }
 
-/// The picture whose pixels evaluate their air.
+/// The image whose pixels evaluate their air.
 fn evaluated(request: &ViewRequest) -> (Vec<[u8; 4]>, Vec<[f32; 4]>) {
-    picture(&SESSION.scene(&ViewRequest { coarse_air: false, ..request.clone() }).expect("a scene"))
+    image(&SESSION.scene(&ViewRequest { coarse_air: false, ..request.clone() }).expect("a scene"))
 }
 
-/// The picture with the bound times `factor` (0: nothing is interpolated).
+/// The image with the bound times `factor` (0: nothing is interpolated).
 fn with_bound(scene: &Scene, factor: f32) -> (Vec<[u8; 4]>, Vec<[f32; 4]>) {
     let mut scene = scene.clone();
     scene.draws.iter_mut().for_each(|d| d.uniforms.air.coarse_bound *= factor);
-    picture(&scene)
+    image(&scene)
 }
 
 #[test]
@@ -85,20 +85,20 @@ fn interpolated_air_keeps_its_bound() {
     for (name, request) in views() {
         let scene = SESSION.scene(&request).expect("a scene");
         let readers = scene.draws.iter().filter(|d| d.features.air_pass == AirPass::Read).count();
-        assert_eq!(readers, 2, "{name}: ground and clouds read the picture");
-        let interpolated = difference(&evaluated(&request), &picture(&scene), scene.exposure.white());
+        assert_eq!(readers, 2, "{name}: ground and clouds read the image");
+        let interpolated = difference(&evaluated(&request), &image(&scene), scene.exposure.white());
         let report = format!(
             "{name}: {} levels, {:.2} thresholds, {} pixels changed",
             interpolated.levels, interpolated.thresholds, interpolated.changed
         );
         println!("{report}");
         assert!(interpolated.levels <= MOST_LEVELS && interpolated.thresholds <= MOST_THRESHOLDS, "{report}");
-        // By day nearly all of the disc, which fills half of the picture, is interpolated.
+        // By day nearly all of the disc, which fills half of the image, is interpolated.
         assert!(!name.starts_with("day") || interpolated.changed > (SIDE * SIDE / 3) as usize, "{report}");
     }
 }
 
-/// Negative control, on a disc that is hardly larger than the smallest with a coarse picture: without the bound the error exceeds it.
+/// Negative control, on a disc that is hardly larger than the smallest with a coarse image: without the bound the error exceeds it.
 #[test]
 fn a_bound_that_is_no_bound_is_noticed() {
     let mut worst = 0.0_f64;
@@ -106,7 +106,7 @@ fn a_bound_that_is_no_bound_is_noticed() {
         let request = ViewRequest { width: 160, height: 160, ..request };
         let scene = SESSION.scene(&request).expect("a scene");
         let (exact, white) = (evaluated(&request), scene.exposure.white());
-        let (bounded, loose) = (difference(&exact, &picture(&scene), white), difference(&exact, &with_bound(&scene, 1e6), white));
+        let (bounded, loose) = (difference(&exact, &image(&scene), white), difference(&exact, &with_bound(&scene, 1e6), white));
         println!("{name}: {:.2} thresholds, without a bound {:.2}", bounded.thresholds, loose.thresholds);
         assert!(bounded.levels <= MOST_LEVELS && bounded.thresholds <= MOST_THRESHOLDS, "{name}: {:.2}", bounded.thresholds);
         worst = worst.max(loose.thresholds);
@@ -130,7 +130,7 @@ fn other_views_evaluate_each_pixel_and_say_why() {
         ("linear light", ViewRequest { purpose: Purpose::LINEAR, ..day.clone() }),
         ("reference quality", ViewRequest { quality: Quality::Reference, ..day.clone() }),
         ("px wide", ViewRequest { width: 64, height: 64, ..day.clone() }),
-        ("as few as they can be", ViewRequest { effects: EffectOverrides::parse("+atmosphere=vertex").expect("effects"), ..day.clone() }),
+        ("too few samples", ViewRequest { effects: EffectOverrides::parse("+atmosphere=vertex").expect("effects"), ..day.clone() }),
         ("by itself", ViewRequest { coarse_air: false, ..day.clone() }),
         ("shows no light of the air", ViewRequest { pixel_view: PixelView::Normal, ..day.clone() }),
     ];

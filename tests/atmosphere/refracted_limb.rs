@@ -40,7 +40,7 @@ fn light(scene: &Scene, renderer: &SoftwareRenderer) -> Vec<[f64; 3]> {
     hdr.iter().map(|p| [p[0], p[1], p[2]].map(f64::from)).collect()
 }
 
-/// The irradiance on a plane facing each pixel's direction, summed over the picture, relative to the Sun's at 1 au.
+/// The irradiance on a plane facing each pixel's direction, summed over the image, relative to the Sun's at 1 au.
 fn irradiance(scene: &Scene, light: &[[f64; 3]]) -> [f64; 3] {
     let camera = &scene.camera;
     let mut sum = [0.0; 3];
@@ -56,7 +56,7 @@ fn irradiance(scene: &Scene, light: &[[f64; 3]]) -> [f64; 3] {
     sum
 }
 
-/// The irradiance from the refracted limb alone: the picture with the effect minus the picture without.
+/// The irradiance from the refracted limb alone: the image with the effect minus the image without.
 fn limb_irradiance(request: &ViewRequest, renderer: &SoftwareRenderer) -> [f64; 3] {
     let without = EffectOverrides::parse(&format!("{},-refracted-limb", request.effects.to_text())).expect("effects");
     let [with, without] = [request.effects.clone(), without].map(|effects| {
@@ -162,7 +162,7 @@ fn light_past_the_limb(distance_km: f64, sun_km: f64, separation: f64) -> [f64; 
     light
 }
 
-/// From the edge of the penumbra to the middle of the umbra and across the Moon's face, in small and large pictures: the direct Sun and the ring together have the light
+/// From the edge of the penumbra to the middle of the umbra and across the Moon's face, in small and large images: the direct Sun and the ring together have the light
 /// of the eclipse model, and in the umbra also that of the integral over the limb.
 #[test]
 fn the_sun_and_its_refracted_ring_have_the_light_of_the_eclipse() {
@@ -222,7 +222,7 @@ fn view_from_behind(body: NaifId, radii: f64, aside: f64, side: u32, fov_deg: f6
     ViewRequest { position: Position::Offset { body, offset_km, axes: Axes::Icrf }, ..view_of(body, time, fov_deg, side, effects) }
 }
 
-/// The light does not depend on the size in the picture: tested for the entire ring from the Moon and from far away, and for a part of it from 20 radii. From closer this
+/// The light does not depend on the size in the image: tested for the entire ring from the Moon and from far away, and for a part of it from 20 radii. From closer this
 /// fails: from 8 radii an arc around a disc of 25 pixels has 21 % less light than around a disc of 300.
 #[test]
 fn the_light_is_the_same_at_every_size() {
@@ -279,7 +279,7 @@ fn refracted_sunlight_falls_smoothly_as_the_sun_sets() {
     assert!(reddest > 5.0, "the last light is red: {reddest}");
 }
 
-/// Single precision gives the same picture as double precision, near the Earth, from the Moon and from far away, for the entire disc and for a magnified limb.
+/// Single precision gives the same image as double precision, near the Earth, from the Moon and from far away, for the entire disc and for a magnified limb.
 #[test]
 fn single_precision_suffices_at_every_distance() {
     let [single, double] = [Precision::F32, Precision::F64].map(renderer);
@@ -331,7 +331,7 @@ fn the_refracted_limb_is_explained() {
         let (is_on, reason) = decision_of(request).expect("a decision");
         assert!(is_on == should_be_on && reason.contains(part), "{is_on}: {reason}");
     };
-    assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, ""), true, "of white against");
+    assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, ""), true, "of white (threshold");
     assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-refracted-limb"), false, "set by you");
     assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-atmosphere"), false, "switched off");
     assert_reason(&view_from_behind(NaifId::EARTH, -60.0, 0.1, 64, 3.0, ""), false, "no layer");

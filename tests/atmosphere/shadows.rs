@@ -125,8 +125,8 @@ fn a_rim_thinner_than_a_pixel_is_shaded_once_per_ray() {
     assert!(worst < 9.0 && worst_unshaded > 4.0 * worst, "{worst} of 255, {worst_unshaded} without a shadow");
 }
 
-/// The Earth in the Moon's shadow with eight samples. With occluders out of reach the picture equals the one without eclipse; where the eclipse is deepest, at 25.3 N
-/// 104.1 W, ground, clouds and air are dark; and it stays close to the picture with 32 samples.
+/// The Earth in the Moon's shadow with eight samples. With occluders out of reach the image equals the one without eclipse; where the eclipse is deepest, at 25.3 N
+/// 104.1 W, ground, clouds and air are dark; and it stays close to the image with 32 samples.
 #[test]
 fn eight_samples_suffice_for_an_eclipse() {
     const EARTH_SIDE: u32 = 300;

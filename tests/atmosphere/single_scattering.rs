@@ -7,9 +7,9 @@ use orrery::catalog::{Catalog, NaifId};
 use orrery::probe::Prober;
 use orrery::render::plan::SamplingQuality;
 use orrery::render::software::{Options, SoftwareRenderer};
-use orrery::scene::air_table;
 use orrery::scene::draw::AtmosphereModel;
 use orrery::scene::effects::EffectOverrides;
+use orrery::scene::multi_scatter_table;
 use orrery::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
 use orrery::scene::tiers::{self, Tier};
 use orrery::session::{Session, Sources};
@@ -131,7 +131,7 @@ fn sum(session: &Session, request: &ViewRequest) -> f64 {
     session.draw(request, SAMPLING, true).expect("draws").frame.hdr.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum()
 }
 
-/// An atmosphere of zero density gives the same picture, bit for bit, as the key without air.
+/// An atmosphere of zero density gives the same image, bit for bit, as the key without air.
 #[test]
 fn an_empty_atmosphere_changes_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -150,7 +150,7 @@ fn an_empty_atmosphere_changes_nothing() {
     assert!(draws_with_air >= 3, "ground, clouds and sky are drawn with the empty air: {draws_with_air}");
     let airless = empty.draw(&without, SAMPLING, true).expect("draws").frame.hdr;
     assert_eq!(empty.draw(&with, SAMPLING, true).expect("draws").frame.hdr, airless);
-    // The real air must change the picture.
+    // The real air must change the image.
     assert!((sum(&SESSION, &with) / sum(&SESSION, &without) - 1.0).abs() > 0.01);
 }
 
@@ -227,10 +227,10 @@ fn skylight_from_the_table_agrees_with_photons() {
     air.species.retain(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none());
     let per_km = air.species[0].scattering_per_km;
     let scale_height_km = air.species[0].scale_height_km;
-    let table = air_table::table(&earth).expect("a table");
-    for column in [air_table::SUNS - 3, air_table::SUNS - 1] {
-        let cosine = air_table::sun_cosine(column);
-        let sky = table[air_table::HEIGHTS * air_table::SUNS + column];
+    let table = multi_scatter_table::table(&earth).expect("a table");
+    for column in [multi_scatter_table::SUNS - 3, multi_scatter_table::SUNS - 1] {
+        let cosine = multi_scatter_table::sun_cosine(column);
+        let sky = table[multi_scatter_table::HEIGHTS * multi_scatter_table::SUNS + column];
         for channel in [1, 2] {
             let tabulated = f64::from(sky[channel]).powi(2) / cosine;
             let expected = diffuse_by_photons(per_km[channel] * scale_height_km, cosine, 200_000);
@@ -247,10 +247,12 @@ fn the_table_adds_more_light_to_thick_air_than_to_thin() {
         let mut body = catalog.bodies().iter().find(|b| b.name == name).expect(name).clone();
         // Black ground: light reflected by the ground would illuminate thin air too.
         (body.geometric_albedo, body.clear_sky_albedo) = (0.0, None);
-        let table = air_table::table(&body).expect("a table");
-        assert_eq!(table.len(), air_table::NODES);
-        let brightest =
-            table[..air_table::HEIGHTS * air_table::SUNS].iter().map(|v| v.truncate().max_element().powi(2)).fold(0.0, f32::max);
+        let table = multi_scatter_table::table(&body).expect("a table");
+        assert_eq!(table.len(), multi_scatter_table::NODES);
+        let brightest = table[..multi_scatter_table::HEIGHTS * multi_scatter_table::SUNS]
+            .iter()
+            .map(|v| v.truncate().max_element().powi(2))
+            .fold(0.0, f32::max);
         assert!(table.iter().all(|v| v.is_finite() && v.min_element() >= 0.0), "{name}");
         assert!(brightest > 0.0 && brightest < upper_bound, "{name}: {brightest}");
     }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId};
-use orrery::scene::air_table;
+use orrery::scene::multi_scatter_table;
 use std::f64::consts::{PI, TAU};
 
 /// An atmosphere of gas only above a ground of given albedo, for one channel. Lengths in km.
@@ -128,9 +128,9 @@ fn twilight_from_the_table_agrees_with_photons() {
     let air = earth.atmosphere.as_mut().expect("air");
     air.species.retain(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none());
     let (top, species) = (air.top_km, air.species[0].clone());
-    let table = air_table::table(&earth).expect("a table");
+    let table = multi_scatter_table::table(&earth).expect("a table");
     for (column, paths) in [(6, 100_000), (5, 100_000), (4, 200_000), (3, 400_000)] {
-        let cosine = air_table::sun_cosine(column);
+        let cosine = multi_scatter_table::sun_cosine(column);
         assert!((-0.105..0.01).contains(&cosine), "{cosine}");
         for channel in [1, 2] {
             let gas = Gas {
@@ -141,7 +141,7 @@ fn twilight_from_the_table_agrees_with_photons() {
                 albedo: earth.target_mean_colour()[channel],
             };
             let sky = gas.sky(cosine, paths);
-            let tabulated = f64::from(table[air_table::HEIGHTS * air_table::SUNS + column][channel]).powi(2);
+            let tabulated = f64::from(table[multi_scatter_table::HEIGHTS * multi_scatter_table::SUNS + column][channel]).powi(2);
             println!(
                 "{:.2} degrees, channel {channel}: {:.3} of {:.3e}, once {:.3}",
                 cosine.asin().to_degrees(),

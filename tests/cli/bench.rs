@@ -90,7 +90,7 @@ fn each_active_effect_has_its_cost_and_light_change() {
     let effects = report["scenes"][0]["effects"].as_array().expect("a list");
     let light = |name: &str| {
         let row = effects.iter().find(|e| e["name"] == name).unwrap_or_else(|| panic!("{name} is not in {effects:?}"));
-        // On so small a picture the noise exceeds most costs: still none is negative, and the noise is reported.
+        // On so small an image the noise exceeds most costs: still none is negative, and the noise is reported.
         for (cost, noise) in [("wall_ms", "wall_noise_ms"), ("cpu_ms", "cpu_noise_ms")] {
             assert!(row[cost].is_null() == row[noise].is_null() && (cost == "cpu_ms" || row[cost].is_f64()), "{row}");
             assert!([cost, noise].iter().all(|c| row[*c].as_f64().is_none_or(|ms| ms >= 0.0)), "{row}");

@@ -129,9 +129,9 @@ fn catalogs_of_a_megabyte() {
             &["ephemeris", "--body", "moon", "--center", "earth", "--time", "2024-01-01", "--catalogs", catalog],
             &[],
         );
-        let picture = folder.path().join("mars.png");
-        let picture = picture.to_str().expect("a plain name");
-        let view = ["render", "--target", "mars", "--time", "2024-01-01", "--size", "16x16", "--overwrite", "-o", picture];
+        let image = folder.path().join("mars.png");
+        let image = image.to_str().expect("a plain name");
+        let view = ["render", "--target", "mars", "--time", "2024-01-01", "--size", "16x16", "--overwrite", "-o", image];
         assert_terminates(folder.path(), case, &[&view[..], &["--catalogs", catalog]].concat(), &[]);
         // The ephemeris and the list of names must end too.
         assert_terminates(folder.path(), case, &["doctor", "--catalogs", catalog], &[]);
@@ -175,7 +175,7 @@ fn fragments_of_a_megabyte() {
 }
 
 #[test]
-fn stars_shapes_kernels_and_pictures_of_a_megabyte() {
+fn stars_shapes_kernels_and_images_of_a_megabyte() {
     let folder = tempfile::tempdir().expect("a folder");
     let write_file = |name: &str, bytes: &[u8]| {
         std::fs::write(folder.path().join(name), bytes).expect("a file");
@@ -214,7 +214,7 @@ fn stars_shapes_kernels_and_pictures_of_a_megabyte() {
     }
     write_file("a.toml", b"[[body]]\nid = 401\nmesh = { file = \"a.obj\" }\n");
     let catalogs = folder.path().to_str().expect("a plain name").to_owned();
-    let picture = write_file("a.png", b"");
+    let image = write_file("a.png", b"");
     let corners = "v 11 0 0\nv 0 11 0\nv 0 0 11\n";
     for (case, text) in [
         ("points", fill_a_megabyte(|k| format!("v {} 1 1\n", k % 11))),
@@ -251,7 +251,7 @@ fn stars_shapes_kernels_and_pictures_of_a_megabyte() {
             "--catalogs",
             &catalogs,
             "-o",
-            &picture,
+            &image,
         ];
         assert_terminates(folder.path(), case, &args, &[]);
     }
@@ -306,7 +306,7 @@ fn queries_views_and_names_of_a_megabyte() {
     assert_terminates(folder.path(), "target", &["explain", "--target", &long, "--time", "2024-01-01"], &[]);
 }
 
-/// A picture as a PNG, and the compressed bytes of its one data chunk.
+/// An image as a PNG, and the compressed bytes of its one data chunk.
 fn blank_png(width: u32, height: u32) -> (Vec<u8>, Vec<u8>) {
     let mut bytes = Vec::new();
     let mut writer = png::Encoder::new(&mut bytes, width, height);
@@ -341,9 +341,9 @@ fn maps_lines_shapes_and_surfaces_of_a_megabyte() {
         std::fs::create_dir_all(folder.path().join(name).parent().expect("a folder")).expect("a folder");
         std::fs::write(folder.path().join(name), bytes).expect("a file");
     };
-    let picture = path("a.png");
+    let image = path("a.png");
     let terminates = |case: &str, target: &str, args: &[&str]| {
-        let view = ["render", "--target", target, "--time", "2024-04-08T18:17:16Z", "--size", "32x32", "--overwrite", "-o", &picture];
+        let view = ["render", "--target", target, "--time", "2024-04-08T18:17:16Z", "--size", "32x32", "--overwrite", "-o", &image];
         assert_terminates(folder.path(), case, &[&view[..], args].concat(), &[]);
     };
     write("row/moon.jpg", &blank_png(60_000_000, 1).0);

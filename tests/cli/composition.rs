@@ -16,14 +16,14 @@ const VIEW: [&str; 7] = ["render", "--target", "saturn", "--time", "2017-05-17T0
 fn render(args: &[&str], to: &Path) -> Result<image::RgbaImage, String> {
     let out = orrery(&[&VIEW[..], args, &["-o", to.to_str().expect("a plain name")]].concat());
     if out.status.success() {
-        Ok(image::open(to).expect("a picture").to_rgba8())
+        Ok(image::open(to).expect("an image").to_rgba8())
     } else {
         assert_eq!(out.status.code(), Some(1), "{args:?}");
         Err(String::from_utf8_lossy(&out.stderr).trim().to_owned())
     }
 }
 
-/// Each composition gives a picture of the requested size, and the same in f64 as in f32, to two levels.
+/// Each composition gives an image of the requested size, and the same in f64 as in f32, to two levels.
 #[test]
 fn every_composition_is_drawn_in_both_precisions() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -76,7 +76,7 @@ fn impossible_compositions_are_refused_in_one_line() {
     assert!(std::fs::read_dir(folder.path()).expect("a folder").count() == 1, "nothing was written");
 }
 
-/// `probe project` gives the pixels of directions in fisheye and equirectangular pictures: compared with formulas in this test.
+/// `probe project` gives the pixels of directions in fisheye and equirectangular images: compared with formulas in this test.
 #[test]
 fn project_knows_the_projections() {
     let project = |projection: &str, ra: f64, dec: f64| -> serde_json::Value {

@@ -28,7 +28,7 @@ const VIEWS: [(&str, &[&str]); 5] = [
     ("mars", &["--target", "mars", "--time", "2024-04-08T18:17:16Z", "--distance-radii", "1.2"]),
 ];
 
-/// Mean bounds that still distinguish a good picture from a poor one, in levels of 255.
+/// Mean bounds that still distinguish a good image from a poor one, in levels of 255.
 const MEAN_OF_STANDARD: f64 = 16.0;
 const MEAN_OF_DRAFT: f64 = 40.0;
 
@@ -49,9 +49,9 @@ fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
         let reference = format!("{name}-reference.png");
         run_successfully(path, &[&all[..], &["--quality", "reference", "-o", &reference]].concat());
         for quality in ["draft", "standard"] {
-            let (picture, bound) = (format!("{name}-{quality}.png"), format!("{name}-{quality}-bound.png"));
-            run_successfully(path, &[&all[..], &["--quality", quality, "-o", &picture, "--error", &bound]].concat());
-            let out = run_successfully(path, &["compare", &picture, &reference, "--error", &bound, "--json"]);
+            let (image, bound) = (format!("{name}-{quality}.png"), format!("{name}-{quality}-bound.png"));
+            run_successfully(path, &[&all[..], &["--quality", quality, "-o", &image, "--error", &bound]].concat());
+            let out = run_successfully(path, &["compare", &image, &reference, "--error", &bound, "--json"]);
             let compared: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
             let held_fraction = compared["bound_held"].as_f64().expect("a fraction");
             let mean_bound = {
@@ -67,7 +67,7 @@ fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
         }
     }
     assert!(beyond_bound <= 1e-4 * pixels, "the bound fails in {beyond_bound} of {pixels} pixels");
-    // Negative control: the draft's picture against the standard quality's bound.
+    // Negative control: the draft's image against the standard quality's bound.
     let out =
         run_successfully(path, &["compare", "earth-draft.png", "earth-reference.png", "--error", "saturn-standard-bound.png", "--json"]);
     let compared: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");

@@ -53,7 +53,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
     assert!(first.status.success() && first.stderr.is_empty(), "{}", stderr_text(&first));
     let bytes = std::fs::read(&path).expect("written");
 
-    // The same request in other words, and options that change no picture.
+    // The same request in other words, and options that change no image.
     for same in
         [&["--threads", "1"][..], &["--tone-map", "FILM"], &["--textures", path_text(&maps)], &["--exposure", "AUTO"], &["--overwrite"]]
     {
@@ -162,7 +162,7 @@ fn a_sequence_resumes_with_its_own_frames_only() {
         let args = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "1h", "-o", path_text(&pattern)];
         let out = render(&args);
         assert!(out.status.success() && stderr_text(&out).contains("kept 4 of 5"), "{}", stderr_text(&out));
-        // Another step: only the first frame is the same picture.
+        // Another step: only the first frame is the same image.
         let args = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "2h", "-o", path_text(&pattern)];
         let out = render(&args);
         assert!(
@@ -214,7 +214,7 @@ fn a_tour_is_drawn_frame_by_frame() {
     let names: Vec<&str> = written.iter().map(|(name, _)| name.as_str()).filter(|n| n.ends_with(".png")).collect();
     assert_eq!(names, ["out-00.png", "out-01.png", "out-02.png", "out-03.png", "out-04.png", "out-05.png"]);
     // Two frames held, two moving, two held: held frames are equal, moving ones are not.
-    let pixels = |k: usize| image::open(folder.path().join(names[k])).expect("a picture").to_rgb8().into_raw();
+    let pixels = |k: usize| image::open(folder.path().join(names[k])).expect("an image").to_rgb8().into_raw();
     assert!(pixels(0) == pixels(1) && pixels(4) == pixels(5) && pixels(1) != pixels(3) && pixels(3) != pixels(4));
     let again = render(&args);
     assert!(again.status.success() && stderr_text(&again).contains("kept 6 of 6"), "{}", stderr_text(&again));
@@ -228,7 +228,7 @@ fn a_tour_is_drawn_frame_by_frame() {
 
 /// The frames of an animation are those of a sequence; an existing file is kept, and unsupported settings are reported before anything is drawn.
 #[test]
-fn a_moving_picture_has_the_frames_of_a_sequence() {
+fn a_moving_image_has_the_frames_of_a_sequence() {
     use image::AnimationDecoder;
     let folder = tempfile::tempdir().expect("a folder");
     let path_of = |name: &str| folder.path().join(name);
@@ -247,7 +247,7 @@ fn a_moving_picture_has_the_frames_of_a_sequence() {
         let out = draw(&path_of(name), &[]);
         assert!(out.status.success(), "{name}: {}", stderr_text(&out));
     }
-    let single = |k: usize| image::open(path_of(&format!("out-{k}.png"))).expect("a picture").to_rgb8();
+    let single = |k: usize| image::open(path_of(&format!("out-{k}.png"))).expect("an image").to_rgb8();
     let file = std::io::BufReader::new(std::fs::File::open(path_of("out.apng")).expect("a file"));
     let frames =
         image::codecs::png::PngDecoder::new(file).expect("a PNG").apng().expect("animated").into_frames().collect_frames().expect("frames");

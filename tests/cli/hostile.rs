@@ -133,12 +133,12 @@ fn pipes_and_devices_in_the_place_of_files_are_refused() {
 #[test]
 fn unusual_file_types_in_the_cache_are_tolerated() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (cache, picture) = (folder.path().join("cache"), folder.path().join("a.png"));
+    let (cache, image) = (folder.path().join("cache"), folder.path().join("a.png"));
     let render = || {
-        let args = ["render", "--target", "pluto", "--time", "2024-01-01", "--size", "16x16", "--overwrite", "-o", path_text(&picture)];
+        let args = ["render", "--target", "pluto", "--time", "2024-01-01", "--size", "16x16", "--overwrite", "-o", path_text(&image)];
         let out = orrery(&cache, &args);
         assert!(out.status.success(), "{}", stderr_text(&out));
-        (std::fs::read(&picture).expect("a picture"), stderr_text(&out))
+        (std::fs::read(&image).expect("an image"), stderr_text(&out))
     };
     let (first, _) = render();
     let entries = |below: &Path| -> Vec<PathBuf> {
@@ -157,7 +157,7 @@ fn unusual_file_types_in_the_cache_are_tolerated() {
         _ => std::os::unix::fs::symlink("/dev/zero", entry).expect("a link"),
     });
     let (again, line) = render();
-    assert!(first == again, "another picture");
+    assert!(first == again, "another image");
     assert!(line.lines().count() <= 2 && line.contains("not a regular file"), "{line}");
 }
 
@@ -208,7 +208,7 @@ fn a_cache_folder_writable_by_others_is_not_used() {
 fn oversized_counts_in_files_are_refused_with_their_limit() {
     let folder = tempfile::tempdir().expect("a folder");
     let path_of = |name: &str| folder.path().join(name);
-    let (maps, picture) = (path_of("maps"), path_of("a.png"));
+    let (maps, image) = (path_of("maps"), path_of("a.png"));
     for threads in ["257", "100000", "-1", "many"] {
         let out = orrery(&path_of("cache"), &["doctor", &format!("--threads={threads}")]);
         assert!(out.status.code() == Some(2) && stderr_text(&out).contains("threads from 1 to 256"), "{threads}: {}", stderr_text(&out));
@@ -226,9 +226,9 @@ fn oversized_counts_in_files_are_refused_with_their_limit() {
     // With a higher limit the file's own damage is reported.
     let line =
         error_line(&orrery(&path_of("cache"), &["compare", path_text(&huge), path_text(&huge), "--max-megapixels", "400"]), "raised");
-    assert!(line.contains("not a picture that can be read"), "{line}");
+    assert!(line.contains("not an image that can be read"), "{line}");
     let args =
-        ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "--textures", path_text(&maps), "-o", path_text(&picture)];
+        ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "--textures", path_text(&maps), "-o", path_text(&image)];
     let out = orrery(&path_of("cache"), &args);
     assert!(
         out.status.success() && stderr_text(&out).contains("400 megapixels") && stderr_text(&out).lines().count() == 1,
@@ -285,23 +285,12 @@ fn quotations_of_files_in_messages_stay_on_one_line() {
     std::fs::write(&camera, format!("{{\"{control_sequence}\":1}}")).expect("a file");
     assert!(!has_control_characters(&error_line(&orrery(&path_of("cache"), &["explain", "--camera-json", path_text(&camera)]), "camera")));
     // A line of a shape model, with raw bytes.
-    let (mesh, picture) = (path_of("mesh"), path_of("a.png"));
+    let (mesh, image) = (path_of("mesh"), path_of("a.png"));
     std::fs::create_dir(&mesh).expect("a folder");
     std::fs::write(mesh.join("a.toml"), "[[body]]\nid = 401\nmesh = { file = \"a.obj\" }\n").expect("a file");
     std::fs::write(mesh.join("a.obj"), "v 1 2 \u{1b}[2J\u{7}\r\n").expect("a file");
-    let args = [
-        "render",
-        "--target",
-        "phobos",
-        "--time",
-        "2024-01-01",
-        "--size",
-        "8x8",
-        "-o",
-        path_text(&picture),
-        "--catalogs",
-        path_text(&mesh),
-    ];
+    let args =
+        ["render", "--target", "phobos", "--time", "2024-01-01", "--size", "8x8", "-o", path_text(&image), "--catalogs", path_text(&mesh)];
     let out = orrery(&path_of("cache"), &args);
     assert!(
         stderr_text(&out).lines().count() == 1 && stderr_text(&out).contains("a.obj:1") && !has_control_characters(&stderr_text(&out)),
@@ -314,7 +303,7 @@ fn quotations_of_files_in_messages_stay_on_one_line() {
 #[test]
 fn meaningless_values_are_refused_by_option_name() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (cache, picture) = (folder.path().join("cache"), folder.path().join("a.png"));
+    let (cache, image) = (folder.path().join("cache"), folder.path().join("a.png"));
     let none = folder.path().join("none");
     let cases: [(&[&str], &str); 9] = [
         (&["--at", "91,0"], "--at 91,0"),
@@ -328,7 +317,7 @@ fn meaningless_values_are_refused_by_option_name() {
         (&["--textures", "/dev/null"], "there is no such folder; --textures"),
     ];
     for (args, message_part) in cases {
-        let view = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", path_text(&picture)];
+        let view = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", path_text(&image)];
         let out = orrery(&cache, &[&view[..], args].concat());
         assert!(
             matches!(out.status.code(), Some(1 | 2)) && stderr_text(&out).contains(message_part),
@@ -336,7 +325,7 @@ fn meaningless_values_are_refused_by_option_name() {
             out.status,
             stderr_text(&out)
         );
-        assert!(!picture.exists(), "{args:?}: a picture");
+        assert!(!image.exists(), "{args:?}: an image");
     }
     let air = |fields: &str| {
         let species = format!(
@@ -367,7 +356,7 @@ fn meaningless_values_are_refused_by_option_name() {
 #[expect(clippy::disallowed_methods, reason = "ages of files on disk")]
 fn no_partial_or_stale_file_is_left_behind() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (cache, picture, difference) = (folder.path().join("cache"), folder.path().join("a.png"), folder.path().join("d.png"));
+    let (cache, image, difference) = (folder.path().join("cache"), folder.path().join("a.png"), folder.path().join("d.png"));
     let temporary_file = |folder: &Path, name: &str, age_s: u64| {
         std::fs::create_dir_all(folder).expect("a folder");
         let file = std::fs::File::create(folder.join(name)).expect("a file");
@@ -377,7 +366,7 @@ fn no_partial_or_stale_file_is_left_behind() {
     let old = temporary_file(folder.path(), ".orrery-writing-aaaaaa", 100_000);
     let young = temporary_file(folder.path(), ".orrery-writing-bbbbbb", 100);
     let other = temporary_file(folder.path(), ".tmpcccccc", 100_000);
-    let args = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", path_text(&picture)];
+    let args = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", path_text(&image)];
     assert!(orrery(&cache, &args).status.success());
     assert!(!old.exists() && young.exists() && other.exists());
     let program = crate::support::program::path();
@@ -387,8 +376,8 @@ fn no_partial_or_stale_file_is_left_behind() {
         "trap '' XFSZ; ulimit -f 0; exec \"$0\" \"$@\"",
         &program,
         "compare",
-        path_text(&picture),
-        path_text(&picture),
+        path_text(&image),
+        path_text(&image),
         "-o",
         path_text(&difference),
     ]);

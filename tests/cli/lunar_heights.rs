@@ -75,7 +75,7 @@ fn invalid_height_maps_are_refused_in_one_line() {
         (&format!("{square},0,1"), "twice as wide as high"),
         (&text, "neither PNG nor TIFF"),
         (&lonely, "the image's label"),
-        (&climbing, "must lie beside its label"),
+        (&climbing, "must be in the same folder as its label"),
         (none.to_str().expect("a plain name"), "No such file"),
     ] {
         let out = find(folder.path(), heights, false);

@@ -39,7 +39,7 @@ fn the_defaults_of_every_quality_follow_from_the_rule() {
     // The kernel is more accurate and faster than the series, and the table shows this.
     let series = table.lines().find(|l| l.trim_start().starts_with("series")).expect("the series");
     assert!(series.contains("dominated"), "{series}");
-    let plot = image::open(&png).expect("a picture").to_rgb8();
+    let plot = image::open(&png).expect("an image").to_rgb8();
     let dark_pixels = plot.pixels().filter(|p| p.0.iter().any(|v| *v < 128)).count();
     assert!(plot.width() > 1000 && dark_pixels > 5000, "{dark_pixels} dark pixels");
     let svg_text = std::fs::read_to_string(&svg).expect("a plot");

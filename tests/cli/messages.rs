@@ -373,9 +373,9 @@ fn exported_fragments_override_the_built_in_ones() {
     }
 }
 
-/// A fragment that darkens everything darkens the picture of every verb that draws.
+/// A fragment that darkens everything darkens the image of every verb that draws.
 #[test]
-fn edited_fragments_change_the_picture() {
+fn edited_fragments_change_the_image() {
     let folder = tempfile::tempdir().expect("a folder");
     let shaders = folder.path().join("shaders");
     assert!(orrery(&["shader", "export", path_text(&shaders)]).status.success());
@@ -388,9 +388,9 @@ fn edited_fragments_change_the_picture() {
         let out =
             orrery(&[&["render", "--target", "venus", "--time", "2024-04-08", "--size", "16x16", "-o", path_text(&path)], more].concat());
         assert!(out.status.success(), "{}", stderr_text(&out));
-        image::open(path).expect("a picture").into_rgb8().into_raw()
+        image::open(path).expect("an image").into_rgb8().into_raw()
     };
-    let brightest = |picture: Vec<u8>| picture.into_iter().max().unwrap_or(0);
+    let brightest = |image: Vec<u8>| image.into_iter().max().unwrap_or(0);
     let (built_in, darker) = (brightest(draw("a.png", &[])), brightest(draw("b.png", &["--shaders", path_text(&shaders)])));
     assert!(built_in > 150 && darker < 140, "{built_in} of 255 and {darker}");
 }

@@ -35,7 +35,7 @@ fn every_verb_has_help_and_an_example() {
     }
 }
 
-/// Invented data are reported where they are shown: by `explain` in its text and as a field, and in the picture's metadata; measured maps have no such note.
+/// Invented data are reported where they are shown: by `explain` in its text and as a field, and in the image's metadata; measured maps have no such note.
 #[test]
 fn invented_maps_are_reported() {
     let near = ["--distance-radii", "4", "--time", ECLIPSE];
@@ -54,7 +54,7 @@ fn invented_maps_are_reported() {
         let file = folder.path().join(format!("{body}.png"));
         let out = orrery(&[&["render", "--target", body, "--size", "32x32", "-o", file.to_str().expect("a path")], &near[..]].concat());
         assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
-        let bytes = std::fs::read(&file).expect("a picture");
+        let bytes = std::fs::read(&file).expect("an image");
         let note = format!("invented: {body}.jpg");
         assert_eq!(bytes.windows(note.len()).any(|w| w == note.as_bytes()), invented, "{body}");
     }
@@ -98,7 +98,7 @@ fn the_same_command_writes_the_same_bytes() {
         assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
         std::fs::read(path).expect("written")
     };
-    // The Earth has all features; the other format only needs a picture.
+    // The Earth has all features; the other format only needs an image.
     for (target, kind) in [("earth", "png"), ("io", "exr")] {
         assert_eq!(draw(target, &format!("a.{kind}")), draw(target, &format!("b.{kind}")), "{kind}");
     }
@@ -106,20 +106,20 @@ fn the_same_command_writes_the_same_bytes() {
 
 /// Evaluation in f64 changes a pixel at most by the rounding of texture coordinates at an edge, and most pixels not at all.
 #[test]
-fn the_reference_quality_draws_the_standard_picture() {
+fn the_reference_quality_draws_the_standard_image() {
     let folder = tempfile::tempdir().expect("a folder");
     let draw = |quality: &str| {
         let path = folder.path().join(format!("{quality}.png"));
         let args = ["render", "--target", "mars", "--time", ECLIPSE, "--size", "96x96", "--quality", quality, "-o"];
         let out = orrery(&[&args[..], &[path.to_str().expect("a path")]].concat());
         assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
-        image::open(path).expect("a picture").into_rgb8().into_raw()
+        image::open(path).expect("an image").into_rgb8().into_raw()
     };
     let (standard, reference) = (draw("standard"), draw("reference"));
     let different = standard.iter().zip(&reference).filter(|(a, b)| a.abs_diff(**b) > 12).count();
     let mean = standard.iter().zip(&reference).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / standard.len() as f64;
     assert!(different < 20 && mean < 0.3, "{different} values differ by more than 12 of 255, {mean} in the mean");
-    assert!(standard.iter().any(|v| *v > 60), "the picture is not black");
+    assert!(standard.iter().any(|v| *v > 60), "the image is not black");
 }
 
 #[test]
@@ -139,7 +139,7 @@ fn json_answers_have_their_fields() {
     let draft = orrery(&["--quality", "draft", "explain", "--target", "earth", "--time", ECLIPSE]);
     let draft = String::from_utf8_lossy(&draft.stdout);
     assert!(
-        draft.contains("pixel-8: off by at most 90 %") && draft.contains("uniform-disc: off by at most 10 % of the Sun's light"),
+        draft.contains("pixel-8: error at most 90 %") && draft.contains("uniform-disc: error at most 10 % of the Sun's light"),
         "{draft}"
     );
     assert!(draft.contains(estimate), "{draft}");
@@ -173,7 +173,7 @@ fn compare_reports_differences_and_refuses_other_sizes() {
     // One pixel of 100 differs, by 20.
     assert!((d["mean"].as_f64().expect("mean") - 0.2).abs() < 1e-12 && d["max"] == 20 && d["p999"] == 20 && d["pixels"] == 100, "{d}");
     assert!((d["psnr_db"].as_f64().expect("psnr") - 10.0 * (255.0_f64 * 255.0 / 4.0).log10()).abs() < 1e-9, "{d}");
-    let shown = image::open(path("d.png")).expect("a picture").into_rgb8();
+    let shown = image::open(path("d.png")).expect("an image").into_rgb8();
     assert!(shown.get_pixel(0, 0).0 == [255; 3] && shown.get_pixel(5, 5).0 == [0; 3]);
     let status = |args: &[&str]| orrery(&[&["compare"], args].concat());
     assert_eq!(status(&[&path("a.png"), &path("b.png"), "--tolerance", "20"]).status.code(), Some(0));
@@ -227,10 +227,10 @@ fn a_missing_renderer_is_refused_with_one_line() {
 #[test]
 fn a_time_report_adds_up() {
     let folder = tempfile::tempdir().expect("a folder");
-    let picture = folder.path().join("moon.png");
+    let image = folder.path().join("moon.png");
     let start = std::time::Instant::now();
     let args = ["render", "--target", "moon", "--time", ECLIPSE, "--size", "32x32", "--renderer", "software", "--time-report", "-o"];
-    let report = json(&[&args[..], &[picture.to_str().expect("a plain name")]].concat());
+    let report = json(&[&args[..], &[image.to_str().expect("a plain name")]].concat());
     let whole_ms = 1e3 * start.elapsed().as_secs_f64();
     let stages = report["stages"].as_object().expect("stages");
     let before_the_frame: f64 =
@@ -241,7 +241,7 @@ fn a_time_report_adds_up() {
     assert_eq!((&report["frames"], &report["renderer"]), (&serde_json::json!(1), &serde_json::json!("software")));
 }
 
-/// A comparison writes its picture, accepts an existing file with equal bytes, and overwrites any other file only with --overwrite.
+/// A comparison writes its image, accepts an existing file with equal bytes, and overwrites any other file only with --overwrite.
 #[test]
 fn compare_overwrites_only_with_overwrite() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -251,7 +251,7 @@ fn compare_overwrites_only_with_overwrite() {
     }
     let compare = |more: &[&str]| orrery(&[&["compare", &*path("a.png"), &*path("b.png"), "-o", &*path("d.png")], more].concat());
     assert!(compare(&[]).status.success() && compare(&[]).status.success(), "an existing file with the same bytes is accepted");
-    let difference = std::fs::read(path("d.png")).expect("a picture");
+    let difference = std::fs::read(path("d.png")).expect("an image");
     std::fs::write(path("d.png"), "mine").expect("a file");
     let refused = compare(&[]);
     let stderr_text = String::from_utf8_lossy(&refused.stderr).into_owned();
@@ -262,7 +262,7 @@ fn compare_overwrites_only_with_overwrite() {
     );
     assert_eq!(std::fs::read(path("d.png")).expect("a file"), b"mine");
     assert!(compare(&["--overwrite"]).status.success());
-    assert_eq!(std::fs::read(path("d.png")).expect("a picture"), difference);
+    assert_eq!(std::fs::read(path("d.png")).expect("an image"), difference);
 }
 
 /// Each verb that prints, with its output or messages closed: it ends without a panic, and a closed pipe is no failure.

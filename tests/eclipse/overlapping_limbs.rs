@@ -1,4 +1,4 @@
-//! A limb with antialiased edge in front of another: the Sun's light in a picture is the fraction of its disc that nearer bodies leave visible. Tested for a disc, for
+//! A limb with antialiased edge in front of another: the Sun's light in an image is the fraction of its disc that nearer bodies leave visible. Tested for a disc, for
 //! the point that replaces a small disc, and for the transition between them; a hidden disc gives no light.
 
 use crate::support::session::{SESSION, session_over};
@@ -28,7 +28,7 @@ static UNOBSTRUCTED: LazyLock<Session> = LazyLock::new(|| {
 const OCCLUDERS: [(i32, &str); 4] = [(301, "Moon"), (501, "Io"), (499, "Mars"), (299, "Venus")];
 
 /// A camera behind a body whose disc appears `k` times as large as the Sun's, with its centre `d` solar radii from the Sun's at a position angle. The Sun is in
-/// the middle of the picture, with radius `radius_px`.
+/// the middle of the image, with radius `radius_px`.
 fn view_from_behind(body: i32, k: f64, d: f64, position_angle: f64, radius_px: f64, size: u32) -> ViewRequest {
     let time = Instant::parse("2024-04-16T18:00:00Z").expect("a time");
     let id = NaifId(body);
@@ -55,7 +55,7 @@ fn view_from_behind(body: i32, k: f64, d: f64, position_angle: f64, radius_px: f
     }
 }
 
-/// Sum of the picture per channel, and the picture.
+/// Sum of the image per channel, and the image.
 fn light(session: &Session, request: &ViewRequest, samples: u8) -> ([f64; 3], Vec<[f32; 4]>) {
     let (_, plan) = session.plan(request, SamplingQuality { samples, anisotropy: 1 }).expect("a plan");
     let hdr = RENDERER.render(&plan, session.library(), true).expect("drawn").0.hdr;
@@ -84,7 +84,7 @@ fn fraction_left(k: f64, d: f64) -> [f64; 3] {
 }
 
 #[test]
-fn the_suns_light_in_a_picture_equals_its_visible_fraction() {
+fn the_suns_light_in_an_image_equals_its_visible_fraction() {
     let (mut dark, mut partial, mut worst_disc, mut worst_point) = (0, 0, 0.0_f64, 0.0_f64);
     // Total, annular, equal discs, and a planet's disc; from before first contact to the middle.
     for (body, k) in [(301, 1.03), (301, 0.94), (301, 1.6), (301, 1.003), (299, 0.3), (301, 8.0)] {

@@ -485,7 +485,7 @@ fn an_occluder_beside_the_sun_changes_no_bit() {
             draw.uniforms.eclipse.occluder_positions.iter_mut().for_each(|p| p.x += 50.0);
         }
         let plan = plan(&scene, &Layouts, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
-        SINGLE.render(&plan, SESSION.library(), true).expect("a picture").0
+        SINGLE.render(&plan, SESSION.library(), true).expect("an image").0
     };
     const WITHOUT_SURFACE_EFFECTS: &str = ",-albedo,-normal,-specular,-night,-clouds,-cloud-shadow,-atmosphere";
     let [with, without] = ["+eclipse=limb-darkened", "-eclipse"].map(|e| draw(&format!("{e}{WITHOUT_SURFACE_EFFECTS}")));

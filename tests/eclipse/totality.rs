@@ -103,12 +103,12 @@ fn faint_light_around_the_sun_has_no_sharp_edge() {
             layers: Layers::parse("-stars").expect("a layer"),
             ..request(NaifId::SUN, parse_time("2022-03-01T00:00:00Z"), fov_deg, 400, stops, &format!("{effects},-points"))
         };
-        let picture = drawn(&request_in_space);
-        let faintest = VISIBLE_LIGHT * picture.scene.exposure.white();
-        let light: Vec<f64> = picture.frame.hdr.iter().map(|p| f64::from(p[0].max(p[1]).max(p[2]))).collect();
+        let image = drawn(&request_in_space);
+        let faintest = VISIBLE_LIGHT * image.scene.exposure.white();
+        let light: Vec<f64> = image.frame.hdr.iter().map(|p| f64::from(p[0].max(p[1]).max(p[2]))).collect();
         assert!(
             light.iter().any(|l| *l > 10.0 * faintest) && light.contains(&0.0),
-            "{fov_deg} degrees: the light must begin and end inside the picture"
+            "{fov_deg} degrees: the light must begin and end inside the image"
         );
         let rows = light.windows(2).enumerate().filter(|(k, _)| k % 400 != 399).map(|(_, w)| (w[0], w[1]));
         let columns = (0..light.len() - 400).map(|k| (light[k], light[k + 400]));
@@ -123,11 +123,11 @@ fn faint_light_around_the_sun_has_no_sharp_edge() {
 #[test]
 fn the_corona_follows_its_law_at_every_scale() {
     for (fov_deg, size, tolerance) in [(1.2, 128, 0.03), (3.0, 160, 0.03), (8.0, 200, 0.03), (12.0, 96, 0.06)] {
-        let picture = bare_sun("2022-03-01T00:00:00Z", fov_deg, size);
-        let all = around_sun(&picture);
+        let image = bare_sun("2022-03-01T00:00:00Z", fov_deg, size);
+        let all = around_sun(&image);
         let pixel = 2.0 * (fov_deg.to_radians() / 2.0).tan() / f64::from(size);
         let sine = {
-            let s = picture.scene.body(NaifId::SUN).expect("the Sun");
+            let s = image.scene.body(NaifId::SUN).expect("the Sun");
             s.placement.radii_km.x / s.distance_km
         };
         let pixel_radii = pixel / sine;
@@ -157,7 +157,7 @@ fn the_corona_follows_its_law_at_every_scale() {
     }
 }
 
-/// From a picture: the corona's total light is a millionth of the Sun's (Allen's Astrophysical Quantities, 4th ed., 14.8: 0.6e-6 at minimum to 1.3e-6 at maximum beyond
+/// From an image: the corona's total light is a millionth of the Sun's (Allen's Astrophysical Quantities, 4th ed., 14.8: 0.6e-6 at minimum to 1.3e-6 at maximum beyond
 /// 1.03 radii).
 #[test]
 fn the_corona_gives_a_millionth_of_the_suns_light() {
@@ -168,7 +168,7 @@ fn the_corona_gives_a_millionth_of_the_suns_light() {
     assert!((0.5e-6..2e-6).contains(&light_ratio), "{light_ratio:e}");
 }
 
-/// Isophotes of a picture measured by Ludendorff's method: the mean of the diameters along the equator and 22.5 degrees to either side, divided by the mean about the
+/// Isophotes of an image measured by Ludendorff's method: the mean of the diameters along the equator and 22.5 degrees to either side, divided by the mean about the
 /// poles, minus 1.
 #[test]
 fn the_flattening_of_the_corona_follows_the_solar_cycle() {
@@ -325,7 +325,7 @@ fn flux_without_air(time: Instant) -> f64 {
     f64::from(point.flux.y)
 }
 
-/// f32 and f64 give the same picture of corona, sky and ground, within half a level of 256.
+/// f32 and f64 give the same image of corona, sky and ground, within half a level of 256.
 #[test]
 fn single_precision_is_enough_for_totality() {
     let double = Session::open(&Sources { double_precision: true, ..Sources::default() }, |_| {}).expect("opens");

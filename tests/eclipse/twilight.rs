@@ -5,8 +5,8 @@ use super::totality::{DALLAS, TOTALITY, UNIT_CD_M2, drawn, on_ground, parse_time
 use crate::support::session::SESSION;
 use glam::{DVec3, Vec3, Vec4};
 use orrery::catalog::{Catalog, NaifId};
-use orrery::scene::air_spread;
 use orrery::scene::draw::EclipseUniforms;
+use orrery::scene::multi_scatter_in_shadow;
 use orrery::scene::request::{Axes, Look, Up, ViewRequest};
 use orrery::time::Instant;
 use std::f64::consts::{PI, TAU};
@@ -100,12 +100,12 @@ fn light_in_the_umbra_agrees_with_photons() {
             occluder_outlines: vec![Vec4::new(1.0, 0.0, occluder_radius, occluder_radius)],
             ..EclipseUniforms::default()
         };
-        let roots = air_spread::tables(&earth, &eclipse);
-        assert_eq!(roots.len(), air_spread::TABLES);
-        assert!(roots[..air_spread::NODES].iter().all(|r| r.min_element() >= 0.0 && r.max_element() <= 1.0));
+        let roots = multi_scatter_in_shadow::tables(&earth, &eclipse);
+        assert_eq!(roots.len(), multi_scatter_in_shadow::TABLES);
+        assert!(roots[..multi_scatter_in_shadow::NODES].iter().all(|r| r.min_element() >= 0.0 && r.max_element() <= 1.0));
         // The middle of the shadow, 2 km above the ground: first column of the second row.
         for channel in [1, 2] {
-            let tabulated = f64::from(roots[air_spread::COLUMNS][channel]).powi(2);
+            let tabulated = f64::from(roots[multi_scatter_in_shadow::COLUMNS][channel]).powi(2);
             let visible_fraction =
                 |x: f64, y: f64| visible_fraction_of_uniform_disc(f64::from(occluder_radius) * cot / depth, x.hypot(y) / solar_radius_km);
             let expected =

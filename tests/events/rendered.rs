@@ -1,6 +1,6 @@
-//! An eclipse in pixels: from the Sun's light in pictures taken on the ground follow the contacts and the magnitude, which agree with the geometry of discs.
+//! An eclipse in pixels: from the Sun's light in images taken on the ground follow the contacts and the magnitude, which agree with the geometry of discs.
 //!
-//! The overlap of a limb-darkened disc, integrated here, converts the light of a picture into a distance between the discs' centres; distances before and after a
+//! The overlap of a limb-darkened disc, integrated here, converts the light of an image into a distance between the discs' centres; distances before and after a
 //! contact give its instant. Air, glare, corona and map are off, because the overlap does not include their light.
 
 use super::{EPHEMERIS, IAU, parse_time, seconds_after};
@@ -51,7 +51,7 @@ fn distance_of(fraction: f64, k: f64, (mut near, mut far): (f64, f64), darkening
 /// Effects that leave the Sun and the Moon as plain discs.
 const DISCS_ONLY: &str = "-atmosphere,-glow,-corona,-albedo,-points";
 
-/// The Sun's green light in a picture from a location, divided by the square of the Sun's angular radius (which changes by 1e-4 from first to last contact), and
+/// The Sun's green light in an image from a location, divided by the square of the Sun's angular radius (which changes by 1e-4 from first to last contact), and
 /// the ratio of the Moon's angular radius to the Sun's.
 fn seen_from(place: GeodeticPosition, time: Instant, effects: &str) -> (f64, f64) {
     let request = ViewRequest {
@@ -84,18 +84,18 @@ fn circumstances(day: &str, place: GeodeticPosition) -> LocalCircumstances {
     eclipses[0].seen_from(place).expect("an eclipse")
 }
 
-/// Seconds from a contact to each picture, on the side where part of the Sun is hidden. A pixel is 4.5 arcseconds, and the Moon moves by one pixel in ten seconds.
-const PICTURES_S: [f64; 4] = [40.0, 60.0, 80.0, 100.0];
+/// Seconds from a contact to each image, on the side where part of the Sun is hidden. A pixel is 4.5 arcseconds, and the Moon moves by one pixel in ten seconds.
+const IMAGES_S: [f64; 4] = [40.0, 60.0, 80.0, 100.0];
 
-/// Measures an eclipse at a location from pictures.
-struct Pictures {
+/// Measures an eclipse at a location from images.
+struct Images {
     place: GeodeticPosition,
     darkening: [f64; 2],
     /// The Sun's light before the first contact.
     unobscured: f64,
 }
 
-impl Pictures {
+impl Images {
     /// Distance of the centres and the Moon's radius at an instant, both in solar radii.
     fn distance(&self, time: Instant) -> (f64, f64) {
         let (light, k) = seen_from(self.place, time, DISCS_ONLY);
@@ -104,7 +104,7 @@ impl Pictures {
 
     /// Measured delay of an outer contact after `time`, in seconds, for a Moon whose radius is larger by `enlargement`: a straight line fitted to the distances.
     fn outer_contact_s(&self, time: Instant, side: f64, enlargement: f64) -> f64 {
-        let points = PICTURES_S.map(|s| {
+        let points = IMAGES_S.map(|s| {
             let (distance, k) = self.distance(time.plus_seconds(side * s));
             (side * s, distance - (1.0 + k + enlargement))
         });
@@ -116,12 +116,12 @@ impl Pictures {
     }
 
     /// The same for second and third contact. Between them the distance has a minimum, but its square is smooth: nearly a parabola, which the turning Earth skews. A cubic is
-    /// fitted by least squares to pictures before and after.
+    /// fitted by least squares to images before and after.
     fn inner_contacts_s(&self, [second, third]: [Instant; 2], enlargement: f64) -> [f64; 2] {
         let half = 0.5 * seconds_after(third, second);
         let middle = second.plus_seconds(half);
         let (mut normal, mut right_side, mut radius) = (DMat4::ZERO, DVec4::ZERO, 0.0);
-        for t in PICTURES_S.into_iter().flat_map(|s| [-half - s, half + s]) {
+        for t in IMAGES_S.into_iter().flat_map(|s| [-half - s, half + s]) {
             let (distance, k) = self.distance(middle.plus_seconds(t));
             let x = t / half;
             let powers = DVec4::new(1.0, x, x * x, x * x * x);
@@ -153,19 +153,19 @@ fn contacts_and_magnitude_from_pixels_agree_with_the_geometry() {
         let expected = circumstances(day, place);
         let contact = |name: &str| expected.contacts.iter().find(|c| c.name == name).map(|c| c.time);
         let [first, last] = ["C1", "C4"].map(|name| contact(name).expect("an eclipse"));
-        let pictures = Pictures { place, darkening, unobscured: seen_from(place, first.plus_seconds(-120.0), DISCS_ONLY).0 };
+        let images = Images { place, darkening, unobscured: seen_from(place, first.plus_seconds(-120.0), DISCS_ONLY).0 };
         // The comparison must be able to fail: a Moon that is 0.4 % larger meets the Sun seconds earlier.
         for (enlargement, agrees) in [(0.0, true), (0.004, false)] {
-            let mut off_s = vec![pictures.outer_contact_s(first, 1.0, enlargement), pictures.outer_contact_s(last, -1.0, enlargement)];
+            let mut off_s = vec![images.outer_contact_s(first, 1.0, enlargement), images.outer_contact_s(last, -1.0, enlargement)];
             if let (Some(second), Some(third)) = (contact("C2"), contact("C3")) {
-                off_s.extend(pictures.inner_contacts_s([second, third], enlargement));
+                off_s.extend(images.inner_contacts_s([second, third], enlargement));
             }
             println!("{day} {place:?} {enlargement}: {off_s:.2?} s");
             assert!(off_s.iter().all(|s| (s.abs() < 1.0) == agrees), "{day} {enlargement}: {off_s:?} s");
         }
         let (light, k) = seen_from(place, expected.maximum.time, DISCS_ONLY);
         if expected.contacts.len() == 2 {
-            let magnitude = 0.5 * (1.0 + k - pictures.distance(expected.maximum.time).0);
+            let magnitude = 0.5 * (1.0 + k - images.distance(expected.maximum.time).0);
             assert!((magnitude - expected.magnitude).abs() < 1e-3, "{day}: {magnitude} for {}", expected.magnitude);
         } else {
             // If one disc lies inside the other, the magnitude is the ratio of their diameters.
@@ -176,7 +176,7 @@ fn contacts_and_magnitude_from_pixels_agree_with_the_geometry() {
             );
             // In totality there is no light; in annularity the remaining light depends only a little on the Moon's position inside the Sun's disc.
             let (middle, limb) = (1.0 - hidden_fraction(k, 1e-9, darkening), 1.0 - hidden_fraction(k, (k - 1.0).abs(), darkening));
-            let light_left = light / pictures.unobscured;
+            let light_left = light / images.unobscured;
             assert!(if k > 1.0 { light == 0.0 } else { (middle - 1e-3..limb + 1e-3).contains(&light_left) }, "{day}: {light_left}");
         }
     }

@@ -1,4 +1,4 @@
-//! The coarse picture of the air on the GPU, where half floats store it, against the software renderer.
+//! The coarse image of the air on the GPU, where half floats store it, against the software renderer.
 
 use crate::support::gpu::gpu;
 use crate::support::session::SESSION;
@@ -8,7 +8,7 @@ use orrery::render::plan::SamplingQuality;
 use orrery::scene::request::{Position, Quality, ViewRequest};
 use orrery::{Instant, NaifId};
 
-fn picture(frame: Frame) -> DisplayImage {
+fn image(frame: Frame) -> DisplayImage {
     DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }
 }
 
@@ -29,14 +29,14 @@ fn both_renderers_interpolate_the_same_air() {
         assert!(plan.passes.iter().any(|p| p.name == "coarse air"), "{time}: the air has passes of its own");
         let (on_gpu, _) = gpu.render(&plan, session.library(), false).expect("drawn");
         let (soft, _) = session.renderer().render(&plan, session.library(), false).expect("drawn");
-        let d = picture(soft).difference(&picture(on_gpu.clone())).expect("one size");
+        let d = image(soft).difference(&image(on_gpu.clone())).expect("one size");
         println!("{time}: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
         assert!(d.mean < 0.3 && d.p999 <= 3, "{time}: mean {:.3}, 99.9 % {}", d.mean, d.p999);
         // Against the GPU's own evaluation in each pixel only the interpolation is left.
         let request = ViewRequest { coarse_air: false, ..request };
         let (_, exact) = session.plan(&request, SamplingQuality::of(quality)).expect("a plan");
         let (exact, _) = gpu.render(&exact, session.library(), false).expect("drawn");
-        let d = picture(exact).difference(&picture(on_gpu)).expect("one size");
+        let d = image(exact).difference(&image(on_gpu)).expect("one size");
         println!("{time}: against each pixel: mean {:.4}, greatest {}", d.mean, d.max);
         assert!(d.max <= 2 && d.p999 <= 1, "{time}: greatest {}, 99.9 % {}", d.max, d.p999);
     }

@@ -42,7 +42,7 @@ fn session(renderer: RendererPreference) -> (Session, Arc<Mutex<Vec<String>>>, t
     (session, messages, cache)
 }
 
-fn picture(frame: Frame) -> DisplayImage {
+fn image(frame: Frame) -> DisplayImage {
     DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }
 }
 
@@ -90,7 +90,7 @@ fn assert_views_equal_the_software_renderers(gpu: &GpuRenderer) {
             drawn => drawn.expect("drawn").0,
         };
         let (soft, _) = session.renderer().render(&plan, session.library(), false).expect("drawn");
-        let (drawn, soft) = (picture(drawn), picture(soft));
+        let (drawn, soft) = (image(drawn), image(soft));
         let d = soft.difference(&drawn).expect("one size");
         println!("{name}: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
         if exceeds_bounds(&d) {
@@ -103,7 +103,7 @@ fn assert_views_equal_the_software_renderers(gpu: &GpuRenderer) {
             let exposure = f32::from_le_bytes(tone_map.uniform_bytes[..4].try_into().expect("four bytes"));
             tone_map.uniform_bytes[..4].copy_from_slice(&(1.4 * exposure).to_le_bytes());
             let (other, _) = gpu.render(&brighter, session.library(), false).expect("drawn");
-            assert!(exceeds_bounds(&soft.difference(&picture(other)).expect("one size")), "half a stop is not detected");
+            assert!(exceeds_bounds(&soft.difference(&image(other)).expect("one size")), "half a stop is not detected");
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
@@ -122,7 +122,7 @@ fn every_pair_of_key_values_equals_the_software_renderers() {
     for key in &keys {
         let plan = sample_plan(&library, key, 40, HALF_SIDE_WITH_LIMB).expect("a plan");
         let (drawn, _) = match gpu.render(&plan, &library, true) {
-            // The adapter lacks a capability that every linear picture needs.
+            // The adapter lacks a capability that every linear image needs.
             Err(GpuError::NotDrawn(why)) => {
                 not_drawn = Some(why);
                 break;
@@ -159,7 +159,7 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
         PresenterChoice::Unchanged,
         "a window would wait for the pipelines of its frames"
     );
-    // These pipelines are compiled while the window's picture is drawn. If llvmpipe presented, a window would wait for each picture, so that device presents only on
+    // These pipelines are compiled while the window's image is drawn. If llvmpipe presented, a window would wait for each image, so that device presents only on
     // request.
     session.draw_or_fall_back(&request, SAMPLING, false).expect("drawn");
     let mut polls = 0;
@@ -175,8 +175,8 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     let after = draw();
     assert_eq!(after.by.renderer, "software");
     assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::Unchanged, "no device draws");
-    let d = picture(before.frame).difference(&picture(after.frame)).expect("one size");
-    assert!(!exceeds_bounds(&d), "a different picture: mean {}, 99.9 % {}", d.mean, d.p999);
+    let d = image(before.frame).difference(&image(after.frame)).expect("one size");
+    assert!(!exceeds_bounds(&d), "a different image: mean {}, 99.9 % {}", d.mean, d.p999);
     draw();
     let messages = messages.lock().expect("not poisoned");
     assert!(messages.len() == 1 && messages[0].contains("lost") && messages[0].contains("drawing in software"), "{messages:?}");
@@ -201,12 +201,12 @@ fn a_window_never_blocks_on_shader_compilation() {
         }
         assert!(frames < 10_000, "the GPU never became ready: {:?}", messages.lock());
     };
-    assert!(!exceeds_bounds(&picture(first.frame).difference(&picture(later.frame)).expect("one size")));
+    assert!(!exceeds_bounds(&image(first.frame).difference(&image(later.frame)).expect("one size")));
     assert!(messages.lock().expect("not poisoned").is_empty());
 }
 
 #[test]
-fn a_window_never_waits_for_background_pictures() {
+fn a_window_never_waits_for_background_images() {
     if gpu().is_none() {
         return;
     }
@@ -222,18 +222,18 @@ fn a_window_never_waits_for_background_pictures() {
     let background =
         ViewRequest { width: 64, height: 64, ..views().into_iter().find(|(name, _)| *name == "saturn").expect("in the table").1 };
     session.plan(&background, SAMPLING).expect("planned");
-    let (renderer, window_pictures) = std::thread::scope(|scope| {
+    let (renderer, window_images) = std::thread::scope(|scope| {
         let drawing = scope.spawn(|| session.draw_in_background(&background, SAMPLING, false).expect("drawn").by.renderer);
-        let mut window_pictures = 0;
+        let mut window_images = 0;
         while !drawing.is_finished() {
             draw_window();
-            window_pictures += 1;
+            window_images += 1;
         }
-        (drawing.join().expect("no panic"), window_pictures)
+        (drawing.join().expect("no panic"), window_images)
     });
     assert_eq!(renderer, "gpu");
-    // A window that waited would get only one or two pictures: before the background picture began and after its end.
-    assert!(window_pictures > 2, "{window_pictures} pictures while another was drawn in the background");
+    // A window that waited would get only one or two images: before the background image began and after its end.
+    assert!(window_images > 2, "{window_images} images while another was drawn in the background");
     assert!(messages.lock().expect("not poisoned").is_empty());
 }
 

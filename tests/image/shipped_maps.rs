@@ -297,7 +297,7 @@ fn the_users_folder_takes_precedence_and_a_missing_map_is_named() {
     let mut bytes = Vec::new();
     orrery::image::write_png(&mut bytes, 2, 1, &[[9, 8, 7, 255]; 2], &[]).unwrap();
     std::fs::write(folder.path().join("mars.jpg"), &bytes).unwrap();
-    std::fs::write(folder.path().join("moon.jpg"), b"no picture").unwrap();
+    std::fs::write(folder.path().join("moon.jpg"), b"no image").unwrap();
     let store = MapStore::new(Some(folder.path().to_owned()));
     assert_eq!(store.get("mars.jpg", TexelFormat::Rgba8Srgb).unwrap().levels[0].bytes()[..4], [9, 8, 7, 255]);
     assert!(matches!(store.get("moon.jpg", TexelFormat::Rgba8Srgb), Err(ImageError::Unreadable { .. })));

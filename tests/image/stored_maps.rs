@@ -1,4 +1,4 @@
-//! Pictures of a start with an empty cache folder, against those of a start with the maps that the first one left there.
+//! Images of a start with an empty cache folder, against those of a start with the maps that the first one left there.
 
 use orrery::catalog::NaifId;
 use orrery::image::StoredMaps;
@@ -24,7 +24,7 @@ fn views() -> Vec<(String, ViewRequest)> {
         let body = NaifId(body);
         let whole = ViewRequest { width: 256, height: 256, ..ViewRequest::of(body, time) };
         let above = |latitude_deg: f64, height_km: f64| Position::Ground { body, latitude_deg, longitude_deg: 40.0, height_km };
-        // Along the local tangent, so that the limb crosses the picture.
+        // Along the local tangent, so that the limb crosses the image.
         let limb = ViewRequest {
             position: above(10.0, 2000.0),
             look: Look::Along { direction: glam::DVec3::new(-0.9, 0.6, 0.3), axes: Axes::BodyFixed },

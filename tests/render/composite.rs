@@ -1,4 +1,4 @@
-//! Pictures composed of several frames: positions of directions in domes and full spheres, seams, stereo disparity, and warps.
+//! Images composed of several frames: positions of directions in domes and full spheres, seams, stereo disparity, and warps.
 //!
 //! External references: tests/data/stars_public.json (skyfield 1.55 on JPL DE440) for directions; the projections' formulas, written out here; the spectra of Sanders &
 //! McAllister 2003 for the anaglyph. The position of a star has the tolerance of tests/scene/stars.rs, 0.1 pixel.
@@ -150,12 +150,12 @@ fn a_star_keeps_its_place_and_light_in_every_projection() {
             let perspective = ViewRequest { composition: Composition::default(), fov_deg: Some(10.0), ..request.clone() };
             let velocity = viewer(session.catalog(), session.ephemeris(), &perspective).expect("a viewer").body_velocity_km_s;
             let direction = orrery::ephemeris::apparent::aberrated(star.direction, velocity);
-            let (in_axes, picture) = (faces.picture.in_axes(direction), &faces.picture);
-            let expected = picture.pixel(in_axes).expect("in the picture");
+            let (in_axes, image) = (faces.image.in_axes(direction), &faces.image);
+            let expected = image.pixel(in_axes).expect("in the image");
             // Remove the other planets, which are points too, and count the star alone.
             let drawn = draw(&session, &request, true);
             let (mut sum, mut moment) = (0.0, DVec2::ZERO);
-            let reach_px = 8.0 + if projection == Projection::Fisheye { 0.0 } else { picture.pixel_sr_and_stretch(in_axes).1 };
+            let reach_px = 8.0 + if projection == Projection::Fisheye { 0.0 } else { image.pixel_sr_and_stretch(in_axes).1 };
             for (y, x) in (0..size.1).flat_map(|y| (0..size.0).map(move |x| (y, x))) {
                 let at = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
                 let mut offset = at - expected;
@@ -168,7 +168,7 @@ fn a_star_keeps_its_place_and_light_in_every_projection() {
                     moment += offset * light;
                 }
             }
-            let flux = sum * picture.pixel_sr_and_stretch(in_axes).0 / PI;
+            let flux = sum * image.pixel_sr_and_stretch(in_axes).0 / PI;
             let centroid_offset = moment / sum;
             assert!(centroid_offset.length() < TOLERANCE_PX, "{projection:?} {angle}: {centroid_offset}");
             assert!((flux / irradiance - 1.0).abs() < 0.1, "{projection:?} {angle}: {}", flux / irradiance);
@@ -185,7 +185,7 @@ fn a_disc_on_a_seam_is_at_its_position() {
     for (angle, azimuth) in [(0.0, 0.0), (30.0, 0.3), (45.0, 0.0), (45.0, FRAC_PI_2), (54.7, 0.785), (45.0, 2.0), (80.0, 0.1), (100.0, 1.0)]
     {
         let angle = f64::to_radians(angle);
-        // The Sun's direction in the picture's axes. The camera stays on ICRF -x; the picture's axes are rotated instead.
+        // The Sun's direction in the image's axes. The camera stays on ICRF -x; the image's axes are rotated instead.
         let (sin, cos) = angle.sin_cos();
         let sun_direction = DVec3::new(sin * f64::cos(azimuth), sin * f64::sin(azimuth), cos);
         // Any rotation that maps x to `sun_direction`.
@@ -202,7 +202,7 @@ fn a_disc_on_a_seam_is_at_its_position() {
             exposure: ExposureRequest::Stops(-20.0),
             ..view_along(DVec3::X, at)
         };
-        // The rows of a rotation are right-handed, but the picture looks along its third axis with x to the right, so x is mirrored.
+        // The rows of a rotation are right-handed, but the image looks along its third axis with x to the right, so x is mirrored.
         let mirrored = DVec3::new(-sun_direction.x, sun_direction.y, sun_direction.z);
         let drawn = draw(&SESSION, &composed(Projection::Fisheye, request), true);
         let (mut sum, mut moment) = (0.0, DVec2::ZERO);
@@ -222,7 +222,7 @@ fn a_disc_on_a_seam_is_at_its_position() {
     println!("worst {worst:.4} pixels");
 }
 
-/// The same sphere drawn from a cube that is rotated by 45 degrees: seams of one are in the middle of a face of the other, and the pictures agree.
+/// The same sphere drawn from a cube that is rotated by 45 degrees: seams of one are in the middle of a face of the other, and the images agree.
 #[test]
 fn seams_are_invisible() {
     let at = time("2024-04-08T12:00:00Z");
@@ -242,7 +242,7 @@ fn seams_are_invisible() {
     let (first, rotated) = (view(0.0), view(45.0));
     let lit = first.iter().filter(|p| p[1] > 40).count();
     assert!(lit > 10_000, "{lit}");
-    // Between 40 degrees north and south the vertical edges of the faces are 90 degrees apart: in the first picture at 45 degrees from the middle, in the rotated one at
+    // Between 40 degrees north and south the vertical edges of the faces are 90 degrees apart: in the first image at 45 degrees from the middle, in the rotated one at
     // 0.
     let (mut on_seams, mut elsewhere) = (Vec::new(), Vec::new());
     for (y, x) in (72..184_usize).flat_map(|y| (0..512_usize).map(move |x| (y, x))) {
@@ -258,12 +258,12 @@ fn seams_are_invisible() {
     let (seams, faces) = (mean(&on_seams), mean(&elsewhere));
     println!("{} pixels on seams differ by {seams:.3} levels, {} others by {faces:.3}", on_seams.len(), elsewhere.len());
     assert!(on_seams.len() > 200 && seams < 1.5 * faces + 0.3 && faces < 3.0, "{seams} {faces}");
-    // The comparison must be able to fail: without the shift of 45 degrees the pictures differ.
+    // The comparison must be able to fail: without the shift of 45 degrees the images differ.
     let unshifted_sum: u64 = (0..first.len()).map(|k| u64::from(first[k][1].abs_diff(rotated[k][1]))).sum();
     assert!(unshifted_sum as f64 / first.len() as f64 > 2.0);
 }
 
-/// Points near Jupiter: the disparity of each between the two pictures of a pair follows from its distance, and that of the sky is the fixed offset of the pair.
+/// Points near Jupiter: the disparity of each between the two images of a pair follows from its distance, and that of the sky is the fixed offset of the pair.
 #[test]
 fn disparity_follows_from_the_geometry() {
     let at = time("2024-12-07T20:00:00Z");
@@ -284,7 +284,7 @@ fn disparity_follows_from_the_geometry() {
     assert!(((right.position_km - left.position_km).length() / eyes.separation_km - 1.0).abs() < 1e-6);
     let target = SESSION.ephemeris().light_time_position(NaifId(599), camera.position_km, at).expect("Jupiter").0;
     let distance_km = (target - camera.position_km).length();
-    let in_picture = |k: usize, point_km: DVec3| {
+    let in_image = |k: usize, point_km: DVec3| {
         let eye = &frames.frames[k].viewer.camera;
         let clip = eye.clip(point_km - eye.position_km).expect("in front");
         eye.pixel_from_clip(clip) - DVec2::new(f64::from(eyes.columns[k]), 0.0)
@@ -294,20 +294,20 @@ fn disparity_follows_from_the_geometry() {
         let point_km = target + DVec3::new(0.3, 1.0, 0.2).normalize() * (0.02 * f64::from(k) * distance_km);
         let depth = (point_km - camera.position_km).dot(camera.forward);
         let expected = eyes.separation_km / camera.pixel_tangent() * (1.0 / distance_km - 1.0 / depth);
-        let [l, r] = [0, 1].map(|k| in_picture(k, point_km));
+        let [l, r] = [0, 1].map(|k| in_image(k, point_km));
         assert!((r.x - l.x - expected).abs() < 1e-3 && (r.y - l.y).abs() < 1e-3, "{k}: {} for {expected}", r.x - l.x);
         near += usize::from(expected < -1.0);
         far += usize::from(expected > 1.0);
     }
     assert!(near > 5 && far > 5);
-    // In the picture: centroids of the moons' points, left and right.
+    // In the image: centroids of the moons' points, left and right.
     let drawn = draw(&SESSION, &request, false);
     let mut measured = 0;
     for id in [501, 502, 503, 504] {
         let body = drawn.scene.body(NaifId(id)).expect("a moon").placement.centre_km;
         let moon_km = left.position_km + body;
         let centroid = |k: usize| {
-            let middle = in_picture(k, moon_km) + DVec2::new(800.0 * k as f64, 0.0);
+            let middle = in_image(k, moon_km) + DVec2::new(800.0 * k as f64, 0.0);
             let (mut sum, mut moment) = (0.0, DVec2::ZERO);
             for (y, x) in (-7..=7).flat_map(|y| (-7..=7).map(move |x| (y, x))) {
                 let (x, y) = (middle.x as i64 + x, middle.y as i64 + y);
@@ -319,14 +319,14 @@ fn disparity_follows_from_the_geometry() {
             }
             (sum, moment / sum - DVec2::new(800.0 * k as f64, 0.0))
         };
-        let [l, r] = [in_picture(0, moon_km), in_picture(1, moon_km)];
+        let [l, r] = [in_image(0, moon_km), in_image(1, moon_km)];
         let inside = |p: DVec2| p.cmpgt(DVec2::splat(20.0)).all() && p.cmplt(DVec2::splat(780.0)).all();
         // Skip moons next to Jupiter, whose light would be included.
         if !inside(l) || !inside(r) || l.distance(DVec2::splat(400.0)) < 40.0 {
             continue;
         }
         let ((light, at_left), (_, at_right)) = (centroid(0), centroid(1));
-        assert!(light > 0.01, "{id} is not in the picture");
+        assert!(light > 0.01, "{id} is not in the image");
         let (measured_px, expected_px) = ((at_right - at_left).x, r.x - l.x);
         println!("{id}: disparity {measured_px:.3} for {expected_px:.3}, light {light:.2}, at {l}");
         assert!((measured_px - expected_px).abs() < 0.3, "{id}: {measured_px} for {expected_px}");
@@ -387,15 +387,15 @@ fn mesh(columns: usize, rows: usize, brightness: f64, place: impl Fn(f64, f64) -
     Arc::new(WarpMesh::parse("mesh", &text).expect("a mesh"))
 }
 
-/// An identity mesh reproduces the picture, except for filtering; a mirroring mesh gives the mirrored picture; brightness 1/2 gives half the light.
+/// An identity mesh reproduces the image, except for filtering; a mirroring mesh gives the mirrored image; brightness 1/2 gives half the light.
 #[test]
-fn a_warp_moves_the_picture_according_to_its_mesh() {
+fn a_warp_moves_the_image_according_to_its_mesh() {
     let unwarped = ViewRequest { width: 240, height: 160, ..ViewRequest::of(NaifId(699), time("2017-05-17T00:00:00Z")) };
     let warped = |mesh: Arc<WarpMesh>| {
         let composition = Composition { warp: Some(mesh), ..Composition::default() };
         draw(&SESSION, &ViewRequest { composition, ..unwarped.clone() }, false).frame.display
     };
-    let picture = draw(&SESSION, &unwarped, false).frame.display;
+    let image = draw(&SESSION, &unwarped, false).frame.display;
     let mean = |a: &[[u8; 4]], b: &dyn Fn(usize) -> [u8; 4]| {
         let sum: u64 = (0..a.len()).flat_map(|k| (0..3).map(move |c| (k, c))).map(|(k, c)| u64::from(a[k][c].abs_diff(b(k)[c]))).sum();
         sum as f64 / (3 * a.len()) as f64
@@ -403,7 +403,7 @@ fn a_warp_moves_the_picture_according_to_its_mesh() {
     let identical = warped(mesh(13, 9, 1.0, |x, y| (1.5 * x, y)));
     let mirrored = warped(mesh(13, 9, 1.0, |x, y| (-1.5 * x, y)));
     let mirrored_back = |k: usize| mirrored[k / 240 * 240 + 239 - k % 240];
-    let unmoved = mean(&picture, &|k| identical[k]);
+    let unmoved = mean(&image, &|k| identical[k]);
     let (unmirrored, unlike) = (mean(&identical, &mirrored_back), mean(&identical, &|k| mirrored[k]));
     println!("identical {unmoved:.3}, mirrored back {unmirrored:.3}, mirrored {unlike:.3} levels");
     assert!(unmoved < 1.5 && unmirrored < 0.1 && unlike > 3.0);
@@ -417,7 +417,7 @@ fn a_warp_moves_the_picture_according_to_its_mesh() {
 }
 
 /// In a dome the sky's diffuse light is behind the stars: with the Milky Way a star is at least as bright as without. Lines are drawn in the faces alone: the
-/// picture's scene has no lines or background of its own.
+/// image's scene has no lines or background of its own.
 #[test]
 fn the_milky_way_hides_no_star_of_a_dome() {
     let (session, _folder) = session_of_regulus();

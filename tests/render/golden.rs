@@ -1,10 +1,10 @@
-//! Recorded pictures of the views of tests/support/views.rs, of user data and of the Moon's beads, redrawn and compared.
+//! Recorded images of the views of tests/support/views.rs, of user data and of the Moon's beads, redrawn and compared.
 //!
 //! The software renderer uses the portable kernels, whose bits do not depend on the machine's vector unit. Only the last bit of the system's sine and
 //! cosine may differ, which moves an edge by far less than a level and rarely changes a texel's choice between neighbours: hence a mean of 0.3 levels
 //! of 255, and 3 levels for 99.9 % of the values. Visible changes are larger by an order of magnitude.
 //!
-//! Record intended changes with `ORRERY_RECORD_GOLDEN=1 cargo test --test main golden`; look at the pictures before committing.
+//! Record intended changes with `ORRERY_RECORD_GOLDEN=1 cargo test --test main golden`; look at the images before committing.
 
 use crate::support::views::views;
 use glam::DVec3;
@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 const MEAN_LEVELS: f64 = 0.3;
 const P999_LEVELS: u8 = 3;
-/// Limit for all pictures together.
+/// Limit for all images together.
 const MAX_BYTES: u64 = 600_000;
 
 /// The shared session, and the renderer whose bits are the same on every machine.
@@ -52,17 +52,17 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden")
 }
 
-/// Opaque pictures are stored without alpha, with the best PNG compression.
-fn save(picture: &DisplayImage, path: &Path) {
+/// Opaque images are stored without alpha, with the best PNG compression.
+fn save(image: &DisplayImage, path: &Path) {
     use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-    let rgb: Vec<u8> = picture.rgba.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
+    let rgb: Vec<u8> = image.rgba.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
     let mut bytes = Vec::new();
     let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive);
-    image::ImageEncoder::write_image(encoder, &rgb, picture.width, picture.height, image::ExtendedColorType::Rgb8).expect("encodes");
+    image::ImageEncoder::write_image(encoder, &rgb, image.width, image.height, image::ExtendedColorType::Rgb8).expect("encodes");
     std::fs::write(path, bytes).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
 }
 
-/// The view whose picture needs files of its own.
+/// The view whose image needs files of its own.
 const USER_DATA: &str = "own-data";
 
 /// Points, outlines and an image supplied by a user, on the Earth and in the sky next to it.
@@ -134,10 +134,10 @@ fn exceeds_bounds(d: &Difference) -> bool {
     d.mean > MEAN_LEVELS || d.p999 > P999_LEVELS
 }
 
-/// `Err` describes the difference and gives the path of the new picture.
+/// `Err` describes the difference and gives the path of the new image.
 fn compared(name: &str, drawn: &DisplayImage) -> Result<Difference, String> {
     let path = folder().join(format!("{name}.png"));
-    let bytes = std::fs::read(&path).map_err(|e| format!("{name}: no recorded picture ({e})"))?;
+    let bytes = std::fs::read(&path).map_err(|e| format!("{name}: no recorded image ({e})"))?;
     let golden = DisplayImage::decode(name, &bytes, orrery::image::DEFAULT_MAX_MEGAPIXELS).map_err(|e| e.to_string())?;
     let d = golden.difference(drawn).map_err(|e| format!("{name}: {e}"))?;
     if !exceeds_bounds(&d) {
@@ -145,7 +145,7 @@ fn compared(name: &str, drawn: &DisplayImage) -> Result<Difference, String> {
     }
     let scratch = Path::new(env!("CARGO_TARGET_TMPDIR"));
     save(drawn, &scratch.join(format!("{name}.png")));
-    save(&golden.difference_picture(drawn).expect("one size"), &scratch.join(format!("{name}.difference.png")));
+    save(&golden.difference_image(drawn).expect("one size"), &scratch.join(format!("{name}.difference.png")));
     let numbers = format!("mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
     Err(format!("{name} is not as recorded ({numbers}); see {name}.png and {name}.difference.png in {}", scratch.display()))
 }
@@ -158,9 +158,9 @@ fn views_look_as_recorded() {
     let drawn = views().into_iter().map(|(name, request)| (name, renderer.draw(&request)));
     for (name, drawn) in drawn.chain([(USER_DATA, draw_user_data(&renderer))]) {
         let lit = drawn.rgba.iter().filter(|p| p[..3].iter().any(|v| *v > 30)).count();
-        assert!(lit > 0, "{name}: the picture is black");
+        assert!(lit > 0, "{name}: the image is black");
         if record {
-            std::fs::create_dir_all(folder()).expect("the folder of recorded pictures");
+            std::fs::create_dir_all(folder()).expect("the folder of recorded images");
             save(&drawn, &folder().join(format!("{name}.png")));
         }
         match compared(name, &drawn) {
@@ -174,12 +174,12 @@ fn views_look_as_recorded() {
         failures.join("\n")
     );
 
-    // The comparison must be able to fail: Jupiter rotates by 36 degrees an hour, and a picture that was never recorded is an error.
+    // The comparison must be able to fail: Jupiter rotates by 36 degrees an hour, and an image that was never recorded is an error.
     let (_, mut request) = views().into_iter().find(|(name, _)| *name == "jupiter").expect("in the table");
     request.time = request.time.plus_seconds(3600.0);
     let later = renderer.draw(&request);
     assert!(compared("jupiter", &later).is_err_and(|e| e.contains("not as recorded")));
-    assert!(compared("never-recorded", &later).is_err_and(|e| e.contains("no recorded picture")));
+    assert!(compared("never-recorded", &later).is_err_and(|e| e.contains("no recorded image")));
 }
 
 /// Heights in kilometres: hills and valleys in bands around the axis towards the Earth, so that they run along the line of sight at the limb.

@@ -1,8 +1,8 @@
 //! Every pair of dimension values is drawn: each key of the covering set draws the same small body in f32 and in f64.
 //!
 //! Values must be finite and not negative, coverage between 0 and 1, and f32 within half a level of 256 of f64. Failures are collected. Each
-//! picture must also look as recorded: tests/pairs.png contains a small tile per key, with the keys stored in the file. `ORRERY_RECORD_GOLDEN=1
-//! cargo test --test main permutations` records the sheet; look at it before committing. Pictures of costs have no tile, because every improved
+//! image must also look as recorded: tests/pairs.png contains a small tile per key, with the keys stored in the file. `ORRERY_RECORD_GOLDEN=1
+//! cargo test --test main permutations` records the sheet; look at it before committing. Images of costs have no tile, because every improved
 //! kernel changes them.
 
 use orrery::render::software::kernels::KernelClass;
@@ -22,7 +22,7 @@ fn renderer(precision: Precision) -> SoftwareRenderer {
     SoftwareRenderer::new(Options { threads: 1, precision, ..Options::default() }).expect("a renderer")
 }
 
-fn picture(renderer: &SoftwareRenderer, key: &ShaderKey) -> Result<Vec<[f32; 4]>, String> {
+fn image(renderer: &SoftwareRenderer, key: &ShaderKey) -> Result<Vec<[f32; 4]>, String> {
     let plan = sample_plan(&LIBRARY, key, SIDE, HALF_SIDE_WITH_LIMB).map_err(|e| e.to_string())?;
     let (frame, _) = renderer.render(&plan, &*LIBRARY, true).map_err(|e| e.to_string())?;
     Ok(frame.hdr)
@@ -32,7 +32,7 @@ fn picture(renderer: &SoftwareRenderer, key: &ShaderKey) -> Result<Vec<[f32; 4]>
 const MAX_DIFFERENCE: f32 = 1.0 / 512.0;
 
 fn check_key(f32s: &SoftwareRenderer, f64s: &SoftwareRenderer, key: &ShaderKey) -> Result<(), String> {
-    let (single, double) = (picture(f32s, key)?, picture(f64s, key)?);
+    let (single, double) = (image(f32s, key)?, image(f64s, key)?);
     for (k, (a, b)) in single.iter().zip(&double).enumerate() {
         let pixel_name = format!("pixel {},{}", k as u32 % SIDE, k as u32 / SIDE);
         if !a.iter().chain(b).all(|v| v.is_finite()) {
@@ -66,10 +66,10 @@ fn every_pair_of_values_draws_finite_light_that_f32_gets_right() {
 
 /// The test above must be able to fail: a body under two lights differs from one under a single light by more than the bound.
 #[test]
-fn a_different_picture_is_detected() {
+fn a_different_image_is_detected() {
     let renderer = renderer(Precision::F32);
     let key = |lights: u8| ShaderKey::for_draw(&DrawFeatures { lights, view: PixelView::Final, ..DrawFeatures::MINIMAL });
-    let (one, two) = (picture(&renderer, &key(1)).expect("draws"), picture(&renderer, &key(2)).expect("draws"));
+    let (one, two) = (image(&renderer, &key(1)).expect("draws"), image(&renderer, &key(2)).expect("draws"));
     let greatest_difference = one.iter().zip(&two).flat_map(|(a, b)| a.iter().zip(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(greatest_difference > MAX_DIFFERENCE, "{greatest_difference}");
 }

@@ -3,10 +3,10 @@
 use glam::{Vec2, Vec3, Vec4};
 use orrery::catalog::Catalog;
 use orrery::render::plan::uniforms_of;
-use orrery::scene::air_spread;
-use orrery::scene::air_table::NODES;
 use orrery::scene::draw::{AtmosphereUniforms, CloudUniforms, DrawFeatures, DrawUniforms, EclipseUniforms, Light, RingUniforms};
 use orrery::scene::effects::possible_features;
+use orrery::scene::multi_scatter_in_shadow;
+use orrery::scene::multi_scatter_table::NODES;
 use orrery::shader::emit::emit_fragment;
 use orrery::shader::fragments::Fragments;
 use orrery::shader::key::{ShaderKey, features, keys_of};
@@ -97,7 +97,7 @@ fn the_uniforms_of_every_key_are_filled_by_name() {
         let occluders = vec![Vec4::ZERO; usize::from(features.eclipse.occluders)];
         let layers = vec![Vec4::ZERO; 32];
         let (places, air_edges) = (occluders.clone(), layers.clone());
-        let spread = vec![Vec4::splat(48.0); air_spread::TABLES];
+        let spread = vec![Vec4::splat(48.0); multi_scatter_in_shadow::TABLES];
         let eclipse = EclipseUniforms {
             occluder_positions: places,
             occluder_outlines: occluders,

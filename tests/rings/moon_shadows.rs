@@ -1,4 +1,4 @@
-//! Shadows of moons on rings: those in the picture come first.
+//! Shadows of moons on rings: those in the image come first.
 
 use crate::support::session::SESSION;
 use glam::DVec3;
@@ -34,12 +34,12 @@ fn decision(effects: &str) -> (bool, String) {
 
 /// With every ring, out to the faintest, the shadows of larger moons fall on the rings elsewhere. They must not take the place of Pan's.
 #[test]
-fn larger_moons_shadows_outside_the_picture_do_not_displace_a_small_moons_in_it() {
+fn larger_moons_shadows_outside_the_image_do_not_displace_a_small_moons_in_it() {
     for effects in ["", "+rings", "+rings,+eclipse"] {
         let (on, reason) = decision(effects);
         assert!(on && reason.starts_with("penumbra of Pan"), "`{effects}`: {reason}");
     }
-    // Where nothing else is asked for, no other moon's shadow is computed; asked for by hand, those outside the picture are.
+    // Where nothing else is asked for, no other moon's shadow is computed; asked for by hand, those outside the image are.
     assert!(decision("+rings").1.starts_with("penumbra of Pan on"), "{}", decision("+rings").1);
     assert!(decision("+rings,+eclipse").1.starts_with("penumbra of Pan, "), "{}", decision("+rings,+eclipse").1);
 }

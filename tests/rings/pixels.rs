@@ -84,7 +84,7 @@ fn a_pixel_on_the_horizon_of_the_plane_shows_no_nearer_rings() {
         ["", "+rings"].map(|effects| SESSION.draw(&with_effects(&request, effects), SINGLE_SAMPLE, true).expect("drawn").frame.display);
     let difference_levels = greatest_difference(&chosen, &all);
     assert!(difference_levels <= 1, "{difference_levels} levels");
-    assert!(chosen.iter().any(|p| p[0] > 100), "the dense rings and the globe are in the picture");
+    assert!(chosen.iter().any(|p| p[0] > 100), "the dense rings and the globe are in the image");
 }
 
 /// Light of one pixel against the mean of 64 pixels in its place, in the views above, where a pixel spans from a twentieth of the planet's radius to more than the

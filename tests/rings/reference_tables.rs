@@ -182,7 +182,7 @@ fn a_narrow_ringlet_keeps_its_position_in_the_table() {
     }
 }
 
-/// A pixel's stretch of the ring plane is divided into pieces of a sixteenth of a radius, as many as necessary: when their number changes, the light must not jump.
+/// A pixel's footprint on the ring plane is divided into segments of a sixteenth of a radius, as many as necessary: when their number changes, the light must not jump.
 #[test]
 fn one_more_ring_piece_in_a_pixel_changes_nothing_visible() {
     use orrery::session::sample_plan;
@@ -196,12 +196,12 @@ fn one_more_ring_piece_in_a_pixel_changes_nothing_visible() {
         let (a, b) = (drawn(a), drawn(b));
         a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
     };
-    for pieces in [1.0, 2.0, 3.0, 5.0] {
+    for segments in [1.0, 2.0, 3.0, 5.0] {
         // The sample ring is seen from 25 degrees above its plane.
-        let half = pieces / 16.0 * f64::from(SIDE) / 2.0 * 25f64.to_radians().sin();
+        let half = segments / 16.0 * f64::from(SIDE) / 2.0 * 25f64.to_radians().sin();
         let jump = change(half * (1.0 - 1e-5), half * (1.0 + 1e-5));
-        assert!(jump < 1e-3, "{pieces} pieces: {jump}");
-        assert!(change(half, half * 1.02) > 5e-3, "another picture");
+        assert!(jump < 1e-3, "{segments} segments: {jump}");
+        assert!(change(half, half * 1.02) > 5e-3, "another image");
     }
 }
 
@@ -246,7 +246,7 @@ fn pixels(request: &ViewRequest) -> (Scene, Vec<[f32; 4]>) {
     (drawn.scene, hdr)
 }
 
-/// Light that the rings add: the picture with rings minus the picture without, summed over the solid angle of the pixels.
+/// Light that the rings add: the image with rings minus the image without, summed over the solid angle of the pixels.
 fn ring_light(target: NaifId, time: &str, radii: f64, size: u32) -> f64 {
     let sum = |effects: &str| {
         let (_, hdr) = pixels(&request(target, time, radii, size, effects));
@@ -257,7 +257,7 @@ fn ring_light(target: NaifId, time: &str, radii: f64, size: u32) -> f64 {
 
 #[test]
 fn narrow_rings_keep_their_light_at_any_size() {
-    // Uranus' rings are a few kilometres wide: the system is drawn from 20 to 640 pixels across. Pixels outside the rings are equal in both pictures and cancel.
+    // Uranus' rings are a few kilometres wide: the system is drawn from 20 to 640 pixels across. Pixels outside the rings are equal in both images and cancel.
     let reference = ring_light(URANUS, "2030-01-01T00:00:00Z", 60.0, 800);
     assert!(reference > 0.0);
     for size in [25, 50, 100, 250] {
@@ -291,7 +291,7 @@ fn the_side_away_from_the_sun_is_darker() {
 }
 
 #[test]
-fn without_rings_the_picture_is_plain_bit_for_bit() {
+fn without_rings_the_image_is_plain_bit_for_bit() {
     let (scene_without, hdr) = pixels(&request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-rings,-ring-shadow,-atmosphere"));
     assert!(
         scene_without
@@ -361,7 +361,7 @@ fn ring_plane(alpha_deg: f64, radii_km: &[f64]) -> Vec<f64> {
     radii_km.iter().map(|r| r / distance_km / pixel).map(|px| green_at(middle - px).min(green_at(middle + px))).collect()
 }
 
-/// Cassini's picture of 2013-07-19: seen against the Sun the E and G rings are bright; at the same exposure they are invisible from the Sun's side.
+/// Cassini's image of 2013-07-19: seen against the Sun the E and G rings are bright; at the same exposure they are invisible from the Sun's side.
 #[test]
 fn dusty_rings_are_bright_only_in_forward_scattering() {
     let radii_km = [239_000.0, 168_500.0, 152_000.0, 110_000.0];

@@ -107,7 +107,7 @@ fn summed_ring_shine(profile: &[(f64, f64, DVec3)], width: f64, polar: f64, plac
     sum
 }
 
-/// The greatest difference between picture and sum, relative to the brightest point, and that point's light, over the dark pixels of a
+/// The greatest difference between image and sum, relative to the brightest point, and that point's light, over the dark pixels of a
 /// grid.
 fn greatest_error(time: &str, without: Without) -> (f64, f64) {
     const COUNT: usize = 600;
@@ -231,10 +231,10 @@ fn ring_shine_is_drawn_where_visible_and_its_reason_is_given() {
         (features.ring_shine, ring_shine_decision)
     };
     let (on, ring_shine_decision) = decision(699, "");
-    assert!(on && ring_shine_decision.is_some_and(|d| d.on && d.reason.to_string().contains("of white against")));
+    assert!(on && ring_shine_decision.is_some_and(|d| d.on && d.reason.to_string().contains("of white (threshold")));
     for body in [599, 799, 899] {
         let (on, ring_shine_decision) = decision(body, "");
-        assert!(!on && ring_shine_decision.is_some_and(|d| !d.on && d.reason.to_string().contains("of white against")), "{body}");
+        assert!(!on && ring_shine_decision.is_some_and(|d| !d.on && d.reason.to_string().contains("of white (threshold")), "{body}");
     }
     assert!(!decision(699, "-ring-shine").0);
     assert!(decision(799, "+ring-shine").0, "the rings of Uranus light it, although invisibly");

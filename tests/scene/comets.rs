@@ -113,7 +113,7 @@ fn tails_point_away_from_the_sun_and_lag() {
 
 /// Halley from the Earth on 16 March 1986: its tails are on the side away from the Sun.
 #[test]
-fn a_picture_shows_the_tails_away_from_the_sun() {
+fn an_image_shows_the_tails_away_from_the_sun() {
     let session = &*crate::support::session::SESSION;
     let time = Instant::parse("1986-03-16T00:00:00Z").expect("a time");
     let halley = comet("Halley");

@@ -69,7 +69,7 @@ fn points_appear_at_their_time_and_place_and_fade() {
     assert!(much_later.is_empty(), "{much_later:?}");
     let off = ViewRequest { layers: Layers::parse("-data").expect("layers"), ..view("2024-03-11T03:00:00Z") };
     assert!(dots(&session, &off).1.is_empty());
-    // In the picture, the pixel at the point is red.
+    // In the image, the pixel at the point is red.
     let request = view("2024-03-11T03:00:00Z");
     let drawn = session.draw(&request, SamplingQuality { samples: 1, anisotropy: 1 }, false).expect("drawn");
     let at = dots(&session, &request).1[0].centre_px;

@@ -20,7 +20,7 @@ static RENDERERS: LazyLock<[SoftwareRenderer; 2]> = LazyLock::new(|| {
         .map(|precision| SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer"))
 });
 
-/// A body seen from a distance of `distance_km` in the direction `offset` (ICRF). Its disc is `disc_px` across, in a picture 1.5 times that size. The light left
+/// A body seen from a distance of `distance_km` in the direction `offset` (ICRF). Its disc is `disc_px` across, in an image 1.5 times that size. The light left
 /// the body at the same instant for every distance.
 fn view(body: NaifId, emitted: Instant, offset: DVec3, distance_km: f64, disc_px: f64, effects: &str) -> ViewRequest {
     let radius_km = SESSION.catalog().body(body).expect("a body").radii_km.x;
@@ -44,7 +44,7 @@ fn drawn(request: &ViewRequest, samples: u8, precision: Precision) -> (Scene, Ve
     (scene, hdr)
 }
 
-/// Greatest difference of two pictures relative to the brightest pixel of the first, outside other bodies.
+/// Greatest difference of two images relative to the brightest pixel of the first, outside other bodies.
 fn relative_difference(body: NaifId, (scene, a): &(Scene, Vec<[f32; 4]>), (other, b): &(Scene, Vec<[f32; 4]>)) -> f32 {
     let brightest = a.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
     let is_near_other_body = |scene: &Scene, at: DVec2| {
@@ -82,15 +82,15 @@ fn layers_of_a_body_look_the_same_from_any_distance() {
             let mut previous = None;
             let mut distance_km = 3000.0 * radius_km;
             while distance_km < 100.0 * KM_PER_AU {
-                let picture = drawn(&view(body, emitted, towards, distance_km, 40.0, effects), samples, precision);
-                assert!(picture.0.draws.iter().filter(|d| d.body == body).count() > 1, "layers");
-                if let Some((previous_km, previous_picture)) = &previous {
+                let image = drawn(&view(body, emitted, towards, distance_km, 40.0, effects), samples, precision);
+                assert!(image.0.draws.iter().filter(|d| d.body == body).count() > 1, "layers");
+                if let Some((previous_km, previous_image)) = &previous {
                     let perspective = (500.0 * radius_km / previous_km) as f32;
-                    let change = relative_difference(body, previous_picture, &picture);
+                    let change = relative_difference(body, previous_image, &image);
                     let radii = distance_km / radius_km;
                     assert!(change < 2e-3 + perspective, "{body:?}, {samples} samples, {precision:?}: {change} at {radii:.0} radii");
                 }
-                previous = Some((distance_km, picture));
+                previous = Some((distance_km, image));
                 distance_km *= 2.154;
             }
         }
@@ -160,13 +160,13 @@ fn a_moon_hides_the_clouds_or_is_hidden_by_them() {
     for distance_km in [2e6, 1e9, 90.0 * KM_PER_AU] {
         for in_front in [true, false] {
             let towards = if in_front { moon_km } else { -moon_km };
-            let picture = |effects: &str| {
+            let image = |effects: &str| {
                 let request =
                     view(NaifId::EARTH, emitted, towards, distance_km, 40.0, &format!("{effects},-points,-planet-shine,-eclipse"));
                 drawn(&ViewRequest { exposure: ExposureRequest::Stops(4.0), ..request }, 1, Precision::F32)
             };
-            let (scene, with) = picture("+clouds");
-            let (_, without) = picture("-clouds,-cloud-shadow");
+            let (scene, with) = image("+clouds");
+            let (_, without) = image("-clouds,-cloud-shadow");
             let moon = scene.body(NaifId::MOON).expect("the Moon");
             let middle = scene.camera.pixel_from_clip(scene.camera.clip(moon.placement.centre_km).expect("in front"));
             let k = middle.y as usize * 60 + middle.x as usize;

@@ -148,7 +148,7 @@ fn craters_stay_on_the_ground() {
     }
 }
 
-/// Approaching by a thousandth of the height changes the picture only a little at every height: no size of craters appears at once.
+/// Approaching by a thousandth of the height changes the image only a little at every height: no size of craters appears at once.
 #[test]
 fn no_crater_appears_suddenly() {
     let mut worst = (0.0, 0.0);

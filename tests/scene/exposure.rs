@@ -25,7 +25,7 @@ fn scene(request: &ViewRequest) -> Scene {
     SESSION.scene(request).expect("a scene")
 }
 
-/// The white fraction of the picture, and the mean red and blue levels (of 255) of the pixels that are not black.
+/// The white fraction of the image, and the mean red and blue levels (of 255) of the pixels that are not black.
 fn white_and_mean_levels(request: &ViewRequest) -> (f64, [f64; 2]) {
     let frame = SESSION.draw(request, SamplingQuality { samples: 1, anisotropy: 4 }, false).expect("drawn").frame;
     let white = frame.display.iter().filter(|p| p[..3].iter().all(|v| *v > 250)).count();

@@ -77,7 +77,7 @@ fn names_are_placed_on_their_features() {
     }
 }
 
-/// At every zoom, on bodies with many names: no two names overlap, all are inside the picture and on the near side, and larger features come first.
+/// At every zoom, on bodies with many names: no two names overlap, all are inside the image and on the near side, and larger features come first.
 #[test]
 fn names_do_not_overlap_and_are_on_the_near_side() {
     let mut most_names = 0;
@@ -163,7 +163,7 @@ fn a_scale_bar_is_as_long_as_it_says() {
     }
 }
 
-/// The caption states the target, time, viewpoint and field of view; the compass points up where north is up, and turns with the picture.
+/// The caption states the target, time, viewpoint and field of view; the compass points up where north is up, and turns with the image.
 #[test]
 fn caption_and_compass_describe_the_view() {
     let shown = scene(&ViewRequest { width: 1400, ..view(699, "+caption,+compass", Some(20.0)) });

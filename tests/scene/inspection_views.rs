@@ -10,23 +10,23 @@ use orrery::scene::request::{Position, ViewRequest};
 use orrery::scene::{Scene, SubPoint};
 use orrery::time::Instant;
 
-/// Odd, so that the middle pixel's centre is the centre of the picture.
+/// Odd, so that the middle pixel's centre is the centre of the image.
 const SIDE: u32 = 97;
 const MIDDLE: usize = 48 * 97 + 48;
 
-struct Picture {
+struct Image {
     scene: Scene,
     hdr: Vec<[f32; 4]>,
 }
 
-impl Picture {
+impl Image {
     fn middle(&self) -> [f64; 3] {
         let p = self.hdr[MIDDLE];
         [p[0], p[1], p[2]].map(f64::from)
     }
 }
 
-fn drawn(target: i32, radii: f64, time: &str, view: PixelView) -> Picture {
+fn drawn(target: i32, radii: f64, time: &str, view: PixelView) -> Image {
     let time = Instant::parse(time).expect("a time");
     let request = ViewRequest {
         position: Position::Over { towards: None, distance_radii: Some(radii) },
@@ -37,25 +37,25 @@ fn drawn(target: i32, radii: f64, time: &str, view: PixelView) -> Picture {
         ..ViewRequest::of(NaifId(target), time)
     };
     let drawn = SESSION.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, true).expect("drawn");
-    Picture { scene: drawn.scene, hdr: drawn.frame.hdr }
+    Image { scene: drawn.scene, hdr: drawn.frame.hdr }
 }
 
 const DAY: &str = "2024-04-08T18:17:16Z";
 
 #[test]
-fn every_view_is_another_picture() {
+fn every_view_is_another_image() {
     for (target, radii) in [(399, 3.0), (699, 5.0)] {
         let shaded = drawn(target, radii, DAY, PixelView::Final);
         for view in PixelView::ALL.into_iter().filter(|v| *v != PixelView::Final) {
             let other = drawn(target, radii, DAY, view);
             // Sunlight at Saturn is a hundredth of that at 1 au.
-            let brightest = |p: &Picture| p.hdr.iter().flat_map(|p| &p[..3]).fold(0.0, |a: f32, b| a.max(*b));
+            let brightest = |p: &Image| p.hdr.iter().flat_map(|p| &p[..3]).fold(0.0, |a: f32, b| a.max(*b));
             let bound = 0.02 * brightest(&shaded).min(brightest(&other)).max(1e-6);
             let differ = |(a, b): &(&[f32; 4], &[f32; 4])| a[..3].iter().zip(&b[..3]).any(|(x, y)| (x - y).abs() > bound);
             let differing_pixels = shaded.hdr.iter().zip(&other.hdr).filter(differ).count();
             assert!(
                 differing_pixels > shaded.hdr.len() / 100,
-                "{view:?} of {target}: {differing_pixels} pixels differ from the shaded picture"
+                "{view:?} of {target}: {differing_pixels} pixels differ from the shaded image"
             );
             assert!(other.hdr.iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "{view:?} of {target}");
         }
@@ -71,19 +71,19 @@ fn assert_near(got: &[f64], expected: &[f64], tolerance: f64, what: &str) {
     assert!(got.iter().zip(expected).all(|(a, b)| (a - b).abs() <= tolerance), "{what}: {got:?}, {expected:?} expected");
 }
 
-/// The Moon deviates from a sphere by at most a thousandth, so the middle of the picture is the sub-viewer point.
+/// The Moon deviates from a sphere by at most a thousandth, so the middle of the image is the sub-observer point.
 #[test]
 fn the_middle_of_the_moon_has_its_known_numbers() {
     let draw_view = |view| drawn(301, 6.0, "2024-04-16T01:00:00Z", view);
     let depth = draw_view(PixelView::Depth);
     let moon = depth.scene.body(NaifId::MOON).expect("the Moon").clone();
     assert_near(&depth.middle(), &[1.0; 3], 1e-3, "nearest");
-    let sub_viewer = unit(moon.sub_viewer);
-    assert_near(&draw_view(PixelView::Normal).middle(), &sub_viewer.map(|v| 0.5 + 0.5 * v), 2e-3, "normal");
-    let (u, v) = (0.5 + moon.sub_viewer.longitude_deg / 360.0, 0.5 - moon.sub_viewer.latitude_deg / 180.0);
+    let sub_observer = unit(moon.sub_observer);
+    assert_near(&draw_view(PixelView::Normal).middle(), &sub_observer.map(|v| 0.5 + 0.5 * v), 2e-3, "normal");
+    let (u, v) = (0.5 + moon.sub_observer.longitude_deg / 360.0, 0.5 - moon.sub_observer.latitude_deg / 180.0);
     assert_near(&draw_view(PixelView::Uv).middle(), &[u, v, 0.0], 2e-3, "map coordinates");
     let sun = moon.sub_solar.expect("the Sun shines on it");
-    let cosine: f64 = unit(sun).iter().zip(sub_viewer).map(|(a, b)| a * b).sum();
+    let cosine: f64 = unit(sun).iter().zip(sub_observer).map(|(a, b)| a * b).sum();
     // The Moon's distance from the Sun is within 1.6 % of the Earth's, which is 1.003 au on that day.
     assert_near(&draw_view(PixelView::Sunlight).middle(), &[cosine.max(0.0) / 1.006; 3], 0.02, "sunlight");
     assert_near(&draw_view(PixelView::Eclipse).middle(), &[1.0; 3], 0.0, "no eclipse");
@@ -106,7 +106,7 @@ fn pixel_views_of_eclipse_ring_and_air_show_transmittance() {
     let limb_depth = air.hdr.iter().map(|p| p[2]).fold(0.0, f32::max);
     assert!(f64::from(limb_depth) > 4.0 * b, "{limb_depth} along the limb");
 
-    // The B ring is nearly opaque (normal depth 1 to 2.5 and more) and the Cassini Division is not; the picture contains both.
+    // The B ring is nearly opaque (normal depth 1 to 2.5 and more) and the Cassini Division is not; the image contains both.
     let rings = drawn(699, 5.0, "2017-05-17T00:00:00Z", PixelView::OpticalDepth);
     let greatest_depth = rings.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
     assert!(greatest_depth > 1.0, "optical depth {greatest_depth}");

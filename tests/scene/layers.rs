@@ -1,4 +1,4 @@
-//! Overlays on a picture: orbits, names, an outline, bloom. Each appears only when requested and changes only its own pixels. Tests of where orbit
+//! Overlays on an image: orbits, names, an outline, bloom. Each appears only when requested and changes only its own pixels. Tests of where orbit
 //! lines run are in src/scene/annotation/orbits.rs, of letters in src/image/glyph_atlas.rs.
 
 use crate::support::session::SESSION;
@@ -78,7 +78,7 @@ fn layers_are_parsed_or_refused_by_name() {
     }
 }
 
-/// Positions of the pixels at which the displayed pictures differ.
+/// Positions of the pixels at which the displayed images differ.
 fn changed_pixels(a: &orrery::session::DrawnFrame, b: &orrery::session::DrawnFrame) -> Vec<DVec2> {
     let width = a.frame.width as usize;
     let pairs = a.frame.display.iter().zip(&b.frame.display).enumerate();
@@ -143,7 +143,7 @@ fn an_outline_runs_around_the_selected_body_and_nowhere_on_it() {
     assert!(neptune.scene.outlined.is_none() && changed_pixels(&without_outline, &neptune).is_empty());
 }
 
-/// The Sun from so close that its disc exceeds white in the middle of the picture.
+/// The Sun from so close that its disc exceeds white in the middle of the image.
 fn overexposed_sun() -> ViewRequest {
     let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
     let position = Position::Over { towards: None, distance_radii: Some(60.0) };
@@ -205,18 +205,18 @@ fn bloom_spreads_its_share_of_the_light_above_white() {
     let dim = ViewRequest { exposure: ExposureRequest::Stops(-24.0), ..request.clone() };
     let (without_bloom, bloomed) = (draw_with(Layers::default(), &dim), draw_with(bloom, &dim));
     assert_eq!(without_bloom.frame.display, bloomed.frame.display);
-    // A picture of one pixel is valid too.
+    // An image of one pixel is valid too.
     let smallest = ViewRequest { width: 1, height: 1, ..request };
     let drawn = SESSION.draw(&ViewRequest { layers: bloom, ..smallest }, sampling, true).expect("drawn");
     assert_eq!((drawn.frame.display.len(), drawn.frame.hdr.len()), (1, 1));
 }
 
-/// Jupiter at many places of the picture: its name keeps clear of the caption. Without the caption it would not.
+/// Jupiter at many places of the image: its name keeps clear of the caption. Without the caption it would not.
 #[test]
 fn a_name_keeps_clear_of_the_caption() {
     let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
     let layer_of = |caption: bool, [right, up]: [f64; 2]| {
-        // The camera looks up, so that Jupiter is low in the picture.
+        // The camera looks up, so that Jupiter is low in the image.
         let direction = DVec3::new(-1.0, -right, up);
         let request = ViewRequest {
             position: Position::Offset { body: JUPITER, offset_km: DVec3::X * 2e7, axes: Axes::Icrf },

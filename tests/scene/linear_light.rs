@@ -18,7 +18,7 @@ fn pixels(request: &ViewRequest, purpose: Purpose, effects: &str, stops: f64) ->
     SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 4 }, true).expect("drawn").frame.hdr
 }
 
-/// The greatest difference of two pictures, relative to the brighter of the two pixels.
+/// The greatest difference of two images, relative to the brighter of the two pixels.
 fn relative_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
     let relative = |(p, q): (&f32, &f32)| if p == q { 0.0 } else { (p - q).abs() / p.abs().max(q.abs()) };
     a.iter().zip(b).flat_map(|(p, q)| p[..3].iter().zip(&q[..3])).map(relative).fold(0.0, f32::max)
@@ -53,7 +53,7 @@ fn linear_light_is_complete_at_any_exposure() {
             let automatic = pixels(&request, Purpose::LINEAR, "", stops);
             let difference = relative_difference(&automatic, &all);
             assert!(difference <= FLOOR, "{name} at {stops} stops: {difference:e} against {FLOOR:e}");
-            // The display picture at this exposure leaves out features that it would not show;
+            // The display image at this exposure leaves out features that it would not show;
             // otherwise the comparison would prove nothing.
             with_lost_features += usize::from(relative_difference(&pixels(&request, Purpose::Display, "", stops), &all) > FLOOR);
         }
@@ -82,14 +82,14 @@ fn earthshine_is_in_the_file() {
     ];
     let done = std::process::Command::new(crate::support::program::path()).args(args).arg(&path).output().expect("runs");
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    let picture = image::open(&path).expect("an EXR").into_rgb32f();
+    let image = image::open(&path).expect("an EXR").into_rgb32f();
     let on_disc = (0..64u32).flat_map(|y| (0..64u32).map(move |x| (x, y))).filter(|(x, y)| {
         let (dx, dy) = (f64::from(*x) - 31.5, f64::from(*y) - 31.5);
         dx.hypot(dy) < 22.0
     });
     let (mut dark, mut pixels) = (0, 0);
     for (x, y) in on_disc {
-        dark += usize::from(picture.get_pixel(x, y).0.iter().all(|v| *v == 0.0));
+        dark += usize::from(image.get_pixel(x, y).0.iter().all(|v| *v == 0.0));
         pixels += 1;
     }
     assert!(pixels > 1000 && dark == 0, "{dark} of {pixels} pixels of the disc are exactly 0");

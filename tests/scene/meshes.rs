@@ -1,4 +1,4 @@
-//! Bodies drawn from triangle files: agreement with the ellipsoid's picture, the effect of each flag, and the messages for files that cannot be drawn.
+//! Bodies drawn from triangle files: agreement with the ellipsoid's image, the effect of each flag, and the messages for files that cannot be drawn.
 
 use crate::support::session::session_over;
 use glam::DVec3;
@@ -115,7 +115,7 @@ fn ellipsoid(around: u32) -> String {
     globe(around, |d| d * radii(), None)
 }
 
-/// Mean and greatest difference of two pictures, in levels of 255, with light clipped at white.
+/// Mean and greatest difference of two images, in levels of 255, with light clipped at white.
 fn mean_and_greatest_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> (f64, f64) {
     let level = |v: f32| f64::from(255.0 * v.clamp(0.0, 1.0));
     let all = a.iter().zip(b).flat_map(|(a, b)| (0..3).map(move |k| (level(a[k]) - level(b[k])).abs()));
@@ -123,8 +123,8 @@ fn mean_and_greatest_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> (f64, f64) {
     (sum / (3 * a.len()) as f64, most)
 }
 
-fn lit_pixels(picture: &[[f32; 4]]) -> usize {
-    picture.iter().filter(|p| p[..3].iter().any(|v| *v > 0.0)).count()
+fn lit_pixels(image: &[[f32; 4]]) -> usize {
+    image.iter().filter(|p| p[..3].iter().any(|v| *v > 0.0)).count()
 }
 
 /// The draw features of Phobos. Mars may be drawn too.
@@ -146,7 +146,7 @@ fn viewpoints() -> [DVec3; 4] {
 
 #[test]
 fn a_fine_mesh_of_the_ellipsoid_looks_like_the_ellipsoid() {
-    // Mean over a picture of which the body fills a third, in levels of 255. Measured: 0.03, and 0.18 for normals, for triangles of 2 degrees with
+    // Mean over an image of which the body fills a third, in levels of 255. Measured: 0.03, and 0.18 for normals, for triangles of 2 degrees with
     // smooth normals and texture coordinates. Most of it comes from the edges (four samples against the exact limb), where normals change most.
     let bound = |view: PixelView| if view == PixelView::Normal { 0.4 } else { 0.1 };
     let fine = UserMesh::phobos("", &ellipsoid(180));
@@ -216,8 +216,8 @@ fn the_maps_alpha_cuts_the_mesh_out() {
         UserMesh::new(&catalog, &[("shape.obj", ellipsoid(48).as_bytes()), ("half.png", &map)])
     };
     let halves = |user_mesh: &UserMesh| {
-        let (scene, picture) = user_mesh.draw("", PixelView::Albedo, viewpoints()[0]);
-        let half = |east: bool| picture.iter().enumerate().filter(|(k, p)| (*k as u32 % SIDE >= SIDE / 2) == east && p[0] > 0.0).count();
+        let (scene, image) = user_mesh.draw("", PixelView::Albedo, viewpoints()[0]);
+        let half = |east: bool| image.iter().enumerate().filter(|(k, p)| (*k as u32 % SIDE >= SIDE / 2) == east && p[0] > 0.0).count();
         (features(&scene).flags.alpha_texture, half(false), half(true))
     };
     let (flag, west, east) = halves(&user_mesh("alpha = true"));
@@ -251,11 +251,11 @@ fn a_bad_mesh_file_is_reported_once_and_the_ellipsoid_is_drawn() {
         (vec![("shape.obj", b"v 1 0 \xff\xfe\n".as_slice())], "shape.obj: not UTF-8 text"),
     ] {
         let user_mesh = UserMesh::new(&catalog(""), &files);
-        let (scene, picture) = user_mesh.draw("", PixelView::Final, from);
+        let (scene, image) = user_mesh.draw("", PixelView::Final, from);
         assert_eq!(features(&scene).shape, Shape::Ellipsoid);
         let (on, reason) = decision(&scene, "mesh");
         assert!(!on && reason == "shape.obj could not be read: drawn as its ellipsoid", "{reason}");
-        assert!(picture == user_mesh.draw("-mesh", PixelView::Final, from).1 && lit_pixels(&picture) > 1000);
+        assert!(image == user_mesh.draw("-mesh", PixelView::Final, from).1 && lit_pixels(&image) > 1000);
         let messages = user_mesh.messages.lock().expect("a list").clone();
         let is_expected_message =
             |l: &&String| l.contains(message_part) && l.ends_with("Phobos is drawn as its ellipsoid") && !l.contains('\n');

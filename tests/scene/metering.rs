@@ -1,4 +1,4 @@
-//! The light meter over distances, phases, fields of view and eclipses: no picture is all white or all black, exposure never jumps, and it never exceeds that of a night
+//! The light meter over distances, phases, fields of view and eclipses: no image is all white or all black, exposure never jumps, and it never exceeds that of a night
 //! photograph.
 
 use crate::support::session::SESSION;
@@ -39,7 +39,7 @@ fn stops(request: &ViewRequest) -> f64 {
     scene(request).exposure.stops
 }
 
-/// What a picture shows: the fraction of its pixels that are white, the fraction that are visible, and the brightest level of 255.
+/// What an image shows: the fraction of its pixels that are white, the fraction that are visible, and the brightest level of 255.
 #[derive(Debug)]
 struct DisplayedLevels {
     white: f64,
@@ -64,7 +64,7 @@ struct Case {
     request: ViewRequest,
     white_at_most: f64,
     visible_at_least: f64,
-    /// 0: not tested, because metering of the target alone gave a correct picture at this size too.
+    /// 0: not tested, because metering of the target alone gave a correct image at this size too.
     wrong_stops: f64,
 }
 
@@ -131,7 +131,7 @@ fn no_view_is_all_white_or_all_black() {
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
-/// The Earth from beyond 1 au is a point in a dark sky: nine tenths of the picture are dark, and the point is bright.
+/// The Earth from beyond 1 au is a point in a dark sky: nine tenths of the image are dark, and the point is bright.
 #[test]
 fn a_far_planet_is_a_point_in_a_dark_sky() {
     for (target, radii) in [(NaifId::EARTH, 30_000.0), (NaifId::EARTH, 60_000.0), (JUPITER, 20_000.0), (PHOBOS, 1e6)] {
@@ -141,7 +141,7 @@ fn a_far_planet_is_a_point_in_a_dark_sky() {
         assert!(found.visible < 0.1, "{target:?} from {radii} radii: {found:?}, {}", exposure.reason);
         assert!(found.brightest > 60 || target == PHOBOS, "{target:?} from {radii} radii: {found:?}, {}", exposure.reason);
     }
-    // With the Sun in the picture, its glare whitens at most a tenth.
+    // With the Sun in the image, its glare whitens at most a tenth.
     let beside_sun = view(NaifId::EARTH, "2024-04-08T18:17:16Z", over(60_000.0), None);
     let (found, exposure) = (displayed_levels(&beside_sun), scene(&beside_sun).exposure);
     assert!(found.white < 0.1 && exposure.reason.to_string().contains("glare"), "{found:?}, {}", exposure.reason);
@@ -308,7 +308,7 @@ fn lit_discs_are_shown_at_half_of_white() {
     }
 }
 
-/// At any explicit exposure every pixel is finite, and a higher exposure never darkens a picture.
+/// At any explicit exposure every pixel is finite, and a higher exposure never darkens an image.
 #[test]
 fn explicit_stops_give_finite_pixels() {
     for target in [NaifId::EARTH, SATURN, NaifId::SUN] {

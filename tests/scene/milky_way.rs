@@ -41,7 +41,7 @@ fn draw(session: &Session, request: &ViewRequest) -> DrawnFrame {
     session.draw(request, SAMPLING, true).expect("drawn")
 }
 
-/// Mean luminance of a picture.
+/// Mean luminance of an image.
 fn mean(drawn: &DrawnFrame) -> f64 {
     let sum: f64 = drawn.frame.hdr.iter().map(|p| orrery::units::luminance([p[0], p[1], p[2]].map(f64::from))).sum();
     sum / drawn.frame.hdr.len() as f64
@@ -103,7 +103,7 @@ fn the_milky_way_is_steady_at_one_arc_second() {
     }
 }
 
-/// The zodiacal light in the picture follows its law for the ray through each pixel, computed in f64, from the ecliptic to its pole and round to the gegenschein.
+/// The zodiacal light in the image follows its law for the ray through each pixel, computed in f64, from the ecliptic to its pole and round to the gegenschein.
 #[test]
 fn zodiacal_light_follows_its_law() {
     let probe = draw(&SESSION, &towards(DVec3::X, 60.0, ZODIACAL_LIGHT));
@@ -151,7 +151,7 @@ fn the_exposure_decides_what_is_visible() {
     assert!(unboosted.scene.background.is_none() && background_draws(&unboosted) == 0);
     for feature in ["milky-way", "zodiacal-light"] {
         assert!(
-            decision_of(&unboosted, feature).is_some_and(|(on, why)| !on && why.contains("of white against")),
+            decision_of(&unboosted, feature).is_some_and(|(on, why)| !on && why.contains("of white (threshold")),
             "{:?}",
             unboosted.scene.sky
         );
@@ -177,7 +177,7 @@ fn the_exposure_decides_what_is_visible() {
     assert!((ratio - 8.0).abs() < 1e-3, "{ratio}");
 }
 
-/// A panorama with one red spot: the spot appears where the panorama's frame puts it, both from a flat picture and from the faces of a cube.
+/// A panorama with one red spot: the spot appears where the panorama's frame puts it, both from a flat image and from the faces of a cube.
 #[test]
 fn a_users_panorama_is_placed_in_its_frame() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -221,7 +221,7 @@ fn a_users_panorama_is_placed_in_its_frame() {
 fn a_bad_panorama_gives_one_error_line() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name);
-    std::fs::write(path("text.png"), "no picture").expect("written");
+    std::fs::write(path("text.png"), "no image").expect("written");
     image::RgbImage::new(100, 80).save(path("square.png")).expect("written");
     std::fs::create_dir(path("cube")).expect("a folder");
     image::RgbImage::new(8, 8).save(path("cube/px.png")).expect("written");

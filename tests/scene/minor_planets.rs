@@ -1,4 +1,4 @@
-//! Minor planets: Kepler's equation in the vertex stage against f64, positions and light in pictures, and files supplied by the user.
+//! Minor planets: Kepler's equation in the vertex stage against f64, positions and light in images, and files supplied by the user.
 //!
 //! The reference is `ephemeris::conic` in f64, whose own tests compare it with the classical formulas. The tolerance is 1e-6 of the semi-major axis up to e = 0.97.
 
@@ -25,7 +25,7 @@ use orrery::time::Instant;
 use orrery::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use std::f64::consts::PI;
 
-const POSITION_EXPRESSION: &str = "vec4f(motion(vec4f(p.x, 0.0, 0.0, p.y), vec3f(0.0, p.z, 0.0), p.w).place, 0.0)";
+const POSITION_EXPRESSION: &str = "vec4f(motion(vec4f(p.x, 0.0, 0.0, p.y), vec3f(0.0, p.z, 0.0), p.w).position, 0.0)";
 
 fn in_plane(perihelion_au: f64, eccentricity: f64) -> HeliocentricOrbit {
     HeliocentricOrbit { perihelion_au, eccentricity, to_perihelion: DVec3::X, along_perihelion: DVec3::Y, passage_days: 0.0 }
@@ -151,9 +151,9 @@ fn towards(direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
     }
 }
 
-/// Pallas and a near-Earth asteroid at four dates: the centroid in the picture is at the f64 position, and the light follows H and G.
+/// Pallas and a near-Earth asteroid at four dates: the centroid in the image is at the f64 position, and the light follows H and G.
 #[test]
-fn pictures_show_minor_planets_at_their_position_and_brightness() {
+fn images_show_minor_planets_at_their_position_and_brightness() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
     let (mut worst_px, mut worst_light, mut geometric_off_px): (f64, f64, f64) = (0.0, 0.0, 0.0);
@@ -224,7 +224,7 @@ fn minor_planets_are_drawn_only_with_their_layer() {
     assert!(without.scene.minor_planets.is_none() && with.scene.minor_planets.as_ref().is_some_and(|m| m.times.len() == 602));
     let decision_of =
         |drawn: &orrery::session::DrawnFrame| drawn.scene.sky.iter().find(|d| d.feature == "minor-planets").cloned().expect("a reason");
-    assert!(!decision_of(&without).on && decision_of(&without).reason.to_string().contains("off unless you ask"));
+    assert!(!decision_of(&without).on && decision_of(&without).reason.to_string().contains("off unless you switch"));
     assert!(decision_of(&with).on && decision_of(&with).reason.to_string().contains("602 orbits"), "{:?}", decision_of(&with));
     let changed = without.frame.display.iter().zip(&with.frame.display).filter(|(a, b)| a != b).count();
     assert!(changed > 1500, "{changed} pixels");

@@ -126,7 +126,7 @@ fn an_overlay_changes_its_region_only() {
 }
 
 #[test]
-fn a_picture_from_above_lies_on_the_plane_below_it() {
+fn an_image_from_above_lies_on_the_plane_below_it() {
     let rest = "projection = \"orthographic\"\nlatitude_deg = 20.0\nlongitude_deg = -15.0\nwidth_km = 1200.0\nheight_km = 600.0\n";
     let user_overlays = UserOverlays::new(&overlay_toml("Moon", "seen", "green.png", rest), &[("green.png", [10, 255, 10, 255])]);
     let (scene, with) = user_overlays.draw(MOON, "", PixelView::Albedo);
@@ -149,7 +149,7 @@ fn a_picture_from_above_lies_on_the_plane_below_it() {
         }
     }
     assert!(inside > 100 && outside > 1000, "{inside} {outside}");
-    // Seen from the other side of the Moon the picture would be upside down: it must not be visible there.
+    // Seen from the other side of the Moon the image would be upside down: it must not be visible there.
     let on_far_side = UserOverlays::new(
         &overlay_toml("Moon", "seen", "green.png", &rest.replace("-15.0", "165.0").replace("20.0", "-20.0")),
         &[("green.png", [10, 255, 10, 255])],
@@ -230,6 +230,9 @@ fn a_missing_or_tiny_overlay_is_left_out_and_reported() {
         overlay_decisions.len() == 2 && overlay_decisions[0].reason.to_string().contains("lost.png could not be read"),
         "{overlay_decisions:?}"
     );
-    assert!(!overlay_decisions[1].on && overlay_decisions[1].reason.to_string().contains("px across against 0.5"), "{overlay_decisions:?}");
+    assert!(
+        !overlay_decisions[1].on && overlay_decisions[1].reason.to_string().contains("px across (threshold 0.5)"),
+        "{overlay_decisions:?}"
+    );
     assert!(with == user_overlays.draw(MOON, "-overlays", PixelView::Final).1);
 }

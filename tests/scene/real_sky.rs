@@ -48,7 +48,7 @@ fn bodies_show_the_hemisphere_seen_with_light_time() {
             let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
             let body = scene.body(NaifId(id)).expect("in the catalog");
             let solar = body.sub_solar.expect("lit by the Sun");
-            for (computed, reference) in [(body.sub_viewer, viewer_point), (solar, sun_point)] {
+            for (computed, reference) in [(body.sub_observer, viewer_point), (solar, sun_point)] {
                 let off =
                     longitude_difference_deg(computed.longitude_deg, reference[0]).abs().max((computed.latitude_deg - reference[1]).abs());
                 assert!(off < SUB_POINT_TOLERANCE_DEG, "{name} {}: {computed:?} against {reference:?}", date["label"]);
@@ -66,7 +66,7 @@ fn bodies_show_the_hemisphere_seen_with_light_time() {
             let middle_point = orrery::scene::SubPoint::of(hit * body.placement.radii_km);
             assert!(
                 longitude_difference_deg(middle_point.longitude_deg, viewer_point[0]).abs() < 0.3,
-                "{name}: the middle of the picture is at {middle_point:?}"
+                "{name}: the middle of the image is at {middle_point:?}"
             );
             count += 1;
         }
@@ -104,7 +104,7 @@ fn the_earths_sub_points_follow_its_true_rotation() {
         let sun_light_s = (position_at(NaifId::SUN, -light_s) - from_earth).length() / 299_792.458;
         let to_sun = position_at(NaifId::SUN, -light_s - sun_light_s) - from_earth;
         let to_moon = position_at(NaifId::MOON, 0.0) - from_earth;
-        for (name, computed, direction) in [("viewer", body.sub_viewer, to_moon), ("Sun", body.sub_solar.expect("lit"), to_sun)] {
+        for (name, computed, direction) in [("viewer", body.sub_observer, to_moon), ("Sun", body.sub_solar.expect("lit"), to_sun)] {
             let v = itrs_from_gcrs * direction;
             let longitude_deg = v.y.atan2(v.x).to_degrees() + (light_s + delta_t_difference_s) * EARTH_ROTATION_DEG_S;
             let latitude_deg = v.z.atan2(v.truncate().length()).to_degrees();
@@ -243,7 +243,7 @@ fn the_requirements_of_a_view_cover_everything_it_draws() {
         let drawn: BTreeSet<&str> = scene.draws.iter().flat_map(|d| d.map_files.by_role().map(|(_, file)| file)).collect();
         assert!(drawn.is_subset(&named), "{drawn:?} of {named:?}");
         // No table is loaded: each effect that lacks its table reports that.
-        let lacks_table = |b: &&orrery::scene::BodyInView| b.decisions.iter().any(|d| d.reason.to_string().ends_with("is not at hand"));
+        let lacks_table = |b: &&orrery::scene::BodyInView| b.decisions.iter().any(|d| d.reason.to_string().ends_with("is not available"));
         let lacking: Vec<NaifId> = scene.bodies.iter().filter(lacks_table).map(|b| b.id).collect();
         assert!(lacking.iter().all(|id| required.scattering_tables.contains(id)), "{lacking:?} of {:?}", required.scattering_tables);
         (maps, tables) = (maps + drawn.len(), tables + lacking.len());

@@ -9,7 +9,7 @@ use orrery::time::Instant;
 
 /// The smallest ratio of a pixel's light with relief to its light without, where the smooth Moon is lit.
 fn least_light_ratio(session: &Session, from: NaifId, time: &str) -> f64 {
-    let picture = |effects: &str| {
+    let image = |effects: &str| {
         let request = ViewRequest {
             position: Position::Over { towards: Some(from), distance_radii: Some(60.0) },
             fov_deg: Some(2.1),
@@ -21,7 +21,7 @@ fn least_light_ratio(session: &Session, from: NaifId, time: &str) -> f64 {
         };
         session.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, true).expect("drawn").frame.hdr
     };
-    let (rough, smooth) = (picture("+normal,-planet-shine"), picture("-normal,-planet-shine"));
+    let (rough, smooth) = (image("+normal,-planet-shine"), image("-normal,-planet-shine"));
     let lit_pixels = rough.iter().zip(&smooth).filter(|(_, s)| s[1] > 0.01);
     lit_pixels.map(|(r, s)| f64::from(r[1] / s[1])).fold(f64::INFINITY, f64::min)
 }

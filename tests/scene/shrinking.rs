@@ -21,7 +21,7 @@ struct Subject {
     time: &'static str,
 }
 
-/// Linear light of the entire picture times distance squared, the body's diameter in pixels, and its appearance (disc or point).
+/// Linear light of the entire image times distance squared, the body's diameter in pixels, and its appearance (disc or point).
 fn light(session: &Session, subject: &Subject, side: u32, diameter_px: f64, effects: &str) -> (f64, f64, Appearance) {
     let px_per_rad = f64::from(side) / (2.0 * (0.5 * FOV_DEG.to_radians()).tan());
     let distance_radii = 2.0 * px_per_rad / diameter_px;
@@ -37,7 +37,7 @@ fn light(session: &Session, subject: &Subject, side: u32, diameter_px: f64, effe
     let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, true).expect("drawn");
     let shown_bodies = |s: &Scene| s.bodies.iter().filter(|b| b.appearance != Appearance::NotShown).count();
     // Without points, every body is drawn as a disc, however small.
-    assert!(shown_bodies(&drawn.scene) == 1 || !effects.is_empty(), "another body is in the picture");
+    assert!(shown_bodies(&drawn.scene) == 1 || !effects.is_empty(), "another body is in the image");
     let sum: f64 = drawn.frame.hdr.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum();
     let body = drawn.scene.body(subject.body).expect("in the catalog");
     (sum * body.distance_km.powi(2), body.diameter_px, body.appearance)

@@ -1,4 +1,4 @@
-//! The original engine's six cases, seen from outside: the contents of the picture, and which functions its HLSL contains and lacks.
+//! The original engine's six cases, seen from outside: the contents of the image, and which functions its HLSL contains and lacks.
 
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
@@ -26,7 +26,7 @@ const EXTRA_FUNCTIONS: [&str; 7] = [
     "ring_shine(",
 ];
 
-/// A body seen from a given side, and the linear light of its picture.
+/// A body seen from a given side, and the linear light of its image.
 struct Case {
     scene: Scene,
     light: Vec<[f32; 4]>,
@@ -52,7 +52,7 @@ impl Case {
     fn globe(&self, body: i32) -> String {
         self.hlsl(body, BodyPart::Globe).expect("the globe is drawn")
     }
-    /// Green light of a pixel; coordinates from the middle, in half sizes of the picture.
+    /// Green light of a pixel; coordinates from the middle, in half sizes of the image.
     fn light_at(&self, x: f64, y: f64) -> f32 {
         let pixel = |v: f64| ((0.5 + 0.5 * v) * f64::from(SIDE)) as u32;
         self.light[(pixel(y) * SIDE + pixel(x)) as usize][1]

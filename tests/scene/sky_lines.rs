@@ -164,7 +164,7 @@ fn the_horizon_is_that_of_the_viewers_location() {
     let (_, zenith) = ground_point_km(earth, latitude_deg, longitude_deg, 0.0);
     let built = scene(&from_ground(DVec3::Z, 40.0));
     // The pole of rotation, body-fixed z, is on the meridian (the half circle of azimuth 0), which is the vertical line through the middle of the
-    // picture.
+    // image.
     let middle = DVec2::new(250.0, 200.0);
     assert!(distance_px(&built.camera, &built.sky_lines, middle) < 0.1, "{}", distance_px(&built.camera, &built.sky_lines, middle));
     // The middle is at altitude 52; lines are drawn every 10 degrees, at 50 and 60: 2 degrees below the middle and 8 above.
@@ -179,7 +179,7 @@ fn the_horizon_is_that_of_the_viewers_location() {
     assert!(names(&north).contains(&"N".to_owned()), "{:?}", names(&north));
     let in_space = scene(&towards(DVec3::X, 30.0, only("grid-horizon")));
     assert!(
-        in_space.sky_lines.is_empty() && in_space.sky.iter().any(|d| !d.on && d.reason.to_string().contains("no ground")),
+        in_space.sky_lines.is_empty() && in_space.sky.iter().any(|d| !d.on && d.reason.to_string().contains("not on the ground")),
         "{:?}",
         in_space.sky
     );

@@ -1,7 +1,7 @@
-//! Stars against an independent reduction: directions in the scene, centroids and fluxes in pictures, and what hides or outshines them.
+//! Stars against an independent reduction: directions in the scene, centroids and fluxes in images, and what hides or outshines them.
 //!
 //! tests/data/stars_public.json: skyfield 1.55 on JPL DE440; proper motion, parallax, aberration by the Earth's velocity. Its tolerance is 0.1 pixel, which is 0.18
-//! arcsec in the narrow views. The centre of a sprite is accurate to 0.01 pixel, so a centroid in a picture has the same tolerance.
+//! arcsec in the narrow views. The centre of a sprite is accurate to 0.01 pixel, so a centroid in an image has the same tolerance.
 
 use crate::support::session::SESSION;
 use glam::{DMat3, DVec2, DVec3};
@@ -157,9 +157,9 @@ fn linear(request: ViewRequest) -> ViewRequest {
     }
 }
 
-/// Pictures of the reference's views: the centroid of each isolated star is at the reference's position.
+/// Images of the reference's views: the centroid of each isolated star is at the reference's position.
 #[test]
-fn centroids_in_pictures_agree_with_the_reference() {
+fn centroids_in_images_agree_with_the_reference() {
     let cases = cases();
     let (mut worst, mut seen): (f64, usize) = (0.0, 0);
     for view_cases in cases.chunk_by(|a, b| a.view == b.view) {
@@ -215,7 +215,7 @@ fn a_star_keeps_its_place_and_light_at_every_field_of_view() {
     }
 }
 
-/// Twenty magnitudes in one picture, at many subpixel phases: the light of each star agrees with its magnitude within 2 %, from a sharp point to a glare of many pixels.
+/// Twenty magnitudes in one image, at many subpixel phases: the light of each star agrees with its magnitude within 2 %, from a sharp point to a glare of many pixels.
 #[test]
 fn flux_is_kept_over_twenty_magnitudes_and_all_subpixel_phases() {
     let mut table = "ra_deg,dec_deg,v_mag\n".to_owned();
@@ -389,12 +389,12 @@ fn a_body_hides_the_stars_behind_it() {
     assert!(added(moon).abs() < 1e-9 && added(beside) > 1e-3, "{} {}", added(moon), added(beside));
 }
 
-/// Each star of the reference separately, at 1 arcmin to 170 degrees: the direction of the reference's pixel (pinhole formula) against the centroid in a picture with
-/// another field of view and centre. The Sun's glare is off: in the widest pictures it spreads over ten pixels of some degrees each and outshines a star.
+/// Each star of the reference separately, at 1 arcmin to 170 degrees: the direction of the reference's pixel (pinhole formula) against the centroid in an image with
+/// another field of view and centre. The Sun's glare is off: in the widest images it spreads over ten pixels of some degrees each and outshines a star.
 #[test]
 fn centroids_agree_with_the_reference_at_every_field_of_view() {
     let mut worst = (0.0_f64, String::new());
-    let (mut pictures, mut at_shifted_position) = (0, 0);
+    let (mut images, mut at_shifted_position) = (0, 0);
     for (k, case) in cases().iter().enumerate() {
         let star = SESSION.catalog().stars().hip(case.hip()).copied().expect("in the catalogue");
         let look = DVec3::from_array(case.direction).normalize();
@@ -415,7 +415,7 @@ fn centroids_agree_with_the_reference_at_every_field_of_view() {
         writeln!(table, "{ra},{dec},1,{},{},{}", star.parallax_rad * mas_per_rad, motion.x, motion.y).expect("a string");
         let (session, _folder) = session_of(&table);
         for (n, fov_deg) in [1.0 / 60.0_f64, 0.05, 0.3, 1.0, 6.0, 25.0, 70.0, 120.0, 170.0].into_iter().enumerate() {
-            // The picture's centre is off the star by part of the half field, in a different direction each time.
+            // The image's centre is off the star by part of the half field, in a different direction each time.
             let offset_direction = DMat3::from_axis_angle(expected, 0.7 * (n + k) as f64) * expected.any_orthonormal_vector();
             let middle = (expected + offset_direction * (0.6 * (fov_deg.to_radians() / 2.0).tan())).normalize();
             let request = linear(ViewRequest {
@@ -432,7 +432,7 @@ fn centroids_agree_with_the_reference_at_every_field_of_view() {
             let on_plane = DVec2::new(expected.dot(right), expected.dot(right.cross(middle))) / expected.dot(middle) / tan;
             let expected_px = DVec2::new(150.0 * (1.0 + on_plane.x), 150.0 * (1.0 - on_plane.y));
             let error_px = light_around(&drawn, expected_px, 5.0).1.distance(expected_px);
-            pictures += 1;
+            images += 1;
             at_shifted_position +=
                 usize::from(light_around(&drawn, expected_px, 5.0).1.distance(expected_px + DVec2::new(0.3, 0.0)) < TOLERANCE_PX);
             if error_px.is_nan() || error_px > worst.0 {
@@ -441,8 +441,8 @@ fn centroids_agree_with_the_reference_at_every_field_of_view() {
             assert!(error_px < TOLERANCE_PX, "{} at {fov_deg} degrees, {}: {error_px} pixels", case.star, case.time);
         }
     }
-    println!("{pictures} pictures, worst {:.4} pixels: {}; {at_shifted_position} at a shifted position", worst.0, worst.1);
-    assert!(pictures > 80 && at_shifted_position == 0, "{pictures} {at_shifted_position}");
+    println!("{images} images, worst {:.4} pixels: {}; {at_shifted_position} at a shifted position", worst.0, worst.1);
+    assert!(images > 80 && at_shifted_position == 0, "{images} {at_shifted_position}");
 }
 
 /// In small steps of exposure or field of view no pixel jumps, whether a star becomes visible, grows a glare, or its cell enters the frame.

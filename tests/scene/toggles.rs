@@ -36,8 +36,8 @@ fn with_and_without(request: &ViewRequest, with: &str, without: &str, stops: f64
         SESSION.scene(&ViewRequest { effects, exposure: ExposureRequest::Stops(stops), ..request.clone() }).expect("a scene")
     };
     let (scene_a, scene_b) = (scene_with(with), scene_with(without));
-    let pictures = (pixels(&scene_a), pixels(&scene_b));
-    (scene_a, pictures.0, pictures.1)
+    let images = (pixels(&scene_a), pixels(&scene_b));
+    (scene_a, images.0, images.1)
 }
 
 /// Cosine between the surface normal at a pixel's centre and a direction in the body's axes; `None` outside the disc.
@@ -54,7 +54,7 @@ fn sunward(scene: &Scene, body: i32) -> glam::DVec3 {
     glam::DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin())
 }
 
-/// Indices of pixels at which two pictures differ by any bit.
+/// Indices of pixels at which two images differ by any bit.
 fn changed_pixels(a: &Pixels, b: &Pixels) -> Vec<usize> {
     (0..a.len()).filter(|k| a[*k].map(f32::to_bits) != b[*k].map(f32::to_bits)).collect()
 }

@@ -48,7 +48,7 @@ fn a_report_names_the_fragment_that_changed_and_what_it_did() {
     assert!(report(&built_in, &Revision::built_in(), &modules).is_equal());
 
     let comment = report(&built_in, &edited(|t| format!("// A comment.\n{t}")), &modules);
-    assert!(comment.changed.iter().all(|c| c.picture.is_some_and(|p| p.max_levels == 0.0)), "a comment draws nothing");
+    assert!(comment.changed.iter().all(|c| c.image.is_some_and(|p| p.max_levels == 0.0)), "a comment draws nothing");
 
     let darker = edited(|t| t.replacen("return ", "return 0.9 * ", 1));
     let report = report(&built_in, &darker, &modules);
@@ -63,7 +63,7 @@ fn a_report_names_the_fragment_that_changed_and_what_it_did() {
         assert_eq!((change.causes[0].removed, change.causes[0].added), (1, 1));
         let light = change.second.mean_luminance.expect("light") / change.first.mean_luminance.expect("light");
         assert!((light - 0.9).abs() < 1e-5, "{}: {light}", change.module);
-        assert!(change.picture.expect("a picture").max_levels > 3.0);
+        assert!(change.image.expect("an image").max_levels > 3.0);
         assert!(change.second.operations > change.first.operations, "one more product");
     }
 }
@@ -257,7 +257,7 @@ impl Case {
     }
 }
 
-/// The files alone reproduce their pictures: in f32 in software exactly, and on a GPU except for single edge pixels. An edited module does not.
+/// The files alone reproduce their images: in f32 in software exactly, and on a GPU except for single edge pixels. An edited module does not.
 #[test]
 fn a_corpus_is_sufficient_for_an_executor() {
     let folder = tempfile::tempdir().expect("temp");

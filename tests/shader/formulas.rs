@@ -72,7 +72,7 @@ fn the_phase_functions_of_rings_agree_with_the_shader() {
         let found = worst(&Emitted::new(RING, &value).evaluate(&uniforms, None, &inputs), expected());
         assert!(found < TOLERANCE, "{function}: {found}");
         for (right, wrong) in [
-            ("2.0 * atan2(back, front)", "2.01 * atan2(back, front)"),
+            ("2.0 * atan2(cos_half_phase, sin_half_phase)", "2.01 * atan2(cos_half_phase, sin_half_phase)"),
             ("g * (2.0 * max(1.0 + cos_phase", "g * (2.01 * max(1.0 + cos_phase"),
         ] {
             let edited = Emitted::edited(RING, &value, |text| replace_once(text, right, wrong));
@@ -102,7 +102,7 @@ fn light_scattered_by_a_ring_agrees_with_the_shader() {
     let cosines: Vec<f64> = (0..200).map(|k| 0.02_f64.powf(f64::from(k) / 199.0)).collect();
     let inputs: Vec<EvalInput> = cosines.iter().map(|c| eval_input([*c])).collect();
     // Between 1.6 and 1.7 radii; the test above covers the phase function.
-    let value = "vec4f(4.0 * ring_mean(radial_interval(1.6, 0.1), 1.0 / p.x).bodies.rgb, 0.0)";
+    let value = "vec4f(4.0 * ring_mean(radial_interval(1.6, 0.1), 1.0 / p.x).large_particles.rgb, 0.0)";
     let emitted = Emitted::new(RING, value);
     let mut detected = 0;
     for tau in [0.01, 0.3, 1.0, 3.0] {
@@ -189,9 +189,9 @@ fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
             })
             .fold(0.0, f64::max)
     };
-    let found = worst("vec4f(ring_mean(radial_interval(p.x, p.y), 2.0).bodies.w)");
+    let found = worst("vec4f(ring_mean(radial_interval(p.x, p.y), 2.0).large_particles.w)");
     assert!(found < 1.0, "{found} of the precision of f32");
-    let shifted = worst("vec4f(ring_mean(radial_interval(p.x, p.y + 1.0e-4), 2.0).bodies.w)");
+    let shifted = worst("vec4f(ring_mean(radial_interval(p.x, p.y + 1.0e-4), 2.0).large_particles.w)");
     assert!(shifted > 10.0, "a shift of 6 km would pass: {shifted}");
 }
 

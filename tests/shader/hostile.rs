@@ -24,15 +24,15 @@ fn session(renderer: RendererPreference) -> Session {
     Session::open(&Sources { renderer, ..Sources::default() }, |_| {}).expect("a session")
 }
 
-/// The picture's bytes, or the error.
+/// The image's bytes, or the error.
 fn drawn(session: &Session, fragments: Fragments) -> Result<Vec<[u8; 4]>, String> {
     session.set_fragments(fragments);
     let time = Instant::parse("2024-01-01T00:00:00Z").expect("a time");
     let request = ViewRequest { width: 48, height: 48, quality: Quality::Draft, ..ViewRequest::of(NaifId::MOON, time) };
     let start = Clock::now();
-    let picture = session.draw(&request, SamplingQuality::of(Quality::Draft), false).map(|d| d.frame.display).map_err(|e| e.to_string());
-    assert!(start.elapsed() < TIMEOUT, "{:?}: {picture:?}", start.elapsed());
-    picture
+    let image = session.draw(&request, SamplingQuality::of(Quality::Draft), false).map(|d| d.frame.display).map_err(|e| e.to_string());
+    assert!(start.elapsed() < TIMEOUT, "{:?}: {image:?}", start.elapsed());
+    image
 }
 
 /// Functions g0 to gN, each defined in terms of the previous one.
@@ -71,11 +71,11 @@ fn hostile_cases() -> Vec<(String, String, &'static str)> {
 #[test]
 fn hostile_fragments_are_refused_and_valid_ones_draw_again() {
     let session = session(RendererPreference::Software);
-    let valid_picture = drawn(&session, Fragments::default()).expect("a picture");
+    let valid_image = drawn(&session, Fragments::default()).expect("an image");
     for (declarations, statements, message_part) in hostile_cases() {
         let error = drawn(&session, tone_map(&declarations, &statements)).expect_err(&statements);
         assert!(error.contains(message_part) && !error.trim().contains('\n') && error.len() < 600, "{statements}: {error}");
-        assert_eq!(drawn(&session, Fragments::default()).as_ref(), Ok(&valid_picture), "after {statements}");
+        assert_eq!(drawn(&session, Fragments::default()).as_ref(), Ok(&valid_image), "after {statements}");
     }
 }
 
@@ -83,14 +83,14 @@ fn hostile_fragments_are_refused_and_valid_ones_draw_again() {
 #[test]
 fn indices_out_of_range_stay_inside_and_long_loops_that_end_are_drawn() {
     let session = session(RendererPreference::Software);
-    let valid_picture = drawn(&session, Fragments::default()).expect("a picture");
+    let valid_image = drawn(&session, Fragments::default()).expect("an image");
     for statements in [
         "var a = array<f32, 3>(1.0, 2.0, 3.0); let far = a[u32(position.x * 1e6)]; if far < 0.0 || far > 3.0 { discard; }",
         "let far = textureLoad(hdr, vec2i(2147483647, -2147483647), 9999); if far.x != far.x { discard; }",
         "var a: array<f32, 4>; a[i32(position.x) - 1000000] = 5.0; a[0xffffffffu - u32(position.y)] = 7.0;",
         "var s = 0u; for (var i = 0u; i < 20000u; i++) { s += i ^ u32(position.x); } if s == 1u { discard; }",
     ] {
-        assert_eq!(drawn(&session, tone_map("", statements)).as_ref(), Ok(&valid_picture), "{statements}");
+        assert_eq!(drawn(&session, tone_map("", statements)).as_ref(), Ok(&valid_image), "{statements}");
     }
 }
 
@@ -102,10 +102,10 @@ fn an_endless_loop_never_reaches_the_gpu() {
         return;
     }
     let session = session(RendererPreference::Gpu);
-    let valid_picture = drawn(&session, Fragments::default()).expect("a picture");
+    let valid_image = drawn(&session, Fragments::default()).expect("an image");
     for (declarations, statements, message_part) in hostile_cases() {
         let error = drawn(&session, tone_map(&declarations, &statements)).expect_err(&statements);
         assert!(error.contains(message_part) && !error.trim().contains('\n'), "{statements}: {error}");
     }
-    assert_eq!(drawn(&session, Fragments::default()), Ok(valid_picture));
+    assert_eq!(drawn(&session, Fragments::default()), Ok(valid_image));
 }

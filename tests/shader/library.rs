@@ -319,7 +319,7 @@ fn forged_entries_are_accepted_only_if_valid() {
     assert_eq!((library.verify().valid, library.get(&id).is_ok(), library.replace_forged(&[id])), (1, true, 0));
 }
 
-/// A forged entry that a plan or a renderer cannot use does not abort the frame: the entry is rebuilt and the picture is unchanged.
+/// A forged entry that a plan or a renderer cannot use does not abort the frame: the entry is rebuilt and the image is unchanged.
 #[test]
 fn a_forged_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
     use orrery::{NaifId, SamplingQuality, Session, Sources, ViewRequest};
@@ -336,7 +336,7 @@ fn a_forged_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
         let session = Session::open(&sources, move |line| messages.lock().expect("no panic").push(line.to_owned())).expect("opens");
         session.draw(&request, SamplingQuality::of(request.quality), false).map(|drawn| drawn.frame.display).map_err(|e| e.to_string())
     };
-    let expected = draw().expect("a picture");
+    let expected = draw().expect("an image");
     let shaders =
         std::fs::read_dir(dir.path().join("orrery/shaders")).expect("a folder").next().expect("a generator").expect("an entry").path();
     let entries: Vec<PathBuf> = std::fs::read_dir(shaders).expect("a folder").map(|e| e.expect("an entry").path()).collect();
@@ -345,7 +345,7 @@ fn a_forged_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
     for path in &entries {
         let intact = std::fs::read(path).expect("read");
         // Each field and binding of the module is renamed: the module stays valid, but no plan can fill it.
-        let names = ["exposure", "body_from", "camera", "source", "picture", "scene"];
+        let names = ["exposure", "body_from", "camera", "source", "image", "scene"];
         for name in names {
             let places: Vec<usize> =
                 intact.windows(name.len()).enumerate().filter(|(_, w)| *w == name.as_bytes()).map(|(at, _)| at - 40.min(at)).collect();

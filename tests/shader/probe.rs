@@ -147,16 +147,16 @@ fn a_pixel_reports_the_values_of_its_draws() {
             let (radiance, coverage) = (number(&values["radiance"][k]), number(&values["coverage"]));
             assert!((number(&globe["colour"][k]) - radiance * coverage).abs() < 1e-6, "{globe}");
         }
-        for name in ["albedo", "normal", "sunlight", "hit.position", "hit.cos_emission", "map_place.uv", "albedo_texel"] {
+        for name in ["albedo", "normal", "sunlight", "hit.position", "hit.cos_emission", "coordinates.uv", "albedo_texel"] {
             assert!(values.get(name).is_some_and(|v| !v.is_null()), "{name} is not among {:?}", values.keys().collect::<Vec<_>>());
         }
     }
     // The centre is the sub-observer point, whose latitude the scene gives as planetocentric and the pixel as planetographic: Mars' axes
     // are 3396.19 and 3376.20 km.
     let middle = pixel(Precision::F64, 32, 32);
-    let planetographic_deg = (mars.sub_viewer.latitude_deg.to_radians().tan() * (3396.19f64 / 3376.20).powi(2)).atan().to_degrees();
+    let planetographic_deg = (mars.sub_observer.latitude_deg.to_radians().tan() * (3396.19f64 / 3376.20).powi(2)).atan().to_degrees();
     assert!((middle["lat"].as_f64().expect("lat") - planetographic_deg).abs() < 0.05, "{} {planetographic_deg}", middle["lat"]);
-    assert!((middle["lon"].as_f64().expect("lon") - mars.sub_viewer.longitude_deg).abs() < 0.05, "{}", middle["lon"]);
+    assert!((middle["lon"].as_f64().expect("lon") - mars.sub_observer.longitude_deg).abs() < 0.05, "{}", middle["lon"]);
     // Outside the disc only stars are drawn.
     let beside = pixel(Precision::F32, 0, 0);
     let light = beside["radiance"][0].as_f64().expect("a number");

@@ -20,7 +20,7 @@ use std::sync::{Arc, LazyLock};
 static LIBRARY: LazyLock<ShaderLibrary> = LazyLock::new(|| ShaderLibrary::in_memory(lowering()));
 
 const ALBEDO: f32 = 0.75;
-/// Half the side of the picture, in radii of the sphere.
+/// Half the side of the image, in radii of the sphere.
 const HALF_SIDE: f64 = 1.25;
 
 fn draw(label: &str, module: ModuleId, uniform_bytes: Vec<u8>, vertices: Vertices) -> PlanDraw {
@@ -85,7 +85,7 @@ pub(super) fn tone_map(pass: usize) -> PlanDraw {
     let module = LIBRARY.module(&name).expect("emitted");
     let mut writer = module.layout.writer();
     writer.f32("exposure", 1.0).expect("a field");
-    writer.f32("true_to", 0.8).expect("a field");
+    writer.f32("linear_limit", 0.8).expect("a field");
     let mut d = draw("tone map", name, writer.finish().expect("filled"), Vertices::Count(3));
     d.blend = Blend::Replace;
     d.depth = DepthState { test: false, write: false };
@@ -278,9 +278,9 @@ fn times_of_the_passes() {
 #[path = "../../benches/heavy/mod.rs"]
 mod heavy;
 
-/// No test measures time, but the pictures of the benches must remain drawable.
+/// No test measures time, but the images of the benches must remain drawable.
 #[test]
-fn the_benches_draw_their_pictures() {
+fn the_benches_draw_their_images() {
     // A new renderer for each, because a renderer caches its modules by name.
     let renderer =
         || SoftwareRenderer::new(Options { threads: 1, kernels: KernelClass::detect(), precision: Precision::F32 }).expect("a renderer");

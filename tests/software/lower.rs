@@ -418,7 +418,7 @@ fn fused_operations_change_no_bit() {
                 values
             });
             assert!(a == b, "{} {}", class.name(), std::any::type_name::<R>());
-            assert!(a.iter().any(|v| *v != a[0]), "a uniform picture proves nothing");
+            assert!(a.iter().any(|v| *v != a[0]), "a uniform image proves nothing");
         }
     }
     compare::<f32>(&fused, &unfused, &uniform_bytes);

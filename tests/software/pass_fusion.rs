@@ -70,7 +70,7 @@ fn untouched_tiles_equal_shaded_ones() {
     }
 }
 
-/// The largest difference in levels between two pictures, and the share of pixels that differ.
+/// The largest difference in levels between two images, and the share of pixels that differ.
 fn difference(a: &[[u8; 4]], b: &[[u8; 4]]) -> (u8, f64) {
     let of_pixel = |(a, b): (&[u8; 4], &[u8; 4])| (0..4).map(|c| a[c].abs_diff(b[c])).max().unwrap_or(0);
     let all: Vec<u8> = a.iter().zip(b).map(of_pixel).collect();
@@ -86,18 +86,18 @@ fn the_tone_map_without_its_tape_is_within_a_level_of_it() {
     let brighter = with_tone_map(exposed, "radiance * (draw.exposure * 1.02)");
     let mut plan = lit_sphere([333, 200]);
     plan.passes[0].samples = 4;
-    let [_, picture] = separate_and_fused(&plan, &shipped, with_threads(2));
+    let [_, image] = separate_and_fused(&plan, &shipped, with_threads(2));
     let [of_same, of_brighter] = [same, brighter].map(|library| {
         let [_, other] = separate_and_fused(&plan, &library, with_threads(2));
-        difference(&picture, &other)
+        difference(&image, &other)
     });
     // Values that lie within a thousandth of a level of a half may be rounded differently.
     assert!(of_same.0 <= 1 && of_same.1 < 0.006, "{of_same:?}");
-    assert!(of_brighter.0 > 1, "the measure must see a brighter picture: {of_brighter:?}");
+    assert!(of_brighter.0 > 1, "the measure must see a brighter image: {of_brighter:?}");
 }
 
 #[test]
-fn draws_over_the_picture_are_kept() {
+fn draws_over_the_image_are_kept() {
     let library = ShaderLibrary::in_memory(lowering());
     let mut plan = lit_sphere([150, 130]);
     let mut top = sphere(Vec3::X, MapSet::default());

@@ -109,7 +109,7 @@ fn coverage_approaches_the_area_of_an_edge() {
 
 #[test]
 fn a_triangle_through_the_camera_plane_draws_only_what_is_in_front() {
-    // A ground plane from behind the camera to far ahead: w = distance. Its horizon is the middle row of the picture.
+    // A ground plane from behind the camera to far ahead: w = distance. Its horizon is the middle row of the image.
     let (near, far) = (-10.0_f32, 1.0e6_f32);
     let corner = |x: f32, d: f32| [x, -1.0, 0.01, d];
     let ground = [corner(-4.0e6, near), corner(4.0e6, near), corner(0.0, far)];

@@ -7,7 +7,7 @@ use orrery::render::software::program::{LaneInput, Program};
 use orrery::shader::emit::emit_module;
 
 const LANES: usize = 128;
-/// Half a level of the eight-bit picture is 2e-3; the error of f32 arithmetic stays below this bound.
+/// Half a level of the eight-bit image is 2e-3; the error of f32 arithmetic stays below this bound.
 const TOLERANCE: f64 = 1.5e-6;
 
 fn program() -> Program {
@@ -18,9 +18,9 @@ fn program() -> Program {
 }
 
 /// A texture whose texels are given lane by lane, for any coordinates.
-struct Picture([[f32; LANES]; 3]);
+struct Image([[f32; LANES]; 3]);
 
-impl TextureUnit<f32> for Picture {
+impl TextureUnit<f32> for Image {
     fn sample_gradients(&self, _: usize, _: &[f32], _: &[f32], _: Gradients<'_, f32>, _: LaneMask, _: [&mut [f32]; 4]) {
         unreachable!("the tone map only loads texels");
     }
@@ -55,7 +55,7 @@ fn run_batch(program: &Program, class: KernelClass, radiance: [[f32; LANES]; 3],
             };
         }
     }
-    executor.run(&program.prepare_for(&uniform_bytes, class), LaneMask::MAX, &Picture(radiance));
+    executor.run(&program.prepare_for(&uniform_bytes, class), LaneMask::MAX, &Image(radiance));
     [0, 1, 2, 3].map(|k| *executor.output(k))
 }
 

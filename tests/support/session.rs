@@ -1,4 +1,4 @@
-//! One session for all tests of pictures, so that maps are decoded, modules lowered and scattering tables computed only once.
+//! One session for all tests of images, so that maps are decoded, modules lowered and scattering tables computed only once.
 //!
 //! It draws in software, keeps its cache in a temporary folder, and panics on any message. A test that changes catalogs, or checks
 //! messages, opens its own.

@@ -21,7 +21,7 @@ struct View {
 
 /// Position of the camera.
 enum CameraPlace {
-    /// On the lit side, at the distance at which the body fills most of the picture.
+    /// On the lit side, at the distance at which the body fills most of the image.
     Fitted,
     /// On the lit side, at this distance.
     Radii(f64),
@@ -73,11 +73,11 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
     };
     // Views from close to the ground, where the second form of the intersection is used, and views of stars.
     let standard = standard_scenes(SIDE, SIDE).into_iter().filter(|s| ["moon-limb", "night-sky", "belt"].contains(&s.name));
-    let single_pictures = VIEWS.into_iter().map(request).chain([("milky-way", milky_way)]).chain(standard.map(|s| (s.name, s.request)));
-    single_pictures.chain(composed_views()).chain(small_bodies_and_orbits()).collect()
+    let single_images = VIEWS.into_iter().map(request).chain([("milky-way", milky_way)]).chain(standard.map(|s| (s.name, s.request)));
+    single_images.chain(composed_views()).chain(small_bodies_and_orbits()).collect()
 }
 
-/// Composed pictures.
+/// Composed images.
 fn composed_views() -> Vec<(&'static str, ViewRequest)> {
     let view_of = |target: i32, time: &str, composition: Composition| ViewRequest {
         composition,

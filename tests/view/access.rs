@@ -155,7 +155,7 @@ fn the_reason_why_a_link_was_not_opened_stays_until_closed() {
     interface.warning = Some("orrery://view?aim=3: unknown field `aim`".into());
     let mut harness = harness_of(session(), interface);
     settle(&mut harness);
-    assert!(harness.state().shown().is_some(), "the picture is drawn all the same");
+    assert!(harness.state().shown().is_some(), "the image is drawn all the same");
     harness.get_by_label_contains("unknown field `aim`");
     // The button has the focus.
     press_keys(&mut harness, &[Key::Enter]);

@@ -42,13 +42,13 @@ fn drawn(composition: &CompositionState) -> Window {
 }
 
 /// In every composition a click on the middle of Saturn, and on each moon that has a mark, selects the body drawn there; in a side-by-side pair this holds in
-/// both pictures.
+/// both images.
 #[test]
-fn a_click_selects_what_the_picture_shows_there() {
+fn a_click_selects_what_the_image_shows_there() {
     for composition in compositions() {
         let mut window = drawn(&composition);
         let sky = window.get_by_label_contains("The sky: ").rect();
-        let rendered = window.state().shown().expect("a picture");
+        let rendered = window.state().shown().expect("an image");
         let (width, scene) = (f64::from(rendered.width), &rendered.scene);
         let points = f64::from(sky.width()) / width;
         let pixel_of = |id: NaifId| {
@@ -57,15 +57,15 @@ fn a_click_selects_what_the_picture_shows_there() {
         };
         let places: Vec<(NaifId, DVec2)> = [NaifId(699), NaifId(606), NaifId(608), NaifId(605)].into_iter().filter_map(pixel_of).collect();
         assert_eq!(places.first().map(|p| p.0), Some(SATURN), "{composition:?}");
-        // The target is in the middle of its picture, except for a dome's tilt.
-        let pictures = if composition.stereo == Some(StereoLayout::SideBySide) { 2.0 } else { 1.0 };
-        assert!((places[0].1.x - 0.5 * width / pictures).abs() < 1.0, "{composition:?}: {places:?} of {width}");
-        let picture_offsets = if pictures == 2.0 { vec![0.0, 0.5 * width] } else { vec![0.0] };
+        // The target is in the middle of its image, except for a dome's tilt.
+        let images = if composition.stereo == Some(StereoLayout::SideBySide) { 2.0 } else { 1.0 };
+        assert!((places[0].1.x - 0.5 * width / images).abs() < 1.0, "{composition:?}: {places:?} of {width}");
+        let image_offsets = if images == 2.0 { vec![0.0, 0.5 * width] } else { vec![0.0] };
         let inside =
-            |px: DVec2| px.cmpgt(DVec2::splat(2.0)).all() && px.x < width / pictures - 2.0 && px.y * points < f64::from(sky.height()) - 2.0;
+            |px: DVec2| px.cmpgt(DVec2::splat(2.0)).all() && px.x < width / images - 2.0 && px.y * points < f64::from(sky.height()) - 2.0;
         let mut clicked = 0;
         for (id, px) in places {
-            for offset in &picture_offsets {
+            for offset in &image_offsets {
                 if !inside(px) {
                     continue;
                 }
@@ -83,7 +83,7 @@ fn a_click_selects_what_the_picture_shows_there() {
     }
 }
 
-/// A mesh mirrors and shifts the picture: clicks follow it, and at Saturn's position without the mesh there is no Saturn.
+/// A mesh mirrors and shifts the image: clicks follow it, and at Saturn's position without the mesh there is no Saturn.
 #[test]
 fn a_click_follows_the_mesh_of_a_projector() {
     let aspect = 1.6;
@@ -98,7 +98,7 @@ fn a_click_follows_the_mesh_of_a_projector() {
     let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 640.0);
     settle(&mut window);
     let sky = window.get_by_label_contains("The sky: ").rect();
-    let rendered = window.state().shown().expect("a picture");
+    let rendered = window.state().shown().expect("an image");
     let points = f64::from(sky.width()) / f64::from(rendered.width);
     let scene = &rendered.scene;
     let centre_km = scene.body(SATURN).expect("of the catalog").placement.centre_km;
@@ -130,11 +130,11 @@ fn the_panel_chooses_a_projection_and_a_stereo_pair() {
         settle(window);
     };
     choose(&mut window, "Stereo", "anaglyph");
-    let composition = |window: &Window| window.state().shown().expect("a picture").job.request.composition.clone();
+    let composition = |window: &Window| window.state().shown().expect("an image").job.request.composition.clone();
     assert_eq!(composition(&window).stereo.map(|s| s.layout), Some(StereoLayout::Anaglyph));
     choose(&mut window, "Projection", "fisheye (dome)");
     assert_eq!((composition(&window).projection, composition(&window).stereo), (Projection::Fisheye, None));
-    let request = &window.state().shown().expect("a picture").job.request;
+    let request = &window.state().shown().expect("an image").job.request;
     assert_eq!(request.fov_deg, Some(180.0));
     choose(&mut window, "Stereo", "side by side");
     assert_eq!(composition(&window).projection, Projection::Perspective);
@@ -144,7 +144,7 @@ fn the_panel_chooses_a_projection_and_a_stereo_pair() {
     assert_eq!(window.state().viewer.view.composition, CompositionState::default());
 }
 
-/// The frames of a dome have other sizes than the picture, so a pixel of the picture does not correspond to a pixel of a frame.
+/// The frames of a dome have other sizes than the image, so a pixel of the image does not correspond to a pixel of a frame.
 #[test]
 fn the_probe_refuses_a_pixel_of_a_dome() {
     let mut interface = saturn_with(&compositions()[1]);
@@ -164,7 +164,7 @@ fn the_probe_refuses_a_pixel_of_a_dome() {
 #[test]
 fn a_link_keeps_the_composition_and_refuses_impossible_ones() {
     let view = saturn_with(&CompositionState::default()).viewer.view;
-    assert!(!view.to_link().contains("composition"), "a plain picture omits the composition");
+    assert!(!view.to_link().contains("composition"), "a plain image omits the composition");
     let now = Instant::parse(TIME).expect("a time");
     for composition in compositions() {
         let kept = orrery::view::app::view_state::ViewState { composition, ..view.clone() };

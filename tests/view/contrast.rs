@@ -29,12 +29,12 @@ struct PaintedText {
     background: Color32,
 }
 
-/// Texts in the order of painting, each with the last fill below it. Texts over the sky's picture have their own shadows and are excluded.
+/// Texts in the order of painting, each with the last fill below it. Texts over the sky's image have their own shadows and are excluded.
 fn painted_texts(shapes: &[ClippedShape]) -> Vec<PaintedText> {
     fn walk(shape: &Shape, clip: Rect, filled: &mut Vec<(Rect, Color32)>, found: &mut Vec<PaintedText>) {
         match shape {
             Shape::Vec(shapes) => shapes.iter().for_each(|s| walk(s, clip, filled, found)),
-            // A picture's background counts as black.
+            // An image's background counts as black.
             Shape::Rect(r) if r.brush.is_some() => filled.push((r.rect.intersect(clip), Color32::BLACK)),
             Shape::Rect(r) if r.fill.a() > 0 => {
                 let below = filled.iter().rev().find(|(rect, _)| rect.contains(r.rect.center())).map_or(Color32::BLACK, |f| f.1);

@@ -1,4 +1,4 @@
-//! If the first picture cannot be drawn, the window and standard error say why, and the window goes on.
+//! If the first image cannot be drawn, the window and standard error say why, and the window goes on.
 
 use super::interface::{harness_of, settle};
 use egui_kittest::kittest::Queryable;

@@ -1,4 +1,4 @@
-//! Flights in the session's ephemeris: the first picture of a flight equals the last one before it.
+//! Flights in the session's ephemeris: the first image of a flight equals the last one before it.
 
 use crate::view::interface::{interface, session};
 use glam::DVec3;

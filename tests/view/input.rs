@@ -1,5 +1,5 @@
 //! The window under clicks and keys: the pressed row is selected, Escape closes one thing at a time and never the program, a failed search is reported and replaced, and
-//! no picture is stretched.
+//! no image is stretched.
 
 use crate::view::interface::{OwnPainter, interface, session, settle};
 use egui::accesskit::{Role, Toggled};
@@ -23,7 +23,7 @@ const SEARCH: &str = "Search";
 
 pub(super) type Window = Harness<'static, Interface>;
 
-/// Draws immediately while `is_drawing` is set. Otherwise the last picture stays on screen, as it does for seconds when drawing is slow.
+/// Draws immediately while `is_drawing` is set. Otherwise the last image stays on screen, as it does for seconds when drawing is slow.
 struct PausableWorker {
     inline: InlineWorker<'static>,
     is_drawing: Arc<AtomicBool>,
@@ -46,7 +46,7 @@ impl RenderWorker for PausableWorker {
     }
 }
 
-/// A window that draws pictures while `is_drawing` is set, tall enough for every row of the list.
+/// A window that draws images while `is_drawing` is set, tall enough for every row of the list.
 pub(super) fn pausable_window(interface: Interface, is_drawing: &Arc<AtomicBool>, height: f32) -> Window {
     let worker = PausableWorker { inline: InlineWorker::new(session()), is_drawing: Arc::clone(is_drawing) };
     Harness::builder()
@@ -58,7 +58,7 @@ pub(super) fn pausable_window(interface: Interface, is_drawing: &Arc<AtomicBool>
         .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface)
 }
 
-pub(super) fn without_pictures(target: NaifId) -> Window {
+pub(super) fn without_images(target: NaifId) -> Window {
     let mut window = pausable_window(interface(target, TIME), &Arc::default(), 1900.0);
     window.run_steps(3);
     window
@@ -100,13 +100,13 @@ pub(super) fn click(window: &mut Window, pos: Pos2, in_one_frame: bool) {
 
 #[test]
 fn the_pressed_row_is_the_selected_row() {
-    let count = rows(&without_pictures(NaifId::EARTH)).len();
+    let count = rows(&without_images(NaifId::EARTH)).len();
     assert!(count > 12, "{count} rows");
     // Each row after a fresh start, when another body's moons are about to expand.
     for target in [NaifId::EARTH, SATURN, NaifId::MOON] {
-        let visible_rows = rows(&without_pictures(target));
+        let visible_rows = rows(&without_images(target));
         for (k, (id, name, _)) in visible_rows.iter().enumerate() {
-            let mut window = without_pictures(target);
+            let mut window = without_images(target);
             let rect = rows(&window)[k].2;
             click(&mut window, rect.center(), k % 2 == 0);
             window.run_steps(2);
@@ -114,7 +114,7 @@ fn the_pressed_row_is_the_selected_row() {
         }
     }
     // One after the other in one window while branches expand; every row is reached in the end.
-    let mut window = without_pictures(NaifId::EARTH);
+    let mut window = without_images(NaifId::EARTH);
     let mut clicked = std::collections::BTreeSet::new();
     for attempt in 0..200 {
         let visible_rows = rows(&window);
@@ -141,7 +141,7 @@ fn the_pressed_row_is_the_selected_row() {
 #[test]
 fn a_second_click_hits_the_same_row() {
     for target in [NaifId(599), SATURN, NaifId(799), NaifId(899)] {
-        let mut window = without_pictures(NaifId::EARTH);
+        let mut window = without_images(NaifId::EARTH);
         let place = rows(&window).into_iter().find(|r| r.0 == target).expect("a row").2.center();
         click(&mut window, place, false);
         click(&mut window, place, false);
@@ -159,7 +159,7 @@ fn collapsed_branches_stay_collapsed() {
     };
     for (id, name) in [(399, "Earth"), (499, "Mars"), (599, "Jupiter"), (699, "Saturn"), (799, "Uranus"), (899, "Neptune")] {
         for selected in [NaifId(id), NaifId::SUN] {
-            let mut window = without_pictures(selected);
+            let mut window = without_images(selected);
             let (arrow_pos, mut is_open) = arrow(&window, name);
             for click_index in 0..4 {
                 click(&mut window, arrow_pos, click_index % 2 == 0);
@@ -328,7 +328,7 @@ fn a_failed_search_is_reported_at_its_field_and_replaced_by_the_next_input() {
         ("+wings", "wings"),
         ("zz 9", "Nothing is called “zz 9”"),
     ] {
-        let mut window = without_pictures(SATURN);
+        let mut window = without_images(SATURN);
         type_text(&mut window, "/");
         type_text(&mut window, wrong);
         window.key_press(Key::Enter);
@@ -347,7 +347,7 @@ fn a_failed_search_is_reported_at_its_field_and_replaced_by_the_next_input() {
     }
     // Left and re-entered: by key, by key with a letter in the same frame, by mouse.
     for way in 0..3 {
-        let mut window = without_pictures(SATURN);
+        let mut window = without_images(SATURN);
         bring_search_into(&mut window, Search::Unfocused);
         assert_eq!(search_field(&window), (false, "satu".to_owned()));
         let field_centre = window.get_by_role_and_label(Role::TextInput, SEARCH).rect().center();
@@ -374,9 +374,9 @@ fn bright_area(window: &mut Window, sky: Rect) -> (f32, f32, Pos2) {
     // The pointer is bright too.
     window.remove_cursor();
     window.run_steps(1);
-    let picture = window.render().expect("a picture");
+    let image = window.render().expect("an image");
     let mut found = Rect::NOTHING;
-    for (x, y, pixel) in picture.enumerate_pixels() {
+    for (x, y, pixel) in image.enumerate_pixels() {
         let at = Pos2::new(x as f32 + 0.5, y as f32 + 0.5);
         if sky.shrink(2.0).contains(at) && pixel.0[..3].iter().any(|c| *c > 40) {
             found.extend_with(at);
@@ -386,7 +386,7 @@ fn bright_area(window: &mut Window, sky: Rect) -> (f32, f32, Pos2) {
 }
 
 #[test]
-fn a_picture_keeps_its_shape_until_the_next_one_is_there() {
+fn an_image_keeps_its_shape_until_the_next_one_is_there() {
     let mut moon = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
     (moon.settings.names, moon.settings.markers, moon.settings.outline) = (false, false, false);
     let is_drawing: Arc<AtomicBool> = Arc::new(true.into());
@@ -416,7 +416,7 @@ fn a_picture_keeps_its_shape_until_the_next_one_is_there() {
             assert_eq!(window.state().viewer.selected, NaifId::MOON, "{case}");
         }
     }
-    // In the next picture it is at the same position.
+    // In the next image it is at the same position.
     let sky_now = sky(&window);
     let (w, h, middle) = bright_area(&mut window, sky_now);
     is_drawing.store(true, Ordering::Relaxed);
@@ -430,16 +430,16 @@ fn a_picture_keeps_its_shape_until_the_next_one_is_there() {
     );
 }
 
-/// The compared pictures in windows with another aspect ratio than when they were drawn.
+/// The compared images in windows with another aspect ratio than when they were drawn.
 #[test]
-fn compared_pictures_are_never_stretched() {
+fn compared_images_are_never_stretched() {
     let mut moon = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
     (moon.settings.names, moon.settings.markers, moon.settings.outline) = (false, false, false);
     let is_drawing: Arc<AtomicBool> = Arc::new(true.into());
     let mut window = pausable_window(moon, &is_drawing, 640.0);
     window.state_mut().tab = Some(Tab::Compare);
     settle(&mut window);
-    let request = window.state().shown().expect("a picture").job.request.clone();
+    let request = window.state().shown().expect("an image").job.request.clone();
     let aspect = f64::from(request.width) / f64::from(request.height);
     is_drawing.store(false, Ordering::Relaxed);
     let mut sizes = std::collections::BTreeSet::new();
@@ -451,7 +451,7 @@ fn compared_pictures_are_never_stretched() {
             window.get_by_label(page).click_accesskit();
             window.run_steps(3);
             let image = |n: &egui_kittest::Node<'_>| n.accesskit_node().label().is_some_and(|l| l.starts_with(image));
-            let rect = window.query_all_by_role(Role::Image).find(image).unwrap_or_else(|| panic!("{page} at {size:?}: no picture")).rect();
+            let rect = window.query_all_by_role(Role::Image).find(image).unwrap_or_else(|| panic!("{page} at {size:?}: no image")).rect();
             let case = format!("{page} at {size:?}: {rect}, of aspect ratio {aspect}");
             sizes.insert(((rect.width() * 10.0) as i32, (rect.height() * 10.0) as i32));
             if page != "Side by side" {

@@ -1,4 +1,4 @@
-//! The panels that analyse a picture's shaders, pressed by accessible name without a window or a GPU.
+//! The panels that analyse an image's shaders, pressed by accessible name without a window or a GPU.
 
 use crate::view::interface::{interface, session};
 use egui_kittest::Harness;
@@ -117,7 +117,7 @@ fn two_variants_are_drawn_and_compared() {
 }
 
 #[test]
-fn a_fragment_that_changes_on_disk_changes_the_picture_and_a_broken_one_is_shown() {
+fn a_fragment_that_changes_on_disk_changes_the_image_and_a_broken_one_is_shown() {
     let (cache, folder) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
     let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
     let session = Session::open(&sources, |line| panic!("{line}")).expect("a session");
@@ -134,14 +134,14 @@ fn a_fragment_that_changes_on_disk_changes_the_picture_and_a_broken_one_is_shown
     assert_eq!(session.library().generator(), built_in, "the same text is the same generator");
     let worker = InlineWorker::new(&session);
     let mut harness = harness(&worker, saturn());
-    let picture_ms = harness.state().shown().expect("a picture").took_ms;
+    let image_ms = harness.state().shown().expect("an image").took_ms;
     // Invalid WGSL.
     std::fs::write(&file, format!("{text}\nfn broken( {{\n")).expect("written");
     watch.check_files(&worker);
     assert_ne!(session.library().generator(), built_in);
     harness.state_mut().tab = Some(Tab::Shader);
     harness.run_steps(8);
-    assert_eq!(harness.state().shown().expect("the last good picture").took_ms, picture_ms);
+    assert_eq!(harness.state().shown().expect("the last good image").took_ms, image_ms);
     assert!(harness.state().message_line().contains(path), "{}", harness.state().message_line());
     let labels = names_containing(&harness, "fn broken( {");
     assert!(labels.iter().any(|t| t.contains('^') && t.contains(path)), "source with a caret: {labels:?}");

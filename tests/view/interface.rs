@@ -1,4 +1,4 @@
-//! The window's interface without a window: its controls are used by their accessible names, and the CPU painter paints its pictures.
+//! The window's interface without a window: its controls are used by their accessible names, and the CPU painter paints its images.
 
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, TestRenderer};
@@ -86,7 +86,7 @@ pub fn harness_of(session: &'static Session, interface: Interface) -> Harness<'s
         .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface)
 }
 
-/// Advances time until the interface is at rest and its full-resolution picture has arrived.
+/// Advances time until the interface is at rest and its full-resolution image has arrived.
 pub fn settle(harness: &mut Harness<'static, Interface>) {
     // Flights, expansions and the full-resolution image take less than three seconds.
     for _ in 0..14 {
@@ -99,7 +99,7 @@ pub fn settle(harness: &mut Harness<'static, Interface>) {
 }
 
 fn sky_pixels(harness: &Harness<'static, Interface>) -> (u32, u32) {
-    let d = harness.state().shown().expect("a picture");
+    let d = harness.state().shown().expect("an image");
     (d.width, d.height)
 }
 
@@ -116,17 +116,17 @@ fn saturn_is_found_by_search_and_flown_to() {
     assert!(harness.state().viewer.is_flying());
     settle(&mut harness);
     assert_eq!(harness.state().viewer.view.target, SATURN);
-    let rendered = harness.state().shown().expect("a picture");
+    let rendered = harness.state().shown().expect("an image");
     let saturn = rendered.scene.body(SATURN).expect("Saturn");
     assert!(saturn.diameter_px > 150.0, "{} px", saturn.diameter_px);
     assert!(harness.state().settings.recent.len() == 1, "the view that was left is remembered");
 }
 
 #[test]
-fn an_effect_switched_off_changes_the_picture_and_says_so() {
+fn an_effect_switched_off_changes_the_image_and_says_so() {
     let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
     settle(&mut harness);
-    let before = harness.render().expect("a picture");
+    let before = harness.render().expect("an image");
     assert!(sky_pixels(&harness).0 > 300);
     harness.state_mut().tab = Some(Tab::Effects);
     settle(&mut harness);
@@ -135,12 +135,12 @@ fn an_effect_switched_off_changes_the_picture_and_says_so() {
     toggle.click();
     settle(&mut harness);
     assert_eq!(harness.state().viewer.view.effects.to_text(), "-ring-shadow");
-    let decisions = harness.state().shown().expect("a picture").scene.body(SATURN).expect("Saturn").decisions.clone();
+    let decisions = harness.state().shown().expect("an image").scene.body(SATURN).expect("Saturn").decisions.clone();
     let shadow = decisions.iter().find(|d| d.feature == "ring-shadow").expect("a decision");
     assert!(!shadow.on);
     harness.state_mut().tab = None;
     settle(&mut harness);
-    let after = harness.render().expect("a picture");
+    let after = harness.render().expect("an image");
     let changed = before.pixels().zip(after.pixels()).filter(|(a, b)| a.0.iter().zip(b.0).any(|(x, y)| x.abs_diff(y) > 4)).count();
     let all = (before.width() * before.height()) as usize;
     assert!(changed > 200 && changed < all / 4, "{changed} of {all} pixels changed");
@@ -157,14 +157,14 @@ fn a_moment_is_one_click_away() {
     let mut harness = harness(interface(NaifId(499), "2000-01-01T12:00:00Z"));
     harness.state_mut().tab = Some(Tab::Moments);
     settle(&mut harness);
-    // The button is below the pictures of *What to see now*; a low window scrolls to it.
+    // The button is below the images of *What to see now*; a low window scrolls to it.
     harness.get_by_label("Total eclipse over North America").click_accesskit();
     settle(&mut harness);
     let state = harness.state();
     assert_eq!(state.viewer.view.target, NaifId::EARTH);
     assert!(state.viewer.view.time().to_utc_iso().starts_with("2024-04-08T18:17:1"));
     assert!(state.viewer.time_rate.is_paused());
-    let earth = state.shown().expect("a picture").scene.body(NaifId::EARTH).expect("the Earth").clone();
+    let earth = state.shown().expect("an image").scene.body(NaifId::EARTH).expect("the Earth").clone();
     assert!(earth.decisions.iter().any(|d| d.feature == "eclipse" && d.on), "{:?}", earth.decisions);
     // Back returns to Mars.
     harness.get_by_label("Back").click();
@@ -215,7 +215,7 @@ fn the_camera_stands_on_the_ground_or_at_another_body() {
     settle(&mut harness);
     let state = harness.state();
     assert_eq!(state.viewer.view.eye, CameraPose::Centre { body: NaifId(499) });
-    let earth = state.shown().expect("a picture").scene.body(NaifId::EARTH).expect("the Earth").clone();
+    let earth = state.shown().expect("an image").scene.body(NaifId::EARTH).expect("the Earth").clone();
     assert!(earth.distance_km > 5e7, "{} km", earth.distance_km);
 }
 
@@ -241,10 +241,10 @@ fn every_panel_fits_the_window_and_names_its_controls() {
         let (width, _) = sky_pixels(&harness);
         assert!(width > 150, "{}: the sky keeps {width} pixels", tab.title());
         // The harness itself rejects a control without a name and a glyph that no font has.
-        let picture = harness.render().expect("a picture");
+        let image = harness.render().expect("an image");
         let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("viewer");
         std::fs::create_dir_all(&folder).expect("a folder");
-        picture.save(folder.join(format!("{}.png", tab.title().to_lowercase()))).expect("a file");
+        image.save(folder.join(format!("{}.png", tab.title().to_lowercase()))).expect("a file");
     }
     harness.state_mut().tab = None;
     harness.state_mut().help_shown = true;
@@ -262,8 +262,8 @@ fn a_link_restores_the_view_in_another_window() {
     let view = view_from_text(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a link");
     second.state_mut().show(view, &InlineWorker::new(session()));
     settle(&mut second);
-    let pictures = [&mut first, &mut second].map(|h| h.state().shown().expect("a picture").job.request.clone());
-    assert_eq!(pictures[0], pictures[1]);
+    let images = [&mut first, &mut second].map(|h| h.state().shown().expect("an image").job.request.clone());
+    assert_eq!(images[0], images[1]);
 }
 
 #[test]
@@ -280,7 +280,7 @@ fn a_window_of_zero_size_draws_nothing_and_recovers() {
 }
 
 #[test]
-fn a_picture_does_not_wait_for_a_query() {
+fn an_image_does_not_wait_for_a_query() {
     let (wake_sender, wakes) = std::sync::mpsc::channel();
     let worker = ThreadedWorker::new(session(), move || {
         let _ = wake_sender.send(());
@@ -303,11 +303,11 @@ fn a_picture_does_not_wait_for_a_query() {
         worker.close();
         (drawn, answered)
     });
-    assert!(drawn, "the picture waited for the query");
+    assert!(drawn, "the image waited for the query");
     assert!(answered, "the query was not answered after its release");
 }
 
-/// Counts the requested pictures.
+/// Counts the requested images.
 struct CountingWorker(InlineWorker<'static>, Arc<AtomicU32>);
 
 impl RenderWorker for CountingWorker {
@@ -327,12 +327,12 @@ impl RenderWorker for CountingWorker {
 }
 
 #[test]
-fn real_time_needs_few_pictures() {
+fn real_time_needs_few_images() {
     let mut interface = interface(SATURN, "2017-05-17T00:00:00Z");
     interface.viewer.time_rate.toggle_pause();
     assert_eq!(interface.viewer.time_rate.rate(), 1.0);
-    let picture_count: Arc<AtomicU32> = Arc::default();
-    let worker = CountingWorker(InlineWorker::new(session()), Arc::clone(&picture_count));
+    let image_count: Arc<AtomicU32> = Arc::default();
+    let worker = CountingWorker(InlineWorker::new(session()), Arc::clone(&image_count));
     let mut harness = Harness::builder()
         .with_size([700.0, 400.0])
         .with_max_steps(40)
@@ -340,22 +340,22 @@ fn real_time_needs_few_pictures() {
         .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface);
     settle(&mut harness);
     let run_frames = |harness: &mut Harness<'static, Interface>, count: u32, step_s: f64| {
-        let (count_before, tdb_before_s) = (picture_count.load(Ordering::Relaxed), harness.state().viewer.view.tdb_s);
+        let (count_before, tdb_before_s) = (image_count.load(Ordering::Relaxed), harness.state().viewer.view.tdb_s);
         for _ in 0..count {
             let next = harness.input_mut().time.unwrap_or(0.0) + step_s;
             harness.input_mut().time = Some(next);
             harness.run_steps(1);
         }
-        (picture_count.load(Ordering::Relaxed) - count_before, harness.state().viewer.view.tdb_s - tdb_before_s)
+        (image_count.load(Ordering::Relaxed) - count_before, harness.state().viewer.view.tdb_s - tdb_before_s)
     };
-    // Ten frames a second for six seconds: at most one picture per second.
-    let (pictures, elapsed_s) = run_frames(&mut harness, 60, 0.1);
-    assert!((1..=7).contains(&pictures), "{pictures} pictures in six seconds");
+    // Ten frames a second for six seconds: at most one image per second.
+    let (images, elapsed_s) = run_frames(&mut harness, 60, 0.1);
+    assert!((1..=7).contains(&images), "{images} images in six seconds");
     assert!((elapsed_s - 6.0).abs() < 0.2, "{elapsed_s} s went by in six");
     // The window itself redraws once a second.
     let (_, elapsed_s) = run_frames(&mut harness, 10, 1.0);
     assert!((elapsed_s - 10.0).abs() < 0.2, "{elapsed_s} s went by in ten");
     // A change of the view is drawn at once.
     harness.state_mut().viewer.view.fov_deg *= 0.9;
-    assert!(run_frames(&mut harness, 1, 0.05).0 == 1, "the view changed and no picture was requested");
+    assert!(run_frames(&mut harness, 1, 0.05).0 == 1, "the view changed and no image was requested");
 }

@@ -173,9 +173,9 @@ fn german_panels_have_no_english_words() {
     assert!(reported_texts(&harness).iter().filter(|text| !english_words(text).is_empty()).count() > 10);
 }
 
-/// Caption, scale bar, compass points and names in a picture are German, and English without a choice.
+/// Caption, scale bar, compass points and names in an image are German, and English without a choice.
 #[test]
-fn texts_in_pictures_are_german() {
+fn texts_in_images_are_german() {
     let layers = Layers { caption: true, scale_bar: true, labels: true, grid_horizon: true, ..Layers::default() };
     let ground = Position::Ground { body: NaifId::EARTH, latitude_deg: -33.9, longitude_deg: 18.4, height_km: 1.0 };
     let time = Instant::parse("2024-04-08T18:30:00Z").expect("a time");

@@ -1,4 +1,4 @@
-//! *What to see now*: its pictures, the views they open, and when the row is visible.
+//! *What to see now*: its images, the views they open, and when the row is visible.
 
 use crate::view::input::Window;
 use crate::view::interface::{harness, interface, session, settle};
@@ -35,7 +35,7 @@ fn press(window: &mut Window, item: NowItem) {
 }
 
 #[test]
-fn each_picture_opens_its_view_and_hides_the_row() {
+fn each_image_opens_its_view_and_hides_the_row() {
     for item in NowItem::ALL {
         let mut window = first_start();
         assert_eq!(tiles(&window).len(), NowItem::ALL.len(), "{:?}", tiles(&window));

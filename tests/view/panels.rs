@@ -131,7 +131,7 @@ fn the_tone_map_clips_or_compresses_light_above_white() {
     let view = ViewRequest { width: 48, height: 48, exposure: ExposureRequest::Stops(4.5), ..ViewRequest::of(NaifId::MOON, time) };
     let drawn = |tone_map| {
         let view = ViewRequest { tone_map, ..view.clone() };
-        session().draw(&view, SamplingQuality::of(Quality::Standard), true).expect("a picture").frame
+        session().draw(&view, SamplingQuality::of(Quality::Standard), true).expect("an image").frame
     };
     let (filmic, clipped) = (drawn(ToneMap::Filmic), drawn(ToneMap::Clipped));
     assert_eq!(filmic.hdr, clipped.hdr, "the light is the same");
@@ -163,7 +163,7 @@ fn the_renderer_is_chosen_in_the_window() {
     harness.get_by_label("clipped").click();
     settle(&mut harness);
     assert_eq!(harness.state().viewer.view.tone_map, ToneMap::Clipped);
-    assert_eq!(harness.state().shown().expect("a picture").scene.tone_map, ToneMap::Clipped);
+    assert_eq!(harness.state().shown().expect("an image").scene.tone_map, ToneMap::Clipped);
     let (choices, chosen) = session.renderers();
     assert_eq!(chosen, RendererPreference::Software);
     if choices.len() == 1 {
@@ -180,5 +180,5 @@ fn the_renderer_is_chosen_in_the_window() {
             std::thread::sleep(std::time::Duration::from_millis(10));
         }
     }
-    assert_eq!(harness.state().shown().expect("a picture").by.renderer, "software");
+    assert_eq!(harness.state().shown().expect("an image").by.renderer, "software");
 }

@@ -1,6 +1,6 @@
 //! The search field: each kind of answer leads to its place, and similar names are offered.
 
-use crate::view::input::{Window, type_text, without_pictures};
+use crate::view::input::{Window, type_text, without_images};
 use crate::view::interface::session;
 use egui::Key;
 use egui_kittest::kittest::Queryable;
@@ -16,7 +16,7 @@ use orrery::view::panels::Tab;
 const MARS: NaifId = NaifId(499);
 
 fn window_after_search(text: &str) -> Window {
-    let mut window = without_pictures(MARS);
+    let mut window = without_images(MARS);
     type_text(&mut window, "/");
     type_text(&mut window, text);
     window.key_press(Key::Enter);
@@ -68,7 +68,7 @@ fn each_kind_of_answer_leads_to_its_target() {
     };
     // The port's lighthouse on Cerro del Creston: 23.177 N, 106.427 W.
     assert!((latitude_deg - 23.2).abs() < 0.1 && (longitude_deg + 106.4).abs() < 0.1, "{latitude_deg} {longitude_deg}");
-    city.get_by_label_contains("events, rise and set are told for this place");
+    city.get_by_label_contains("events, rise and set now refer to this place");
     // A crater is viewed from above: Tycho, 43.3 S 11.2 W (gazetteer of the IAU).
     let tycho = window_after_search("tycho");
     let view = &tycho.state().viewer.view;
@@ -82,11 +82,11 @@ fn each_kind_of_answer_leads_to_its_target() {
     assert_eq!((vega.state().viewer.view.target, vega.state().viewer.view.fov_deg), (NaifId::EARTH, 20.0));
 }
 
-/// Every named star, and stars nearest the poles, are at the centre of their pictures at any date.
+/// Every named star, and stars nearest the poles, are at the centre of their images at any date.
 #[test]
-fn a_star_is_in_the_middle_of_its_picture() {
+fn a_star_is_in_the_middle_of_its_image() {
     let (catalog, stars, places) = (session().catalog(), session().catalog().stars(), SessionPositions(session()));
-    let mut view = without_pictures(MARS).state().viewer.view.clone();
+    let mut view = without_images(MARS).state().viewer.view.clone();
     for (year, utc) in [(1950.0, "1950-01-01"), (2050.0, "2050-01-01")] {
         view.tdb_s = Instant::parse(utc).expect(utc).tdb_seconds_past_j2000();
         for (name, hip) in STAR_NAMES {
@@ -105,7 +105,7 @@ fn a_star_is_in_the_middle_of_its_picture() {
 
 #[test]
 fn the_likeliest_meaning_is_suggested_first() {
-    let window = without_pictures(MARS);
+    let window = without_images(MARS);
     let first = |text: &str| suggestions(text, &window.state().viewer, session().catalog(), 8).into_iter().next().map(|s| s.target);
     assert_eq!(first("mars"), Some(SearchTarget::Body(MARS)));
     assert_eq!(first("moon"), Some(SearchTarget::Body(NaifId::MOON)));
@@ -122,7 +122,7 @@ fn the_likeliest_meaning_is_suggested_first() {
 
 #[test]
 fn a_similar_name_is_offered_and_not_chosen() {
-    let mut window = without_pictures(MARS);
+    let mut window = without_images(MARS);
     type_text(&mut window, "/");
     type_text(&mut window, "betelguese");
     window.get_by_label("Did you mean Betelgeuse?");

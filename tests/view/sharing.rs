@@ -1,4 +1,4 @@
-//! Saved pictures and shared links: files are never overwritten, a picture has its provenance, a shared view keeps whether time is paused.
+//! Saved images and shared links: files are never overwritten, an image has its provenance, a shared view keeps whether time is paused.
 
 use super::input::{SATURN, TIME, Window};
 use crate::view::interface::{harness, interface, session, settle};
@@ -6,14 +6,14 @@ use egui::{Event, Key, Modifiers, OutputCommand};
 use egui_kittest::kittest::Queryable;
 use orrery::catalog::NaifId;
 use orrery::scene::request::{Purpose, ViewRequest};
-use orrery::session::ExistingPicture;
+use orrery::session::ExistingImage;
 use orrery::time::Instant;
 use orrery::view::link::view_from_text;
 use orrery::view::panels::Tab;
 use orrery::view::worker::render_worker::InlineWorker;
 use std::path::{Path, PathBuf};
 
-/// The Share panel with small pictures under a name in a folder.
+/// The Share panel with small images under a name in a folder.
 fn sharing(file: &Path) -> Window {
     let mut window = harness(interface(SATURN, TIME));
     window.state_mut().tab = Some(Tab::Share);
@@ -35,7 +35,7 @@ fn names_in(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn pictures_never_overwrite_and_their_whole_path_is_shown() {
+fn images_never_overwrite_and_their_whole_path_is_shown() {
     let folder = tempfile::tempdir().expect("a folder");
     let path_of = |name: &str| folder.path().join(name);
     std::fs::write(path_of("p.png"), "mine").expect("a file");
@@ -45,9 +45,9 @@ fn pictures_never_overwrite_and_their_whole_path_is_shown() {
         window.key_press_modifiers(Modifiers::COMMAND, Key::S);
         settle(&mut window);
         let path = path_of(&format!("p-{}.png", k + 2));
-        assert_eq!(window.state().message, format!("Saved {}", path.display()), "the message must remain after later pictures");
+        assert_eq!(window.state().message, format!("Saved {}", path.display()), "the message must remain after later images");
         assert_eq!(window.state().message_line(), window.state().message);
-        assert_eq!(image::image_dimensions(&path).expect("a picture"), (24, 16));
+        assert_eq!(image::image_dimensions(&path).expect("an image"), (24, 16));
         assert_eq!(window.state().tab, tab, "saving opens no panel");
     }
     assert_eq!(std::fs::read_to_string(path_of("p.png")).expect("a file"), "mine");
@@ -64,7 +64,7 @@ fn pictures_never_overwrite_and_their_whole_path_is_shown() {
         assert!(path_of(first).exists(), "{first} of {:?}", names_in(folder.path()));
     }
     assert_eq!(names_in(folder.path()).len(), 4 + 3 + 3 + 3);
-    // Time advances by a minute between frames: three different pictures.
+    // Time advances by a minute between frames: three different images.
     let bytes = |n: usize| std::fs::read(path_of(&format!("p-0000{n}.png"))).expect("a frame");
     assert!(bytes(0) != bytes(1) && bytes(1) != bytes(2));
     // A write error names the path.
@@ -116,12 +116,12 @@ fn an_animation_is_one_file_and_overwrites_none() {
         assert_eq!(std::fs::read_to_string(&path).expect("a file"), "mine");
         if name.ends_with("apng") {
             let frames = frames_of(&unused_path);
-            assert!(frames.len() == 3 && frames[0] != frames[1] && frames[1] != frames[2], "three different pictures of rotating Saturn");
+            assert!(frames.len() == 3 && frames[0] != frames[1] && frames[1] != frames[2], "three different images of rotating Saturn");
             // Centred on the displayed time: the middle frame is the displayed view.
             let view = window.state().viewer.view.clone();
             let request = view.request(session().catalog(), session().ephemeris(), 24, 16).expect("a request");
             let sampling = orrery::render::plan::SamplingQuality::of(request.quality);
-            let drawn = session().draw_in_background(&request, sampling, false).expect("a picture").frame.display;
+            let drawn = session().draw_in_background(&request, sampling, false).expect("an image").frame.display;
             assert_eq!(frames[1].pixels().map(|p| p.0).collect::<Vec<_>>(), drawn);
         } else {
             assert_eq!(std::fs::read(&unused_path).expect("a file")[..6], *b"GIF89a");
@@ -169,9 +169,9 @@ fn files_are_chosen_in_a_dialog_where_there_is_one() {
     assert!(window.state().message.contains("No file was chosen"), "{}", window.state().message);
 }
 
-/// The same metadata as from `render`, so that a sequence recognises its own pictures.
+/// The same metadata as from `render`, so that a sequence recognises its own images.
 #[test]
-fn saved_pictures_have_their_provenance() {
+fn saved_images_have_their_provenance() {
     let folder = tempfile::tempdir().expect("a folder");
     for (name, purpose) in [("p.png", Purpose::Display), ("p.exr", Purpose::of_file(true))] {
         let path = folder.path().join(name);
@@ -181,10 +181,10 @@ fn saved_pictures_have_their_provenance() {
         let view = &window.state().viewer.view;
         let request = view.request(session().catalog(), session().ephemeris(), 24, 16).expect("a request");
         let request = ViewRequest { purpose, ..request };
-        assert_eq!(session().provenance(&request).existing(&path, (24, 16)), ExistingPicture::Same, "{name}");
+        assert_eq!(session().provenance(&request).existing(&path, (24, 16)), ExistingImage::Same, "{name}");
         let wider = ViewRequest { fov_deg: Some(46.0), ..request };
         assert!(
-            matches!(session().provenance(&wider).existing(&path, (24, 16)), ExistingPicture::Other(why) if why.contains("fov")),
+            matches!(session().provenance(&wider).existing(&path, (24, 16)), ExistingImage::Other(why) if why.contains("fov")),
             "{name}"
         );
     }

@@ -27,12 +27,12 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let sky = window.get_by_label_contains("The sky: ").rect();
     let star = catalog.stars().index_of_hip(24_436).expect("in the catalogue");
     let screen_position = |window: &Window, px: glam::DVec2| {
-        let rendered = window.state().shown().expect("a picture");
+        let rendered = window.state().shown().expect("an image");
         let points = f64::from(sky.width()) / f64::from(rendered.width);
         sky.min + egui::vec2((px.x * points) as f32, (px.y * points) as f32)
     };
     let star_at = |window: &Window| {
-        let px = orrery::scene::labels::star_px(&window.state().shown().expect("a picture").scene, star).expect("Rigel is drawn");
+        let px = orrery::scene::labels::star_px(&window.state().shown().expect("an image").scene, star).expect("Rigel is drawn");
         screen_position(window, px)
     };
     let star_pos = star_at(&window);

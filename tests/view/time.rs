@@ -1,6 +1,6 @@
 //! The time bar: clock, calendar, rate, neighbouring events; and hints for new users.
 
-use crate::view::input::{Window, advance, click, without_pictures};
+use crate::view::input::{Window, advance, click, without_images};
 use crate::view::interface::{harness, interface, settle};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton};
@@ -22,7 +22,7 @@ fn press(window: &mut Window, name: &str) {
 
 #[test]
 fn a_day_is_chosen_from_the_calendar_and_escape_closes_it() {
-    let mut window = without_pictures(NaifId(499));
+    let mut window = without_images(NaifId(499));
     press(&mut window, "Calendar");
     press(&mut window, "24 May 2017");
     assert_eq!(utc(&window), "2017-05-24T00:00:00Z");
@@ -41,7 +41,7 @@ fn a_day_is_chosen_from_the_calendar_and_escape_closes_it() {
 
 #[test]
 fn the_rate_is_a_logarithmic_slider() {
-    let mut window = without_pictures(NaifId(499));
+    let mut window = without_images(NaifId(499));
     let slider = window.get_by_role_and_label(Role::Slider, "Rate of time").rect();
     window.get_by_role_and_label(Role::Button, "Play").click();
     window.run_steps(2);
@@ -59,7 +59,7 @@ fn the_rate_is_a_logarithmic_slider() {
 
 #[test]
 fn neighbouring_events_are_one_press_away() {
-    let mut window = without_pictures(NaifId(499));
+    let mut window = without_images(NaifId(499));
     window.state_mut().viewer.view.tdb_s = Instant::parse("2024-01-01").expect("a time").tdb_seconds_past_j2000();
     // NASA's eclipse bulletins: 2023-10-14 17:59:32, 2024-04-08 18:17:20, 2024-10-02 18:45:04 UT.
     for (button, event_time) in [
@@ -92,14 +92,14 @@ fn hints_disappear_when_used() {
     const HINTS: [&str; 3] = ["Drag to turn", "Scroll to zoom", "Press / to search"];
     let hints_shown = |window: &Window| HINTS.map(|hint| window.query_by_label(hint).is_some());
     assert_eq!(hints_shown(&window), [true; 3]);
-    let picture_centre = window.get_by_label_contains("The sky:").rect().center();
+    let image_centre = window.get_by_label_contains("The sky:").rect().center();
     let button = |pos, pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
-    window.hover_at(picture_centre);
-    window.event(button(picture_centre, true));
+    window.hover_at(image_centre);
+    window.event(button(image_centre, true));
     window.run_steps(1);
-    window.hover_at(picture_centre + egui::vec2(60.0, 20.0));
+    window.hover_at(image_centre + egui::vec2(60.0, 20.0));
     window.run_steps(2);
-    window.event(button(picture_centre + egui::vec2(60.0, 20.0), false));
+    window.event(button(image_centre + egui::vec2(60.0, 20.0), false));
     window.run_steps(2);
     assert_eq!(hints_shown(&window), [false, true, true]);
     window.event(Event::Zoom(1.5));
@@ -115,17 +115,17 @@ fn hints_disappear_when_used() {
     assert_eq!(window.state().settings.hints, HintsUsed { drag: true, scroll: true, search: true });
 }
 
-/// Messages about drivers appear in the Performance panel and never over the picture; other messages appear there for a while.
+/// Messages about drivers appear in the Performance panel and never over the image; other messages appear there for a while.
 #[test]
-fn driver_messages_do_not_cover_the_picture() {
-    let mut window = without_pictures(NaifId(499));
+fn driver_messages_do_not_cover_the_image() {
+    let mut window = without_images(NaifId(499));
     let line = "llvmpipe is a software driver: drawing in software; --renderer gpu forces it";
     window.state().session_messages.lock().push(line.into());
     window.run_steps(2);
     assert_eq!(window.state().message_line(), "");
-    window.state().session_messages.lock().push("earth.png: not a picture".into());
+    window.state().session_messages.lock().push("earth.png: not an image".into());
     window.run_steps(2);
-    assert_eq!(window.state().message_line(), "earth.png: not a picture");
+    assert_eq!(window.state().message_line(), "earth.png: not an image");
     window.state_mut().tab = Some(Tab::Performance);
     window.run_steps(2);
     window.get_by_label(line);
@@ -139,11 +139,11 @@ fn a_click_keeps_the_full_resolution() {
     let mut window = harness(interface(NaifId(499), "2017-05-17T00:00:00Z"));
     window.state_mut().viewer.view.quality = Quality::Standard;
     settle(&mut window);
-    let size_and_sampling = |window: &Window| window.state().shown().map(|d| (d.width, d.job.sampling)).expect("a picture");
+    let size_and_sampling = |window: &Window| window.state().shown().map(|d| (d.width, d.job.sampling)).expect("an image");
     let full = size_and_sampling(&window);
     window.state_mut().viewer.selected = NaifId::SUN;
-    let picture_centre = window.get_by_label_contains("The sky:").rect().center();
-    click(&mut window, picture_centre, false);
+    let image_centre = window.get_by_label_contains("The sky:").rect().center();
+    click(&mut window, image_centre, false);
     for _ in 0..6 {
         assert_eq!(size_and_sampling(&window), full);
         advance(&mut window, 0.05);
@@ -159,11 +159,11 @@ fn a_click_keeps_the_full_resolution() {
 fn a_right_click_opens_the_menu_of_a_body() {
     let mut window = harness(interface(NaifId(499), "2017-05-17T00:00:00Z"));
     settle(&mut window);
-    let picture_centre = window.get_by_label_contains("The sky:").rect().center();
+    let image_centre = window.get_by_label_contains("The sky:").rect().center();
     let button =
-        |pressed| Event::PointerButton { pos: picture_centre, button: PointerButton::Secondary, pressed, modifiers: Modifiers::NONE };
+        |pressed| Event::PointerButton { pos: image_centre, button: PointerButton::Secondary, pressed, modifiers: Modifiers::NONE };
     window.state_mut().viewer.selected = NaifId::SUN;
-    window.hover_at(picture_centre);
+    window.hover_at(image_centre);
     window.run_steps(1);
     window.event(button(true));
     window.run_steps(1);

@@ -1,6 +1,6 @@
 //! Tours: the built-in ones, camera paths between stops, files with errors; playback, pausing and ending in the window.
 
-use crate::view::input::without_pictures;
+use crate::view::input::without_images;
 use crate::view::interface::session;
 use egui_kittest::kittest::Queryable;
 use glam::DVec3;
@@ -29,7 +29,7 @@ fn camera(view: &ViewState, body: NaifId) -> (DVec3, DVec3) {
     (camera.position_km - centre, camera.forward)
 }
 
-/// Every built-in tour can be drawn five times a second; between two pictures at 25 per second, the camera rotates and moves by little, except at cuts.
+/// Every built-in tour can be drawn five times a second; between two images at 25 per second, the camera rotates and moves by little, except at cuts.
 #[test]
 fn shipped_tours_are_smooth_from_end_to_end() {
     for (name, _, text) in orrery_catalogs::TOURS {
@@ -37,7 +37,7 @@ fn shipped_tours_are_smooth_from_end_to_end() {
         assert!(tour.title == *name && tour.stops() >= 3 && (20.0..180.0).contains(&tour.length_s()), "{name}: {} s", tour.length_s());
         let mut previous = tour.at(0.0);
         let mut frames = 0;
-        // The camera of the picture before, if it was computed: its number and the body from which it is measured.
+        // The camera of the image before, if it was computed: its number and the body from which it is measured.
         let mut last = None;
         for k in 1..=(25.0 * tour.length_s()) as u32 {
             let now = tour.at(f64::from(k) / 25.0);
@@ -65,7 +65,7 @@ fn shipped_tours_are_smooth_from_end_to_end() {
             }
             previous = now;
         }
-        assert!(frames > 50, "{name}: {frames} pictures between stops");
+        assert!(frames > 50, "{name}: {frames} images between stops");
     }
 }
 
@@ -138,7 +138,7 @@ fn a_tour_is_recorded() {
     let stops = [stop("target=Saturn&time=2017-05-17"), stop("target=Moon&time=2017-05-18&eye.distance_radii=3")];
     std::fs::write(&file, format!(r#"{{"title":"T","stops":[{}]}}"#, stops.join(","))).expect("a file");
     let length_s = parse(&std::fs::read_to_string(&file).expect("text")).expect("a tour").length_s();
-    let mut window = without_pictures(NaifId(699));
+    let mut window = without_images(NaifId(699));
     window.state_mut().tab = Some(Tab::Share);
     window.run_steps(2);
     window.get_by_label_contains("Animation file: .gif").set_text_value_accesskit(&folder.path().join("t.apng").display().to_string());
@@ -165,7 +165,7 @@ fn a_tour_is_recorded() {
 /// Two clicks play the tour; moving the view pauses it and keeps the view; Escape ends it.
 #[test]
 fn a_tour_plays_in_the_window() {
-    let mut window = without_pictures(NaifId(699));
+    let mut window = without_images(NaifId(699));
     window.run_steps(2);
     window.state_mut().tab = Some(Tab::Moments);
     window.run_steps(2);

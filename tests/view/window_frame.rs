@@ -62,7 +62,7 @@ fn plan_of(painter: &Painter, primitives: &[egui::ClippedPrimitive]) -> Plan {
     plan::interface(ui_primitives(painter, SIZE, SCALE, primitives, None), SIZE, &*SESSION).expect("a plan")
 }
 
-fn picture(frame: orrery::render::frame::Frame) -> DisplayImage {
+fn image(frame: orrery::render::frame::Frame) -> DisplayImage {
     DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }
 }
 
@@ -78,10 +78,10 @@ fn exceeds_bounds(d: &Difference) -> bool {
 fn the_renderers_match_the_cpu_painter() {
     let (painter, primitives) = painted();
     let plan = plan_of(&painter, &primitives);
-    assert!(plan.passes.len() == 1 && plan.passes[0].draws.len() > 3, "panels, letters and a picture");
+    assert!(plan.passes.len() == 1 && plan.passes[0].draws.len() > 3, "panels, letters and an image");
     let painted = painted_by_cpu(&painter, &primitives);
     let (soft, _) = SESSION.renderer().render(&plan, SESSION.library(), false).expect("drawn");
-    let soft = picture(soft);
+    let soft = image(soft);
     let d = difference_of(&painted, &soft);
     println!("painter and software: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
     assert!(!exceeds_bounds(&d), "mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
@@ -90,10 +90,10 @@ fn the_renderers_match_the_cpu_painter() {
     moved.iter_mut().for_each(|p| p.corners_px.iter_mut().step_by(2).for_each(|x| *x += 1.0));
     let moved = plan::interface(moved, SIZE, &*SESSION).expect("a plan");
     let (moved, _) = SESSION.renderer().render(&moved, SESSION.library(), false).expect("drawn");
-    assert!(exceeds_bounds(&difference_of(&painted, &picture(moved))), "a shift by one pixel is not detected");
+    assert!(exceeds_bounds(&difference_of(&painted, &image(moved))), "a shift by one pixel is not detected");
     let Some(gpu) = gpu() else { return };
     let (drawn, _) = gpu.render(&plan, SESSION.library(), false).expect("drawn");
-    let d = difference_of(&soft, &picture(drawn));
+    let d = difference_of(&soft, &image(drawn));
     println!("software and GPU: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
     assert!(d.mean <= 0.3 && d.p999 <= 3, "mean {:.3}, 99.9 % {}", d.mean, d.p999);
 }
@@ -115,7 +115,7 @@ fn a_prepared_device_has_the_pipelines_of_any_window() {
 }
 
 #[test]
-fn a_picture_kept_on_the_device_equals_the_one_read_back() {
+fn an_image_kept_on_the_device_equals_the_one_read_back() {
     let Some(gpu) = gpu() else { return };
     let (_, request) = crate::support::views::views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
     let (_, view) = SESSION.plan(&request, plan::SamplingQuality { samples: 4, anisotropy: 8 }).expect("a plan");
@@ -126,27 +126,27 @@ fn a_picture_kept_on_the_device_equals_the_one_read_back() {
     black.passes.iter_mut().for_each(|p| p.draws.clear());
     let (other, _) = gpu.render_to_gpu(&black, SESSION.library()).expect("drawn");
     let size = [read.width, read.height];
-    let shown = |picture| {
+    let shown = |image| {
         let rect = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(size[0] as f32, size[1] as f32));
         let mut mesh = egui::Mesh::with_texture(ON_GPU);
         mesh.add_rect_with_uv(rect, egui::Rect::from_min_max(egui::Pos2::ZERO, egui::pos2(1.0, 1.0)), egui::Color32::WHITE);
         let primitive = egui::ClippedPrimitive { clip_rect: rect, primitive: egui::epaint::Primitive::Mesh(mesh) };
-        let ui_primitives = ui_primitives(&Painter::default(), size, 1.0, &[primitive], Some(picture));
+        let ui_primitives = ui_primitives(&Painter::default(), size, 1.0, &[primitive], Some(image));
         let window = plan::interface(ui_primitives, size, &*SESSION).expect("a plan");
         gpu.render(&window, SESSION.library(), false).map(|(frame, _)| frame)
     };
-    assert_eq!(shown(&kept).expect("drawn").display, read.display, "another picture");
+    assert_eq!(shown(&kept).expect("drawn").display, read.display, "another image");
     let second = shown(&other).expect("drawn").display;
-    assert!(second.iter().all(|p| p[..3] == [0; 3]), "the second picture is the first");
-    // An unreferenced picture is dropped, and another device has neither: an error, not a wrong image.
+    assert!(second.iter().all(|p| p[..3] == [0; 3]), "the second image is the first");
+    // An unreferenced image is dropped, and another device has neither: an error, not a wrong image.
     let other_gpu = orrery::render::gpu::GpuRenderer::open(true).expect("opened before");
-    let window = |picture| {
+    let window = |image| {
         let mesh = egui::Mesh { texture_id: ON_GPU, ..unit_mesh() };
         let primitive = egui::ClippedPrimitive { clip_rect: egui::Rect::EVERYTHING, primitive: egui::epaint::Primitive::Mesh(mesh) };
-        plan::interface(ui_primitives(&Painter::default(), size, 1.0, &[primitive], Some(picture)), size, &*SESSION).expect("a plan")
+        plan::interface(ui_primitives(&Painter::default(), size, 1.0, &[primitive], Some(image)), size, &*SESSION).expect("a plan")
     };
     assert!(gpu.holds(&kept) && !other_gpu.holds(&kept));
-    let why = other_gpu.render(&window(&kept), SESSION.library(), false).expect_err("another device's picture").to_string();
+    let why = other_gpu.render(&window(&kept), SESSION.library(), false).expect_err("another device's image").to_string();
     assert!(why.contains("another device"), "{why}");
 }
 

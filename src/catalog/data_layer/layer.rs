@@ -25,7 +25,7 @@ pub struct DataLayer {
     pub file: String,
     /// The body that it is on; `None`: the sky.
     pub body: Option<NaifId>,
-    /// Default diameter of a point: pixels in a picture 1024 pixels high.
+    /// Default diameter of a point: pixels in an image 1024 pixels high.
     pub size_px: f64,
     /// Default colour, sRGB.
     pub colour: [u8; 3],

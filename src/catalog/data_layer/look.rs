@@ -86,8 +86,8 @@ fn limits(values: &[f32], percentiles: [f64; 2]) -> Option<[f64; 2]> {
     let mut finite: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
     let last = finite.len().checked_sub(1)?;
     let [low, high] = percentiles.map(|p| {
-        let at = ((p / 100.0 * last as f64).round() as usize).min(last);
-        f64::from(*finite.select_nth_unstable_by(at, f32::total_cmp).1)
+        let index = ((p / 100.0 * last as f64).round() as usize).min(last);
+        f64::from(*finite.select_nth_unstable_by(index, f32::total_cmp).1)
     });
     Some([low, high])
 }

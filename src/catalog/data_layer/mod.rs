@@ -301,7 +301,7 @@ mod tests {
         let alone = r#"{"type": "MultiPolygon", "coordinates": [[[[1, 2], [3, 4], [1, 2]]], [[[5, 6], [7, 8], [5, 6]]]]}"#;
         assert_eq!(read("a.json", Some(NaifId::MOON), alone).expect("read").lines.len(), 2);
         let why = |from: &str, to: &str| read("a.geojson", Some(NaifId::EARTH), &GEOJSON.replace(from, to)).expect_err("a mistake");
-        for (from, to, said) in [
+        for (from, to, expected) in [
             ("[2, 2]", "[2, 92]", "a.geojson:4: field coordinates: latitude 92 is not degrees"),
             ("[170, 1]", "[1700, 1]", "a.geojson:5: field coordinates: longitude 1700 is not"),
             ("2024-04-08", "2024-14-08", "a.geojson:3: field time: `2024-14-08T18:00:00Z` is not"),
@@ -314,7 +314,7 @@ mod tests {
             ("null}\n]}", "null}\n", "a.geojson:"),
         ] {
             let error_text = why(from, to);
-            assert!(error_text.starts_with(said), "{error_text}");
+            assert!(error_text.starts_with(expected), "{error_text}");
         }
         assert!(read("a.geojson", Some(NaifId::EARTH), "[1]").expect_err("no object").starts_with("a.geojson:1: "));
         assert!(
@@ -342,7 +342,7 @@ mod tests {
         assert_eq!(layer.points[0].time.map(|t| t.to_utc_iso()[..10].to_owned()).as_deref(), Some("2024-04-01"));
         assert_eq!(layer.lines.iter().map(|l| (l.vertices.len(), l.time)).collect::<Vec<_>>(), [(3, None), (4, None)]);
         let why = |from: &str, to: &str| read("a.kml", Some(NaifId::EARTH), &KML.replace(from, to)).expect_err("a mistake");
-        for (from, to, said) in [
+        for (from, to, expected) in [
             ("10,20,0", "10", "a.kml:3: field coordinates: `10` is no longitude,latitude"),
             ("10,20,0", "x,20", "a.kml:3: field coordinates: `x,20` is no longitude"),
             ("5,5", "5,95", "a.kml:8: field coordinates: latitude 95 is not"),
@@ -351,7 +351,7 @@ mod tests {
             ("<kml ", "<gpx ", "a.kml:"),
         ] {
             let error_text = why(from, to);
-            assert!(error_text.starts_with(said), "{error_text}");
+            assert!(error_text.starts_with(expected), "{error_text}");
         }
         assert!(read("a.kml", Some(NaifId::EARTH), "<kml><Document/></kml>").expect_err("none").contains("no Placemark"));
     }

@@ -41,10 +41,10 @@ pub(super) fn image_file(text: &str) -> Result<String, String> {
     // Either a file name, optionally followed by a record number, or a record number in the label's own file.
     let file = named.split(',').next().unwrap_or(named).trim().trim_matches('"').trim();
     if file.is_empty() || file.chars().all(|c| c.is_ascii_digit()) {
-        return Err("^IMAGE names no file: labels are read that stand beside their image".into());
+        return Err("^IMAGE names no file: only labels in a file of their own are read".into());
     }
     match file.contains(['/', '\\', ':']) || file.starts_with('.') {
-        true => Err(format!("^IMAGE = {}: the image must lie beside its label", echo(file))),
+        true => Err(format!("^IMAGE = {}: the image must be in the same folder as its label", echo(file))),
         false => Ok(file.to_owned()),
     }
 }
@@ -108,9 +108,9 @@ pub(super) fn heights(text: &str, image: &[u8]) -> Result<LabelledHeights, Strin
     }
     let whole = [("MAXIMUM_LATITUDE", 90.0), ("MINIMUM_LATITUDE", -90.0)];
     for (key, pole) in whole {
-        let at = number_or(text, key, pole)?;
-        if (at - pole).abs() > 1e-6 {
-            return Err(format!("{key} = {at}: maps of the whole Moon are read, from pole to pole"));
+        let latitude_deg = number_or(text, key, pole)?;
+        if (latitude_deg - pole).abs() > 1e-6 {
+            return Err(format!("{key} = {latitude_deg}: maps of the whole Moon are read, from pole to pole"));
         }
     }
     let (factor, offset) = (number_or(text, "SCALING_FACTOR", 1.0)?, number_or(text, "OFFSET", 0.0)?);

@@ -1,12 +1,12 @@
 //! The user's height map of the entire Moon: kilometres above a reference sphere.
 //!
-//! In: bytes of a PNG, a TIFF, or a PDS label and its image ([`HeightMap::of_picture`], [`HeightMap::of_pds`]). Out: [`HeightMap`], which gives the height
+//! In: bytes of a PNG, a TIFF, or a PDS label and its image ([`HeightMap::of_image`], [`HeightMap::of_pds`]). Out: [`HeightMap`], which gives the height
 //! in any direction. Always: every height is finite and within [`MAX_HEIGHT_KM`] of the sphere; each height belongs to the centre of its cell; between centres
 //! it is interpolated linearly in longitude and latitude; poleward of the first and last row it is constant. The program ships no height map.
 //! Not supported: maps of a part of the Moon, other projections, other bodies.
 
+mod image_file;
 mod label;
-mod picture;
 
 use crate::wording::{echo, one_line};
 use glam::DVec3;
@@ -33,7 +33,7 @@ pub struct HeightMapError {
     pub why: String,
 }
 
-/// The heights of black and white pixels, for a picture that does not state them.
+/// The heights of black and white pixels, for an image that does not state them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeightRange {
     pub black_km: f64,
@@ -94,9 +94,9 @@ impl HeightMap {
     ///
     /// # Errors
     /// States what is wrong with the file, and what to do.
-    pub fn of_picture(name: &str, bytes: &[u8], range: Option<HeightRange>) -> Result<Self, HeightMapError> {
+    pub fn of_image(name: &str, bytes: &[u8], range: Option<HeightRange>) -> Result<Self, HeightMapError> {
         let failed = |why: String| HeightMapError { file: name.to_owned(), why };
-        let (columns, km) = picture::heights_km(bytes, range).map_err(failed)?;
+        let (columns, km) = image_file::heights_km(bytes, range).map_err(failed)?;
         Self::new(name, columns, km, -180.0, DEFAULT_SPHERE_KM)
     }
 

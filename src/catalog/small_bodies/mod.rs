@@ -2,7 +2,7 @@
 //!
 //! In: the text of a table (`read`). Out: [`SmallBodies`], in the order of the file. Always: every number is finite and in its range, orbits are about the Sun,
 //! axes are unit vectors of the ICRF. Orbits are osculating, without perturbations since the epoch. Not here: positions (`ephemeris::conic`), and the
-//! brightness in a picture (scene).
+//! brightness in an image (scene).
 
 mod mpcorb;
 mod read;

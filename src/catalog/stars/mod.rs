@@ -2,7 +2,7 @@
 //!
 //! In: the text of a catalogue (`read`). Out: [`StarCatalog`], whose stars lie in cells of the sky, each cell's brightest star first, so that a view selects
 //! the cells in its frame, and in each cell the stars down to its limit. Always: directions are unit vectors, all numbers are finite. Not here: the place of a
-//! star at a date (`ephemeris::star_place`), and its brightness in a picture (scene).
+//! star at a date (`ephemeris::star_place`), and its brightness in an image (scene).
 
 mod names;
 mod read;
@@ -180,10 +180,13 @@ mod tests {
         assert_eq!(catalog.brightest_magnitude(), EMBEDDED_BRIGHTEST_MAGNITUDE);
         assert_eq!(catalog.cells().iter().map(|c| c.stars.len()).sum::<usize>(), 15_537);
         for cell in catalog.cells() {
-            let of = &catalog.stars()[cell.stars.clone()];
+            let stars_in_cell = &catalog.stars()[cell.stars.clone()];
             assert!(cell.radius_rad < 0.1, "{}", cell.radius_rad);
-            assert!(of.windows(2).all(|w| w[0].v_magnitude <= w[1].v_magnitude) && of[0].v_magnitude == cell.brightest_magnitude);
-            for star in of {
+            assert!(
+                stars_in_cell.windows(2).all(|w| w[0].v_magnitude <= w[1].v_magnitude)
+                    && stars_in_cell[0].v_magnitude == cell.brightest_magnitude
+            );
+            for star in stars_in_cell {
                 assert!((star.direction.length() - 1.0).abs() < 1e-12);
                 assert!(star.direction.dot(cell.axis) >= cell.radius_rad.cos() - 1e-12);
                 assert!(star.motion_per_year.length() <= cell.motion_per_year && star.parallax_rad <= cell.parallax_rad);

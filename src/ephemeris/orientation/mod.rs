@@ -78,8 +78,8 @@ mod tests {
 
     #[test]
     fn angles_and_matrix_round_trip() {
-        let at = PoleAndMeridian { pole_ra_deg: 317.7, pole_dec_deg: 52.9, w_deg: 176.6 };
-        let m = at.body_from_icrf();
+        let jupiter = PoleAndMeridian { pole_ra_deg: 317.7, pole_dec_deg: 52.9, w_deg: 176.6 };
+        let m = jupiter.body_from_icrf();
         assert!((m.determinant() - 1.0).abs() < 1e-12);
         let back = PoleAndMeridian::of(&m);
         assert!(

@@ -170,8 +170,8 @@ mod tests {
     fn only_data_blocks_are_read() {
         let pck = Pck::parse(SMALL).expect("reads");
         assert_eq!(pck.len(), 1);
-        let at = pck.pole_and_meridian(NaifId(599), 0.0).expect("Jupiter");
-        assert!((at.pole_ra_deg - 270.0).abs() < 1e-12, "the first angle is 90 degrees: {at:?}");
+        let jupiter = pck.pole_and_meridian(NaifId(599), 0.0).expect("Jupiter");
+        assert!((jupiter.pole_ra_deg - 270.0).abs() < 1e-12, "the first angle is 90 degrees: {jupiter:?}");
         let day = pck.pole_and_meridian(NaifId(599), SECONDS_PER_DAY).expect("Jupiter");
         assert!((day.w_deg - (284.95 + 870.536_f64).rem_euclid(360.0)).abs() < 1e-9);
         assert_eq!(pck.pole_and_meridian(NaifId(499), 0.0), None);

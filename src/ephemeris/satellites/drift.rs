@@ -42,7 +42,7 @@ fn drift(body: NaifId) -> Drift {
         618 => (1.1, 4.5, 0.0),
         701..=705 => (1.1, 0.012, 0.0),
         715 => (1.1, 0.18, 0.0),
-        // 2.7 degrees from the IAU's meridian in 1900 and in 2000 alike (tests/ephemeris/satellites.rs).
+        // 2.7 degrees from the IAU's meridian both in 1900 and in 2000 (tests/ephemeris/satellites.rs).
         801 => (3.0, 0.01, 0.0),
         901 => (1.1, 0.001, 0.0),
         807 => (1.1, 0.24, 0.0),

@@ -103,7 +103,7 @@ impl Tass17 {
     }
 }
 
-/// Bound of the error, km. It was not measured, because no newer solution of Saturn's moons was at hand. Tests verify that the sums are correct to
+/// Bound of the error, km. It was not measured, because no newer solution of Saturn's moons was available. Tests verify that the sums are correct to
 /// metres and that the moons face Saturn (tests/ephemeris/satellites.rs). More than a century from 2000 the bound grows, but it never exceeds the
 /// orbit's width.
 pub fn error_km(index: usize, t: Instant) -> f64 {

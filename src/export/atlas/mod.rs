@@ -1,6 +1,6 @@
-//! The atlas: a static site with a page for each module: picture, features, source by feature, cost, and neighbouring modules.
+//! The atlas: a static site with a page for each module: image, features, source by feature, cost, and neighbouring modules.
 //!
-//! In: a revision and module ids. Out: `index.html`, a page and a picture for each module, `lines.js`, `manifest.json`. Always: the site
+//! In: a revision and module ids. Out: `index.html`, a page and an image for each module, `lines.js`, `manifest.json`. Always: the site
 //! works from the local disk without server or network; the same modules give the same bytes. Source lines are stored once for all pages,
 //! because the modules share most of their lines and would take a gigabyte in full.
 
@@ -23,7 +23,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Side of a module's picture, pixels.
+/// Side of a module's image, pixels.
 const SIDE: u32 = 96;
 /// Number of modules in memory at a time.
 const BATCH: usize = 128;
@@ -48,9 +48,9 @@ pub enum AtlasError {
 pub struct Entry {
     /// Key or name.
     pub module: String,
-    /// Path of its page below the atlas folder; its picture, if any, is `pictures/` and the same name with `.png`.
+    /// Path of its page below the atlas folder; its image, if any, is `pictures/` and the same name with `.png`.
     pub page: String,
-    pub has_picture: bool,
+    pub has_image: bool,
     /// Features to which the module's lines belong.
     pub features: Vec<String>,
     /// Number of lines of the module.
@@ -62,7 +62,7 @@ pub struct Entry {
 struct ModuleOutput {
     module: Arc<ShaderModule>,
     figures: Figures,
-    picture: Option<Sample>,
+    image: Option<Sample>,
 }
 
 fn stem(id: &ModuleId) -> String {
@@ -73,12 +73,12 @@ fn stem(id: &ModuleId) -> String {
 fn module_output(sampler: &SampleRenderer, revision: &Revision, id: &ModuleId, lowering: &Lowering) -> Result<ModuleOutput, AtlasError> {
     let failed = |why: String| AtlasError::Module { module: id.to_string(), why };
     let module = Arc::new(revision.module(id, lowering)?.ok_or_else(|| failed("not in the library".into()))?);
-    let picture = match id {
+    let image = match id {
         ModuleId::Planet(key) => Some(sampler.draw(&module, key)?),
         _ => None,
     };
-    let figures = figures(&module, picture.as_ref()).map_err(failed)?;
-    Ok(ModuleOutput { module, figures, picture })
+    let figures = figures(&module, image.as_ref()).map_err(failed)?;
+    Ok(ModuleOutput { module, figures, image })
 }
 
 fn write_file(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
@@ -109,11 +109,11 @@ pub fn write(
         let no_renderer = |id: &ModuleId, e: &SessionError| AtlasError::Module { module: id.to_string(), why: e.to_string() };
         let outputs = make_all(SIDE, batch, make, no_renderer, &done);
         for (id, output) in batch.iter().zip(outputs) {
-            let ModuleOutput { module, figures, picture } = output?;
+            let ModuleOutput { module, figures, image } = output?;
             let name = id.to_string();
             let stem = &names[&name];
             let is_count = matches!(id, ModuleId::Planet(key) if key.instructions_per_read().is_some());
-            if let Some(sample) = &picture {
+            if let Some(sample) = &image {
                 let mut png = Vec::new();
                 write_png(&mut png, sample.side, sample.side, &sample.display(is_count), &[("Shader", &name)])
                     .map_err(|e| AtlasError::Module { module: name.clone(), why: e.to_string() })?;
@@ -122,7 +122,7 @@ pub fn write(
             let runs = table.add(&module.wgsl, &module.source_map);
             let entry = Entry {
                 page: format!("pages/{stem}.html"),
-                has_picture: picture.is_some(),
+                has_image: image.is_some(),
                 features: module.source_map.features.clone(),
                 lines: module.wgsl.lines().count(),
                 figures,

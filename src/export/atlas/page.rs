@@ -25,7 +25,7 @@ pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, neighbours: &[(St
     let name = escaped(&entry.module);
     let mut html = head(&entry.module, "../");
     let _ = write!(html, "<p><a href=\"../index.html\">All modules</a></p>\n<h1>{name}</h1>\n<div class=\"about\">\n");
-    if entry.has_picture {
+    if entry.has_image {
         let _ = writeln!(
             html,
             "<img src=\"../pictures/{stem}.png\" width=\"192\" height=\"192\" alt=\"The sample body drawn by {name}\">",
@@ -39,7 +39,7 @@ pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, neighbours: &[(St
         ("Operations per pixel, loops once", f.operations.to_string()),
         ("Texture reads", f.texture_reads.to_string()),
         ("Slots of a lane", f.slots.to_string()),
-        ("Mean luminance of the picture", number_or_empty(f.mean_luminance)),
+        ("Mean luminance of the image", number_or_empty(f.mean_luminance)),
         ("f32 to f64 at most, levels of 255", number_or_empty(f.rounding_levels)),
     ];
     for (what, value) in rows.iter().filter(|(_, value)| !value.is_empty()) {
@@ -65,12 +65,12 @@ pub(crate) fn index(revision: &str, entries: &[Entry]) -> String {
     let mut html = head("Orrery: atlas of shader modules", "");
     let _ = write!(
         html,
-        "<h1>Atlas of shader modules</h1>\n<p>{} modules of revision <code>{}</code>. Each picture is the same sample body, lit from the side, drawn by that module in the software renderer.</p>\n<p><label>Features: <input id=\"filter\" type=\"search\" size=\"50\" placeholder=\"clouds -eclipse ringshadow\"></label> <span id=\"count\"></span></p>\n<ul class=\"modules\">\n",
+        "<h1>Atlas of shader modules</h1>\n<p>{} modules of revision <code>{}</code>. Each image is the same sample body, lit from the side, drawn by that module in the software renderer.</p>\n<p><label>Features: <input id=\"filter\" type=\"search\" size=\"50\" placeholder=\"clouds -eclipse ringshadow\"></label> <span id=\"count\"></span></p>\n<ul class=\"modules\">\n",
         entries.len(),
         escaped(revision)
     );
     for entry in entries {
-        let picture = if entry.has_picture {
+        let image = if entry.has_image {
             let stem = entry.page.trim_start_matches("pages/").trim_end_matches(".html");
             format!("<img src=\"pictures/{}.png\" width=\"96\" height=\"96\" loading=\"lazy\" alt=\"\">", escaped(stem))
         } else {
@@ -78,7 +78,7 @@ pub(crate) fn index(revision: &str, entries: &[Entry]) -> String {
         };
         let _ = writeln!(
             html,
-            "<li><a href=\"{}\">{picture}<span>{}</span></a> <small>{} operations, {} texture reads</small></li>",
+            "<li><a href=\"{}\">{image}<span>{}</span></a> <small>{} operations, {} texture reads</small></li>",
             escaped(&entry.page),
             escaped(&entry.module),
             entry.figures.operations,

@@ -130,7 +130,7 @@ pub(super) fn open_gl() -> Result<OpenedDevice, GpuError> {
 
 fn open_first(candidates: Vec<AdapterCandidate>, accept_software: bool) -> Result<OpenedDevice, GpuError> {
     let Some(best) = candidates.first().map(|c| &c.facts) else {
-        return Err(GpuError::NoAdapter("no Vulkan, Metal, DX12 or GL driver answered".into()));
+        return Err(GpuError::NoAdapter("no Vulkan, Metal, DX12 or GL driver was found".into()));
     };
     if !accept_software && best.kind == AdapterKind::Software {
         return Err(GpuError::SoftwareDriver(best.to_string()));
@@ -142,7 +142,7 @@ fn open_first(candidates: Vec<AdapterCandidate>, accept_software: bool) -> Resul
             Err(e) => first_failure = first_failure.or(Some(e)),
         }
     }
-    Err(first_failure.unwrap_or_else(|| GpuError::NoAdapter("none is left".into())))
+    Err(first_failure.unwrap_or_else(|| GpuError::NoAdapter("no adapter is usable".into())))
 }
 
 fn open_device(AdapterCandidate { facts, adapter, instance }: AdapterCandidate) -> Result<OpenedDevice, GpuError> {

@@ -2,7 +2,7 @@
 //!
 //! In: decoded textures. Out: views of GPU textures with the same mip levels; nothing is filtered here. A map is identified by the address of its
 //! decoded image, and the least recently used maps are evicted when the budget is exceeded. Large maps are uploaded in chunks. A table (a texture of
-//! one level) is identified by a digest of its content, because the scene module computes tables anew each frame. Persistent tables, which their
+//! one level) is identified by a digest of its content, because the scene module computes tables again in each frame. Persistent tables, which their
 //! owner keeps, are identified by address like maps.
 
 use crate::image::{SharedTexture, TexelFormat, Texture};

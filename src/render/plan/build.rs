@@ -54,7 +54,8 @@ pub fn modules(scene: &Scene) -> Vec<ModuleId> {
     all
 }
 
-/// Resource names of the scene's linear HDR image and of the display-encoded image.
+/// Resource names of the scene's linear HDR image and of the display-encoded image. They are keys of the pass times in JSON reports, and
+/// therefore do not change.
 pub(super) const HDR_TARGET: &str = "light";
 pub(crate) const DISPLAY_TARGET: &str = "picture";
 
@@ -72,7 +73,7 @@ fn step_name(draw: &Draw) -> &'static str {
     if draw.part == BodyPart::Globe { "opaque bodies" } else { "rings and shells" }
 }
 
-/// The steps of one frame, in drawing order, after the passes of the coarse picture of the air, which bodies read:
+/// The steps of one frame, in drawing order, after the passes of the coarse image of the air, which bodies read:
 /// 1. The sky and its stars, because everything else is in front of them.
 /// 2. Opaque bodies, translucent layers (rings, shells) and the corona, from far to near: an antialiased limb is blended over the object behind it,
 ///    which may be a ring. Of a body's refracted limb, the occlusion of the unbent Sun precedes the body, and the added light follows it.

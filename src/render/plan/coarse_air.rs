@@ -1,9 +1,9 @@
-//! The coarse picture of the air: one pass evaluates the air of each body whose draw reads the picture, a second one marks where interpolation is accurate
+//! The coarse image of the air: one pass evaluates the air of each body whose draw reads the image, a second one marks where interpolation is accurate
 //! enough.
 //!
 //! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the rows that they read. Always: a texel lies at the corner
 //! of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each draw has its own slot, a band of rows, because bodies overlap on the screen. Not
-//! here: which draws read the picture (scene).
+//! here: which draws read the image (scene).
 
 use super::error::PlanError;
 use super::graph::{PassStep, Read, TargetDescriptor, Write};
@@ -23,7 +23,7 @@ const SAMPLES: &str = "air samples";
 const COARSE_AIR: &str = "coarse air";
 /// The simple shader that marks them.
 const MARKING_MODULE: &str = "coarse_air";
-/// The texture variable of the picture.
+/// The texture variable of the image.
 pub const COARSE_AIR_TEXTURE: &str = "coarse_air";
 /// Its binding in shaders/lib/air/coarse.wesl.
 const BINDING: u32 = 14;
@@ -52,7 +52,7 @@ fn slots_before(draws: &[Draw], k: usize) -> u32 {
     draws[..k].iter().filter(|d| reads_coarse_air(d)).count() as u32
 }
 
-/// Draw `k` with the first row of its slot, if it reads the picture.
+/// Draw `k` with the first row of its slot, if it reads the image.
 pub(super) fn with_slot(draws: &[Draw], k: usize, screen: [u32; 2]) -> Cow<'_, Draw> {
     let draw = &draws[k];
     if !reads_coarse_air(draw) {
@@ -68,7 +68,7 @@ pub(super) fn reads_of(draws: &[Draw]) -> Vec<Read> {
     if draws.iter().any(reads_coarse_air) { vec![Read { resource: COARSE_AIR, binding: BINDING }] } else { Vec::new() }
 }
 
-/// The steps of both passes; none if no draw reads the picture.
+/// The steps of both passes; none if no draw reads the image.
 pub(super) fn steps(
     draws: &[Draw],
     screen: [u32; 2],
@@ -137,23 +137,17 @@ fn rect_in_slot(rect_in_clip: Vec4, screen: [u32; 2]) -> [u32; 4] {
 }
 
 /// The uniforms with the rectangle of these texels: the same view rays, continued beyond the old rectangle where the new one is larger. `in_slot`: the texels in
-/// the slot; `in_picture`: the same in the picture.
-fn uniforms_over_texels(
-    uniforms: &DrawUniforms,
-    in_slot: [u32; 4],
-    in_picture: [u32; 4],
-    screen: [u32; 2],
-    picture: [u32; 2],
-) -> DrawUniforms {
+/// the slot; `in_image`: the same in the image.
+fn uniforms_over_texels(uniforms: &DrawUniforms, in_slot: [u32; 4], in_image: [u32; 4], screen: [u32; 2], image: [u32; 2]) -> DrawUniforms {
     let [x0, y0, x1, y1] = uniforms.rect_in_clip.to_array();
     let clip_of = |texel: u32, side: u32| 2.0 * (texel as f32 - screen_edge_texels()) * COARSE_AIR_PX as f32 / side as f32 - 1.0;
     let fraction = |clip: f32, from: f32, to: f32| (clip - from) / (to - from);
     let [u0, u1] = [in_slot[0], in_slot[2]].map(|t| fraction(clip_of(t, screen[0]), x0, x1));
     // Clip y points up, texel rows down.
     let [v0, v1] = [in_slot[1], in_slot[3]].map(|t| fraction(-clip_of(t, screen[1]), y0, y1));
-    let clip_in_picture = |texel: u32, side: u32| 2.0 * texel as f32 / side as f32 - 1.0;
-    let [left, right] = [in_picture[0], in_picture[2]].map(|t| clip_in_picture(t, picture[0]));
-    let [top, bottom] = [in_picture[1], in_picture[3]].map(|t| -clip_in_picture(t, picture[1]));
+    let clip_in_image = |texel: u32, side: u32| 2.0 * texel as f32 / side as f32 - 1.0;
+    let [left, right] = [in_image[0], in_image[2]].map(|t| clip_in_image(t, image[0]));
+    let [top, bottom] = [in_image[1], in_image[3]].map(|t| -clip_in_image(t, image[1]));
     DrawUniforms {
         rect_in_clip: Vec4::new(left, top, right, bottom),
         anchor_origin: uniforms.anchor_origin + u0 * uniforms.anchor_du + v0 * uniforms.anchor_dv,

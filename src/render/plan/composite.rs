@@ -1,4 +1,4 @@
-//! Plans of pictures that are composed of several frames: stereo pairs, domes, whole spheres, and the warp onto a projector's screen.
+//! Plans of images that are composed of several frames: stereo pairs, domes, whole spheres, and the warp onto a projector's screen.
 //!
 //! In: the scene module's [`Composite`]. Out: one plan with the passes of every frame, followed by the passes that combine the frames. Always: the
 //! faces of a dome or sphere are combined before bloom and tone map, so that no seam shows; both eyes are tone-mapped before they are combined,
@@ -20,7 +20,7 @@ use std::sync::Arc;
 const STEREO_TARGET: &str = "both eyes";
 /// Name of the warp pass.
 const SCREEN_TARGET: &str = "screen";
-/// Taps per pixel along each axis when the faces or a picture to be warped are resampled.
+/// Taps per pixel along each axis when the faces or an image to be warped are resampled.
 const TAPS: f32 = 4.0;
 const DRAFT_TAPS: f32 = 2.0;
 
@@ -41,7 +41,7 @@ pub fn composite_modules(composite: &Composite, warped: bool) -> Vec<ModuleId> {
     let mut all: Vec<ModuleId> = composite.scenes.iter().chain([&composite.whole]).flat_map(modules).collect();
     match &composite.arrangement {
         Arrangement::Eyes(eyes) => all.push(ModuleId::Simple(stereo_module(eyes.layout))),
-        Arrangement::Faces(faces) => all.push(ModuleId::Simple(sphere_module(faces.picture.projection))),
+        Arrangement::Faces(faces) => all.push(ModuleId::Simple(sphere_module(faces.image.projection))),
         Arrangement::Single => {}
     }
     all.extend(warped.then_some(ModuleId::Simple("warp")));
@@ -65,7 +65,7 @@ fn taps(sampling: SamplingQuality) -> f32 {
     if sampling.samples > 1 { TAPS } else { DRAFT_TAPS }
 }
 
-/// Plans a picture of several frames. `warp`: the mesh that warps it, and the output size in pixels.
+/// Plans an image of several frames. `warp`: the mesh that warps it, and the output size in pixels.
 ///
 /// # Errors
 /// The same as [`plan`].
@@ -81,9 +81,9 @@ pub fn composite(
         Arrangement::Faces(faces) => plan_faces(composite, faces, provider, sampling)?,
     };
     if let Some((mesh, size)) = warp {
-        let (picture, picture_px) = last_pass(&combined);
-        let draw = warp_draw(mesh, size, picture_px, provider, sampling)?;
-        let textures = vec![TextureBinding { binding: 1, source: TextureSource::PassOutput(picture) }];
+        let (image, image_px) = last_pass(&combined);
+        let draw = warp_draw(mesh, size, image_px, provider, sampling)?;
+        let textures = vec![TextureBinding { binding: 1, source: TextureSource::PassOutput(image) }];
         let [width, height] = size;
         combined.passes.push(display_pass(SCREEN_TARGET, [width, height], sampling.samples, PlanDraw { textures, ..draw }));
     }
@@ -102,21 +102,21 @@ fn display_pass(name: &'static str, [width, height]: [u32; 2], samples: u8, draw
 
 fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Plan, PlanError> {
     let mut combined = Plan { passes: Vec::new() };
-    let mut pictures = Vec::new();
+    let mut images = Vec::new();
     for scene in &composite.scenes {
         append(&mut combined, plan(scene, provider, sampling)?.passes);
-        pictures.push(last_pass(&combined));
+        images.push(last_pass(&combined));
     }
-    // Both frames are wider than an eye's picture by the left eye's column offset; the right eye's picture starts at column 0.
+    // Both frames are wider than an eye's image by the left eye's column offset; the right eye's image starts at column 0.
     let [left_column_offset, _] = eyes.columns;
-    let eye_px = pictures.first().map_or([1, 1], |(_, [w, h])| [w - left_column_offset, *h]);
+    let eye_px = images.first().map_or([1, 1], |(_, [w, h])| [w - left_column_offset, *h]);
     let is_side_by_side = eyes.layout == StereoLayout::SideBySide;
     let size = if is_side_by_side { [2 * eye_px[0], eye_px[1]] } else { eye_px };
     let draw = full_screen_draw(stereo_module(eyes.layout), size, provider, |w| {
         w.vec2("columns", Vec2::from_array(eyes.columns.map(|c| c as f32)))?;
         if is_side_by_side { w.f32("half_px", eye_px[0] as f32) } else { Ok(()) }
     })?;
-    let textures = (1..).zip(&pictures).map(|(binding, (k, _))| TextureBinding { binding, source: TextureSource::PassOutput(*k) });
+    let textures = (1..).zip(&images).map(|(binding, (k, _))| TextureBinding { binding, source: TextureSource::PassOutput(*k) });
     combined.passes.push(display_pass(STEREO_TARGET, size, 1, PlanDraw { textures: textures.collect(), ..draw }));
     Ok(combined)
 }
@@ -132,7 +132,7 @@ fn plan_faces(
     for (scene, visible_rect) in composite.scenes.iter().zip(&faces.visible_rects) {
         // The background is transparent, because the stars are drawn behind the faces.
         let mut face_plan = graph::compile(&light_steps(scene, provider, sampling, [0.0; 4], None)?, HDR_TARGET)?;
-        // Pictures that the face reads, such as that of the air, have pixels of their own.
+        // Images that the face reads, such as that of the air, have pixels of their own.
         for draw in face_plan.passes.iter_mut().filter(|p| p.name == HDR_TARGET).flat_map(|p| &mut p.draws) {
             let [x0, y0, x1, y1] = draw.scissor;
             let [x0, y0] = [x0.max(visible_rect[0]), y0.max(visible_rect[1])];
@@ -144,11 +144,11 @@ fn plan_faces(
     let draw = sphere_draw(faces, provider, taps(sampling))?;
     let module = draw.module.clone();
     let single_sample = SamplingQuality { samples: 1, ..sampling };
-    let mut picture = graph::compile(&steps_with(&composite.whole, provider, single_sample, Some(draw))?, DISPLAY_TARGET)?;
-    // A face that the picture does not show is never read; any pass may be bound for it.
+    let mut image = graph::compile(&steps_with(&composite.whole, provider, single_sample, Some(draw))?, DISPLAY_TARGET)?;
+    // A face that the image does not show is never read; any pass may be bound for it.
     let pass_of = |frame: Option<usize>| hdr_passes.get(frame.unwrap_or(0)).copied().unwrap_or(0);
     let passes_before = combined.passes.len();
-    append(&mut combined, std::mem::take(&mut picture.passes));
+    append(&mut combined, std::mem::take(&mut image.passes));
     for draw in combined.passes[passes_before..].iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.module == module) {
         let textures =
             (1..).zip(&faces.frame_of).map(|(binding, f)| TextureBinding { binding, source: TextureSource::PassOutput(pass_of(*f)) });
@@ -158,14 +158,14 @@ fn plan_faces(
 }
 
 fn sphere_draw(faces: &Faces, provider: &impl ResourceProvider, taps: f32) -> Result<PlanDraw, PlanError> {
-    let picture = &faces.picture;
-    let (width, height) = (picture.width, picture.height);
-    let scale = picture.radians_per_pixel().as_vec2();
-    let draw = full_screen_draw(sphere_module(picture.projection), [width, height], provider, |w| {
+    let image = &faces.image;
+    let (width, height) = (image.width, image.height);
+    let scale = image.radians_per_pixel().as_vec2();
+    let draw = full_screen_draw(sphere_module(image.projection), [width, height], provider, |w| {
         w.vec2("middle", Vec2::new(width as f32, height as f32) / 2.0)?;
-        if picture.projection == Projection::Fisheye {
+        if image.projection == Projection::Fisheye {
             w.f32("radians_per_pixel", scale.x)?;
-            w.f32("half_fov", picture.half_fov_rad as f32)?;
+            w.f32("half_fov", image.half_fov_rad as f32)?;
         } else {
             w.vec2("radians_per_pixel", scale)?;
         }
@@ -176,16 +176,16 @@ fn sphere_draw(faces: &Faces, provider: &impl ResourceProvider, taps: f32) -> Re
     Ok(PlanDraw { blend: Blend::PremultipliedOver, ..draw })
 }
 
-/// Draws the warp mesh over the whole screen, textured with a picture of `picture_px` pixels.
+/// Draws the warp mesh over the whole screen, textured with an image of `image_px` pixels.
 fn warp_draw(
     mesh: &WarpMesh,
     [width, height]: [u32; 2],
-    picture_px: [u32; 2],
+    image_px: [u32; 2],
     provider: &impl ResourceProvider,
     sampling: SamplingQuality,
 ) -> Result<PlanDraw, PlanError> {
     let screen = DVec2::new(f64::from(width), f64::from(height));
-    let picture = DVec2::from_array(picture_px.map(f64::from));
+    let image = DVec2::from_array(image_px.map(f64::from));
     let px_per_unit = 0.5 * screen.y;
     let flip_y = DVec2::new(1.0, -1.0);
     let nodes = mesh.nodes();
@@ -195,9 +195,9 @@ fn warp_draw(
     };
     let gradients = mesh.gradients();
     // Texels per pixel. The mesh's v and y point up; texture rows and screen rows run down.
-    let texels_per_px = |per_unit: DVec2| (per_unit * picture / px_per_unit * flip_y).as_vec2();
+    let texels_per_px = |per_unit: DVec2| (per_unit * image / px_per_unit * flip_y).as_vec2();
     let texel_and_brightness =
-        |k: usize| (DVec2::new(nodes[k].picture.x, 1.0 - nodes[k].picture.y) * picture).extend(nodes[k].brightness).as_vec3();
+        |k: usize| (DVec2::new(nodes[k].image.x, 1.0 - nodes[k].image.y) * image).extend(nodes[k].brightness).as_vec3();
     let attributes = vec![
         vec2_attribute(&|k| (nodes[k].screen * DVec2::new(screen.y / screen.x, 1.0)).as_vec2()),
         Attribute { components: 3, values: Arc::new((0..nodes.len()).flat_map(|k| texel_and_brightness(k).to_array()).collect()) },

@@ -42,12 +42,12 @@ impl Extent {
 
     /// Whether the draw shows nothing in a rectangle of pixels: left, top, right and bottom edge (exclusive).
     pub(crate) fn misses(&self, pixels: [u32; 4]) -> bool {
-        self.inside.is_beside(pixels) || self.outside.is_some_and(|o| o.contains(pixels))
+        self.inside.is_outside(pixels) || self.outside.is_some_and(|o| o.contains(pixels))
     }
 
     /// Whether the edges of the extent are outside of a rectangle that the draw does not miss.
     pub(crate) fn covers(&self, pixels: [u32; 4]) -> bool {
-        self.inside.contains(pixels) && self.outside.is_none_or(|o| o.is_beside(pixels))
+        self.inside.contains(pixels) && self.outside.is_none_or(|o| o.is_outside(pixels))
     }
 }
 
@@ -66,7 +66,7 @@ impl Ellipse {
     }
 
     /// Whether the rectangle, with a margin, is entirely outside: a concave function lies below its tangent plane.
-    fn is_beside(&self, pixels: [u32; 4]) -> bool {
+    fn is_outside(&self, pixels: [u32; 4]) -> bool {
         let ([middle_x, middle_y], [half_x, half_y]) = middle_and_half(pixels);
         let [_, x, y, xx, xy, yy] = self.0;
         let slope_x = x + 2.0 * xx * middle_x + xy * middle_y;

@@ -51,12 +51,12 @@ pub enum GraphError {
     CreatedTwice { resource: &'static str, first: &'static str, second: &'static str },
     #[error("pass `{step}` needs `{resource}`, which no pass makes")]
     NotCreated { step: &'static str, resource: &'static str },
-    #[error("pass `{step}` draws for `{resource}`, which nothing that reaches the picture reads")]
+    #[error("pass `{step}` draws for `{resource}`, which nothing that reaches the image reads")]
     Unconnected { step: &'static str, resource: &'static str },
     #[error("pass `{step}` reads `{resource}`, which is not finished before it")]
     Circular { step: &'static str, resource: &'static str },
-    #[error("no pass makes the picture `{0}`")]
-    NoPicture(&'static str),
+    #[error("no pass makes the image `{0}`")]
+    NoImage(&'static str),
 }
 
 impl PassStep {
@@ -70,7 +70,7 @@ impl PassStep {
 }
 
 /// Topological order of the resources: each comes after those that its steps read. `by_resource`: the steps that write each resource.
-fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&PassStep>>, picture: &'static str) -> Result<Vec<&'static str>, GraphError> {
+fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&PassStep>>, image: &'static str) -> Result<Vec<&'static str>, GraphError> {
     #[derive(Clone, Copy, PartialEq)]
     enum VisitState {
         InProgress,
@@ -97,15 +97,15 @@ fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&PassStep>>, pictu
         Ok(())
     }
     let mut order = Vec::new();
-    visit(picture, by_resource, &mut BTreeMap::new(), &mut order)?;
+    visit(image, by_resource, &mut BTreeMap::new(), &mut order)?;
     Ok(order)
 }
 
-/// Compiles the steps to a plan whose last pass creates `picture`.
+/// Compiles the steps to a plan whose last pass creates `image`.
 ///
 /// # Errors
 /// A violation of the rules in the module documentation; the error names the step.
-pub(crate) fn compile(steps: &[PassStep], picture: &'static str) -> Result<Plan, GraphError> {
+pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, GraphError> {
     let mut creators: BTreeMap<&'static str, (&PassStep, &TargetDescriptor)> = BTreeMap::new();
     for step in steps {
         if let Write::New(target) = &step.writes
@@ -123,10 +123,10 @@ pub(crate) fn compile(steps: &[PassStep], picture: &'static str) -> Result<Plan,
         }
         by_resource.entry(step.resource()).or_default().push(step);
     }
-    if !creators.contains_key(picture) {
-        return Err(GraphError::NoPicture(picture));
+    if !creators.contains_key(image) {
+        return Err(GraphError::NoImage(image));
     }
-    let order = topological_order(&by_resource, picture)?;
+    let order = topological_order(&by_resource, image)?;
     // A cycle that the final image does not depend on is reported as unconnected.
     if let Some(step) = steps.iter().find(|s| !order.contains(&s.resource())) {
         return Err(GraphError::Unconnected { step: step.name, resource: step.resource() });
@@ -202,33 +202,33 @@ mod tests {
     }
 
     fn names(steps: &[PassStep]) -> Vec<&'static str> {
-        compile(steps, "picture").expect("a plan").passes.iter().map(|p| p.name).collect()
+        compile(steps, "image").expect("a plan").passes.iter().map(|p| p.name).collect()
     }
 
     #[test]
     fn a_resource_is_created_before_it_is_read_in_any_declaration_order() {
         let steps =
-            [creates("tone map", "picture", &["light", "glow"]), creates("blur", "glow", &["light"]), creates("bodies", "light", &[])];
-        assert_eq!(names(&steps), ["light", "glow", "picture"]);
+            [creates("tone map", "image", &["light", "glow"]), creates("blur", "glow", &["light"]), creates("bodies", "light", &[])];
+        assert_eq!(names(&steps), ["light", "glow", "image"]);
         let reversed: Vec<PassStep> = steps.iter().rev().cloned().collect();
-        assert_eq!(names(&reversed), ["light", "glow", "picture"]);
+        assert_eq!(names(&reversed), ["light", "glow", "image"]);
         assert_eq!(
-            names(&[creates("bodies", "light", &[]), over("points", "light", &[]), creates("t", "picture", &["light"])]),
-            ["light", "picture"]
+            names(&[creates("bodies", "light", &[]), over("points", "light", &[]), creates("t", "image", &["light"])]),
+            ["light", "image"]
         );
     }
 
     #[test]
     fn each_error_names_its_pass() {
-        let why = |steps: &[PassStep]| compile(steps, "picture").expect_err("a mistake").to_string();
-        let end = || creates("tone map", "picture", &["light"]);
+        let why = |steps: &[PassStep]| compile(steps, "image").expect_err("a mistake").to_string();
+        let end = || creates("tone map", "image", &["light"]);
         assert!(why(&[creates("a", "light", &[]), creates("b", "light", &[]), end()]).contains("`a` and `b` both make `light`"));
         assert!(why(&[end()]).contains("`tone map` needs `light`"));
         assert!(why(&[over("points", "stars", &[])]).contains("`points` needs `stars`"));
         assert!(why(&[creates("a", "light", &[]), creates("lost", "mask", &[]), end()]).contains("`lost` draws for `mask`"));
         assert!(why(&[creates("a", "light", &["mask"]), creates("m", "mask", &["light"]), end()]).contains("not finished before"));
         assert!(why(&[creates("a", "light", &["light"]), end()]).contains("not finished before"));
-        assert!(why(&[creates("a", "light", &[])]).contains("no pass makes the picture"));
+        assert!(why(&[creates("a", "light", &[])]).contains("no pass makes the image"));
         let ring = [creates("a", "light", &[]), end(), creates("m", "mask", &["other"]), creates("o", "other", &["mask"])];
         assert!(why(&ring).contains("`m` draws for `mask`"));
     }

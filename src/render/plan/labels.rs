@@ -12,8 +12,7 @@ use crate::image::{Glyph, GlyphAtlas};
 use crate::scene::Scene;
 use crate::scene::annotation::line_texts::{PlacedText, TextLayer};
 use crate::scene::labels::{
-    Bar, Dot, FILLS_PICTURE, LabelLayer, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, Rect, SELECTED_COLOUR,
-    TextLine,
+    Bar, Dot, FILLS_IMAGE, LabelLayer, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, Rect, SELECTED_COLOUR, TextLine,
 };
 use std::sync::Arc;
 
@@ -53,7 +52,7 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<Glyp
         }
         let side = label.name_side.or_else(|| is_selected.then_some(LabelSide::DEFAULT));
         if let Some(side) = side
-            && label.radius_px < FILLS_PICTURE * f64::from(height)
+            && label.radius_px < FILLS_IMAGE * f64::from(height)
         {
             let [x, y] = side.offset_px(metrics.gap_px(label.radius_px)).to_array();
             let width = glyphs.layout(&label.name).last().map_or(0.0, |(x, cell)| f64::from(x + cell.advance));

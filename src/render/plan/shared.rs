@@ -344,7 +344,7 @@ pub(super) fn tone_map_step(
     let (module, reads) = if scene.bloom { ("tone_map_bloom", &[hdr, NEAR_HALO[2], FAR_HALO[2]][..]) } else { ("tone_map", &[hdr][..]) };
     let draw = simple_draw(module, scene, provider, |w| {
         w.f32("exposure", scene.exposure.factor_f32())?;
-        w.f32("true_to", if is_filmic { FILMIC_LINEAR_LIMIT } else { f32::MAX })?;
+        w.f32("linear_limit", if is_filmic { FILMIC_LINEAR_LIMIT } else { f32::MAX })?;
         if scene.bloom {
             w.f32("near_part", BLOOM_NEAR.fraction)?;
             w.f32("far_part", BLOOM_FAR.fraction)?;

@@ -60,7 +60,7 @@ pub(super) fn orbits(scene: &Scene, provider: &impl ResourceProvider) -> Result<
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         w.f32("half_width_px", orbits::HALF_WIDTH_PX)?;
         w.f32("radiance", orbits::LEVEL / scene.exposure.factor_f32())?;
-        w.f32("pieces", orbits::CHORDS_PER_ARC as f32)?;
+        w.f32("segments", orbits::CHORDS_PER_ARC as f32)?;
         w.f32("near", NEAR_DEPTH_KM as f32)
     })?;
     let vertices = Vertices::Count(6 * orbits::CHORDS_PER_ARC);

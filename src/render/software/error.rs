@@ -7,7 +7,7 @@ pub enum RenderError {
     Size { pass: String, width: u32, height: u32 },
     #[error("pass {pass}: {samples} samples per pixel; 1 and 4 are possible")]
     Samples { pass: String, samples: u8 },
-    #[error("not enough memory for {what} ({bytes} bytes); reduce the picture size")]
+    #[error("not enough memory for {what} ({bytes} bytes); reduce the image size")]
     Memory { what: &'static str, bytes: u128 },
     #[error("draw {draw}: the fragment stage reads location {location} (component {component}), which the vertex stage does not write")]
     Varying { draw: String, location: u32, component: u32 },

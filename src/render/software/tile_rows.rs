@@ -143,12 +143,12 @@ impl TileTarget {
     /// Red, green and blue of a block that was drawn; any other is filled, if it is inside the image.
     #[inline(always)]
     fn light_or_fill(&self, block: usize, rows: Rows<'_, '_, [u8; 4]>, untouched: [u8; 4]) -> Option<[&[f32; BLOCK_PIXELS]; 3]> {
-        let at = block_position(block).map(|v| v as usize);
-        if at[1] >= rows.len() {
+        let corner = block_position(block).map(|v| v as usize);
+        if corner[1] >= rows.len() {
             return None;
         }
         if !self.is_touched(block) {
-            fill_block(rows, at, untouched);
+            fill_block(rows, corner, untouched);
             return None;
         }
         let [r, g, b, _] = self.block(block)?;

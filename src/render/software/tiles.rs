@@ -108,7 +108,7 @@ impl TileTarget {
     }
 
     /// Depth test of the four pixels of a quad, each with one depth for all its samples. Returns the samples of `covered` (sixteen bits) that pass, and
-    /// stores their depth if `write`. All samples are computed alike, without branches, so that the loop is vectorised.
+    /// stores their depth if `write`. All samples are computed in the same way, without branches, so that the loop is vectorised.
     #[inline(always)]
     pub(crate) fn test_depth_of_quad(&mut self, pixel: usize, covered: u16, new: &[f32; 4], test: bool, write: bool) -> u16 {
         self.touch_depth(pixel);

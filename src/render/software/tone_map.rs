@@ -1,7 +1,8 @@
 //! The shipped tone map (shaders/entry/tone_map.wesl) as one function over the pixels of a block, in place of its tape.
 //!
 //! In: linear light. Out: display bytes. Always: the sRGB curve rounds to the level that is nearest to its exact value, by a table of its 255 thresholds;
-//! the tape is up to a thousandth of a level off, so that both differ by one level where a value lies that close to a half. All kernel classes give the
+//! the tape
+//! has an error of up to a thousandth of a level, so that both may differ by one level where a value is that close to the middle between two levels. All kernel classes give the
 //! same bytes. Not here: a tone map that was edited, or f64, which the tape executes.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
@@ -13,30 +14,30 @@ use sha2::{Digest, Sha256};
 use std::sync::LazyLock;
 
 const MODULE: &str = "tone_map";
-/// SHA-256 of the WGSL whose formula [`ToneMapUniforms::compress`] repeats. An edited fragment gives another text, and is executed as edited, until the
-/// formula here follows it and this digest is recorded anew.
-const FOLLOWED_SHA256: &str = "3cf1b819969d7233be52d29fda518ad308370bcafd5a2addd400f945105e0983";
+/// SHA-256 of the emitted WGSL whose formula [`ToneMapUniforms::compress`] repeats. If the WGSL has another digest, its tape is executed instead. After a change of
+/// the fragments, adapt `compress` and record the new digest here.
+const REPEATED_WGSL_SHA256: &str = "9fee924628a7509ea6951054ece6b59f661f8d3e4c33a68cac1b0dc0e2b0884c";
 
 /// Offsets of the shipped tone map's uniforms, in bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ToneMapFields {
     exposure: usize,
-    true_to: usize,
+    linear_limit: usize,
 }
 
 impl ToneMapFields {
-    /// `None` if the module is not the tone map, or its text is not the one that [`ToneMapUniforms::compress`] follows.
+    /// `None` if the module is not the tone map whose formula [`ToneMapUniforms::compress`] repeats.
     pub(super) fn of(module: &ShaderModule) -> Option<Self> {
-        if module.id != ModuleId::Simple(MODULE) || sha256(&module.wgsl) != FOLLOWED_SHA256 {
+        if module.id != ModuleId::Simple(MODULE) || sha256(&module.wgsl) != REPEATED_WGSL_SHA256 {
             return None;
         }
         let offset = |name| module.layout.field(name).map(|field| field.offset as usize);
-        Some(Self { exposure: offset("exposure")?, true_to: offset("true_to")? })
+        Some(Self { exposure: offset("exposure")?, linear_limit: offset("linear_limit")? })
     }
 
     pub(super) fn bind(self, uniform_bytes: &[u8]) -> Option<ToneMapUniforms> {
         let read = |offset: usize| uniform_bytes.get(offset..)?.first_chunk().map(|bytes| f32::from_le_bytes(*bytes));
-        Some(ToneMapUniforms { exposure: read(self.exposure)?, true_to: read(self.true_to)? })
+        Some(ToneMapUniforms { exposure: read(self.exposure)?, linear_limit: read(self.linear_limit)? })
     }
 }
 
@@ -48,7 +49,7 @@ fn sha256(text: &str) -> String {
 #[derive(Clone, Copy, Debug)]
 pub struct ToneMapUniforms {
     exposure: f32,
-    true_to: f32,
+    linear_limit: f32,
 }
 
 /// The table's first value, 2^-13, is shown as level 0; its last is the largest value below 1.
@@ -59,7 +60,7 @@ const LAST: u32 = 0x3f7f_ffff;
 const CELL_BITS: u32 = 16;
 const CELLS: usize = ((LAST - FIRST) >> CELL_BITS) as usize + 1;
 
-/// Per cell, a number whose sum with the low bits of a value has the value's level in its high bits.
+/// One entry per cell. The sum of the entry and the low bits of a value has the value's level in its high bits.
 static LEVELS: LazyLock<Box<[u32; CELLS]>> = LazyLock::new(|| {
     let mut levels = Box::new([0; CELLS]);
     let mut threshold_bits = [LAST + 1; 256];
@@ -181,8 +182,8 @@ impl ToneMapUniforms {
                 peak_bits = peak_bits.max(value.to_bits());
             }
         }
-        // Up to here the tone curve is the identity, which is most pictures' every block.
-        if f32::from_bits(peak_bits) > self.true_to {
+        // Below this limit the tone curve is the identity. In most images no block exceeds it.
+        if f32::from_bits(peak_bits) > self.linear_limit {
             self.compress(exposed);
         }
     }
@@ -195,7 +196,7 @@ impl ToneMapUniforms {
             let greater = |a: f32, b: f32| if a > b { a } else { b };
             let peak = greater(greater(colour[0], colour[1]), greater(colour[2], 1.0e-12));
             let shoulder = 1.0 - 0.04 / (greater(peak, 0.8) - 0.6);
-            let mapped = if peak <= self.true_to { peak } else { shoulder };
+            let mapped = if peak <= self.linear_limit { peak } else { shoulder };
             let ratio = mapped / peak;
             let whiteness = 1.0 - 1.0 / (0.15 * (peak - mapped) + 1.0);
             [r[i], g[i], b[i]] = colour.map(|c| c * ratio * (1.0 - whiteness) + mapped * whiteness);
@@ -261,8 +262,8 @@ mod tests {
     fn all_code_gives_the_same_bytes() {
         let mut odd = light();
         (odd[0][3], odd[1][4], odd[2][5]) = (f32::NAN, f32::INFINITY, -1.0);
-        for true_to in [0.8, f32::MAX] {
-            let tone_map = ToneMapUniforms { exposure: 0.75, true_to };
+        for linear_limit in [0.8, f32::MAX] {
+            let tone_map = ToneMapUniforms { exposure: 0.75, linear_limit };
             for light in [light(), odd] {
                 let (mut best, mut generic) = ([0; LANES], [1; LANES]);
                 tone_map.bytes(light.each_ref(), &mut best);
@@ -280,9 +281,9 @@ mod tests {
         };
         let shipped = build(&crate::shader::fragments::Fragments::default());
         let digest = sha256(&shipped.wgsl);
-        assert_eq!(digest, FOLLOWED_SHA256, "the tone map's WGSL was edited: let ToneMap::compress follow it, then record the digest");
+        assert_eq!(digest, REPEATED_WGSL_SHA256, "the tone map's WGSL was edited: adapt ToneMapUniforms::compress, then record the digest");
         let bound = ToneMapFields::of(&shipped).and_then(|fields| fields.bind(&[2.0_f32, 0.8].map(f32::to_le_bytes).concat()));
-        assert!(bound.is_some_and(|t| (t.exposure, t.true_to) == (2.0, 0.8)));
+        assert!(bound.is_some_and(|t| (t.exposure, t.linear_limit) == (2.0, 0.8)));
         let text = include_str!("../../../shaders/lib/display.wesl").replace("0.04", "0.05");
         let edited = crate::shader::fragments::Fragments::with_files([("lib/display.wesl".to_owned(), text)]);
         assert!(ToneMapFields::of(&build(&edited)).is_none());

@@ -1,6 +1,6 @@
-//! The shipped tone map as a fragment stage: for a pass that is not fused with the one before, and for tiles that have draws over the picture.
+//! The shipped tone map as a fragment stage: for a pass that is not fused with the one before, and for tiles that have draws over the image.
 //!
-//! In: the tone map with its uniforms, the inputs and outputs of its program, the picture. Out: a [`LaneRun`]. Always: the colours are the bytes of
+//! In: the tone map with its uniforms, the inputs and outputs of its program, the image. Out: a [`LaneRun`]. Always: the colours are the bytes of
 //! [`ToneMapUniforms::bytes`]. Not here: the mapping itself (`tone_map`).
 
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};

@@ -1,4 +1,4 @@
-//! Points of the user's data layers over a picture.
+//! Points of the user's data layers over an image.
 //!
 //! In: the catalog's data layers, the time, and the reported bodies. Out: [`Dot`]s. Always: a point appears at its time and fades over its layer's
 //! `fade_days`; points on the far side of their body or behind another body are left out. A million points take about 100 ms.
@@ -11,7 +11,7 @@ use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 use glam::{DVec2, DVec3};
 
-/// A filled circle over the finished picture.
+/// A filled circle over the finished image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dot {
     pub centre_px: DVec2,
@@ -24,7 +24,7 @@ pub struct Dot {
 
 /// Opacity of a new point.
 const OPACITY: f64 = 0.9;
-/// The picture height for which dot sizes are given; they scale in proportion to the height.
+/// The image height for which dot sizes are given; they scale in proportion to the height.
 const REFERENCE_HEIGHT_PX: f64 = 1024.0;
 
 /// Opacity of a data item at a time; `None` if it is not visible.
@@ -45,8 +45,8 @@ fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> b
 }
 
 /// The dots of all layers; those of later layers are on top.
-pub(crate) fn dots(picture: &impl ImageProjection, catalog: &Catalog, bodies: &[BodyInView], now: Instant) -> Vec<Dot> {
-    let scale = picture.size_px().y / REFERENCE_HEIGHT_PX;
+pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[BodyInView], now: Instant) -> Vec<Dot> {
+    let scale = image.size_px().y / REFERENCE_HEIGHT_PX;
     let placed: Vec<BodyInView> = bodies.iter().filter(|b| b.distance_km > 0.0 && b.placement.centre_km.is_finite()).cloned().collect();
     let mut all = Vec::new();
     for layer in catalog.data_layers() {
@@ -72,9 +72,9 @@ pub(crate) fn dots(picture: &impl ImageProjection, catalog: &Catalog, bodies: &[
                     (DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec), f64::INFINITY)
                 }
             };
-            let Some(centre_px) = picture.pixel_of(line_of_sight) else { continue };
+            let Some(centre_px) = image.pixel_of(line_of_sight) else { continue };
             let radius_px = 0.5 * point.size_px.unwrap_or(layer.size_px) * scale;
-            let size = picture.size_px() + radius_px;
+            let size = image.size_px() + radius_px;
             if centre_px.cmplt(DVec2::splat(-radius_px)).any()
                 || centre_px.cmpgt(size).any()
                 || is_hidden(&placed, line_of_sight, distance_km)

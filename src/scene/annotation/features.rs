@@ -1,8 +1,8 @@
-//! Names of surface features: which of them fit into a picture, and where.
+//! Names of surface features: which of them fit into an image, and where.
 //!
-//! In: the bodies in a picture and the rectangles of other labels. Out: [`TextLine`]s. Always: names do not overlap; landing sites have priority, then
+//! In: the bodies in an image and the rectangles of other labels. Out: [`TextLine`]s. Always: names do not overlap; landing sites have priority, then
 //! more prominent features. A name is centred on its feature, so that it stays in place while the view moves. It fades out as its feature becomes smaller
-//! in the picture, and towards the limb. Features on the far side of their body or behind a nearer body have no name.
+//! in the image, and towards the limb. Features on the far side of their body or behind a nearer body have no name.
 
 use super::text::{LabelMetrics, Rect, TextLine};
 use crate::catalog::nomenclature;
@@ -11,7 +11,7 @@ use crate::scene::in_view::BodyInView;
 use crate::scene::numeric::smoothstep;
 use glam::DVec2;
 
-/// Maximum number of names in a picture.
+/// Maximum number of names in an image.
 const MAX_NAMES: usize = 70;
 /// Diameter of a feature, in glyph sizes, at which its name starts to appear, and at which it is opaque.
 const FEATURE_FADE: (f64, f64) = (0.9, 1.4);
@@ -19,7 +19,7 @@ const FEATURE_FADE: (f64, f64) = (0.9, 1.4);
 const SITE_FADE: (f64, f64) = (16.0, 22.0);
 /// Cosine of the emission angle at which a name starts to appear, and at which it is opaque.
 const LIMB_FADE: (f64, f64) = (0.15, 0.35);
-/// Largest size of a named feature, in units of the picture's shorter side: larger ones fill the view.
+/// Largest size of a named feature, in units of the image's shorter side: larger ones fill the view.
 const MAX_SIZE: f64 = 1.5;
 /// sRGB of a name.
 pub(crate) const FEATURE_COLOUR: [u8; 3] = [238, 226, 196];
@@ -31,14 +31,14 @@ fn rise((from, to): (f64, f64), value: f64) -> f64 {
 
 /// The names, and the positions of landing sites. `occupied`: rectangles of other labels; the rectangles of the names are added to it.
 pub(crate) fn features(
-    picture: &impl ImageProjection,
+    image: &impl ImageProjection,
     bodies: &[BodyInView],
     metrics: &LabelMetrics,
     occupied: &mut Vec<Rect>,
 ) -> (Vec<TextLine>, Vec<DVec2>) {
-    let size = picture.size_px();
+    let size = image.size_px();
     let letter_px = metrics.size_px();
-    let pixels_per_radian = picture.disc_radius_px(1e-6) * 1e6;
+    let pixels_per_radian = image.disc_radius_px(1e-6) * 1e6;
     let (mut names, mut sites) = (Vec::new(), Vec::new());
     let mut nearest_first: Vec<&BodyInView> = bodies.iter().filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0).collect();
     nearest_first.sort_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
@@ -73,7 +73,7 @@ pub(crate) fn features(
                 continue;
             }
             let line_of_sight = placement.body_from_icrf.transpose() * -to_camera;
-            let Some(at) = picture.pixel_of(line_of_sight) else { continue };
+            let Some(at) = image.pixel_of(line_of_sight) else { continue };
             let hidden = nearest_first[..k].iter().any(|o| {
                 let radius = (o.placement.radii_km.max_element() / o.distance_km).min(1.0).asin();
                 !o.placement.camera_is_inside() && crate::ephemeris::angle_rad(o.placement.centre_km, line_of_sight) < radius
@@ -94,7 +94,7 @@ pub(crate) fn features(
             let fits = |corner: &DVec2| {
                 let rect = Rect { min: *corner, max: *corner + extent };
                 let around = rect.padded(DVec2::new(0.6, 0.3) * letter_px);
-                rect.is_in_picture(size) && !occupied.iter().any(|t| t.overlaps(&around))
+                rect.is_in_image(size) && !occupied.iter().any(|t| t.overlaps(&around))
             };
             let Some(corner) = corners.into_iter().find(fits) else { continue };
             let rect = Rect { min: corner, max: corner + extent };

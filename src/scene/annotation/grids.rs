@@ -1,4 +1,4 @@
-//! Grids of longitude and latitude: which lines a picture gets, and their coordinates as text.
+//! Grids of longitude and latitude: which lines an image gets, and their coordinates as text.
 //!
 //! In: the size of a pixel and the visible part of a sphere. Out: `GridLine`s with an opacity that is continuous in the field of view and along the line:
 //! a line fades in as its neighbours move apart, and fades out towards a pole, where lines would crowd. Nothing else affects a line, so that no line
@@ -147,7 +147,7 @@ pub(crate) fn azimuth_text(degrees: f64, language: TextLanguage) -> String {
     if (eighth - eighth.round()).abs() < 1e-9 { language.name("point", POINTS[point]).to_owned() } else { angle_text(degrees, false) }
 }
 
-/// Degrees per pixel, the mean over the picture's height. The actual value is larger in the middle of a wide view and smaller at its edges.
+/// Degrees per pixel, the mean over the image's height. The actual value is larger in the middle of a wide view and smaller at its edges.
 pub(crate) fn mean_pixel_deg(tan_half_height: f64, height: u32) -> f64 {
     2.0 * tan_half_height.atan().to_degrees() / f64::from(height)
 }

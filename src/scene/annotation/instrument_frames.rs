@@ -1,8 +1,8 @@
-//! Fields of view of instruments as frames over the picture, each with its name.
+//! Fields of view of instruments as frames over the image, each with its name.
 //!
 //! In: the catalog's instruments, the camera, and the target's direction. Out: line segments, labels and a decision. Always: a frame is centred on the
-//! target, or on the middle of the picture if the target is not in it; sides of a rectangle are great circles; an instrument whose field is wider than
-//! the picture, or smaller than a few pixels, has no frame.
+//! target, or on the middle of the image if the target is not in it; sides of a rectangle are great circles; an instrument whose field is wider than
+//! the image, or smaller than a few pixels, has no frame.
 
 use crate::catalog::{FieldOfView, Instrument};
 use crate::message::reason;
@@ -69,11 +69,11 @@ fn draw_great_circle(camera: &Camera, all: &mut AnnotationLines, a: DVec3, b: DV
 /// The frames of all instruments. `size_px`: height of glyphs.
 pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option<DVec3>, size_px: f64) -> AnnotationLines {
     let mut all = AnnotationLines::default();
-    let in_picture = |v: &DVec3| camera.clip(*v).is_some_and(|clip| clip.abs().max_element() < 1.0);
+    let in_image = |v: &DVec3| camera.clip(*v).is_some_and(|clip| clip.abs().max_element() < 1.0);
     let target = target.and_then(DVec3::try_normalize);
-    // A face of a composed picture has no fallback, because its middle is not the middle of the picture.
+    // A face of a composed image has no fallback, because its middle is not the middle of the image.
     let Some(out) =
-        target.filter(|v| camera.is_part_of_composite || in_picture(v)).or((!camera.is_part_of_composite).then_some(camera.forward))
+        target.filter(|v| camera.is_part_of_composite || in_image(v)).or((!camera.is_part_of_composite).then_some(camera.forward))
     else {
         return all;
     };
@@ -134,8 +134,8 @@ mod tests {
         for diameter_deg in [1.0, 6.5, 20.0] {
             let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, 0.0)], &camera, Some(target), 13.0);
             assert!(found.decisions[0].on && found.texts.len() == 1, "{:?}", found.decisions);
-            for piece in &found.segments {
-                let off = piece.ends.map(|end| ray(end).cross(target).length().asin().to_degrees() - 0.5 * diameter_deg);
+            for segment in &found.segments {
+                let off = segment.ends.map(|end| ray(end).cross(target).length().asin().to_degrees() - 0.5 * diameter_deg);
                 assert!(off.iter().all(|o| o.abs() < 1e-4), "{diameter_deg}: {off:?}");
             }
         }
@@ -159,7 +159,7 @@ mod tests {
         for diameter_deg in [0.01, 100.0] {
             let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, 0.0)], &camera, None, 13.0);
             assert!(found.segments.is_empty() && !found.decisions[0].on, "{diameter_deg}");
-            assert!(found.decisions[0].reason.to_string().contains("1 too small or wider than the picture"));
+            assert!(found.decisions[0].reason.to_string().contains("1 too small or wider than the image"));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Labels of bodies: names and markers, thinned where they crowd.
 //!
-//! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the picture, important ones first. Always: names do not overlap
+//! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the image, important ones first. Always: names do not overlap
 //! (estimated from the mean width of a glyph); the selected body is labelled whenever it is in front of the camera. A body behind the disc of a nearer
 //! body has no label. Does not draw glyphs.
 
@@ -23,7 +23,7 @@ use glam::DVec2;
 pub struct Label {
     pub body: NaifId,
     pub name: String,
-    /// Pixels from the picture's top left corner.
+    /// Pixels from the image's top left corner.
     pub centre_px: DVec2,
     /// Radius of its disc.
     pub radius_px: f64,
@@ -68,10 +68,10 @@ fn rank(body: &BodyInView, selected: NaifId, parents: &impl Fn(NaifId) -> Option
 pub(crate) const SELECTED_COLOUR: [u8; 3] = [255, 206, 110];
 /// Opacity of a marker relative to that of a name, for a body that is not selected.
 pub(crate) const MARKER_OPACITY: f32 = 0.55;
-/// Diameter relative to the picture's height above which a body is not named, because it fills the picture.
-pub(crate) const FILLS_PICTURE: f64 = 0.45;
+/// Diameter relative to the image's height above which a body is not named, because it fills the image.
+pub(crate) const FILLS_IMAGE: f64 = 0.45;
 
-/// The labels of a picture, for glyphs of `size_px`.
+/// The labels of an image, for glyphs of `size_px`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelLayer {
     pub size_px: f64,
@@ -86,7 +86,7 @@ pub struct LabelLayer {
 impl LabelLayer {
     /// The labels of the request's layers; `None` if there are none. `with_margin`: also caption, scale bar and compass.
     pub(crate) fn of(
-        picture: &impl ImageProjection,
+        image: &impl ImageProjection,
         request: &ViewRequest,
         catalog: &Catalog,
         bodies: &[BodyInView],
@@ -100,22 +100,22 @@ impl LabelLayer {
         }
         let mut layer = Self::empty(request);
         if shows_data {
-            layer.dots = data::dots(picture, catalog, bodies, request.time);
+            layer.dots = data::dots(image, catalog, bodies, request.time);
         }
         let metrics = LabelMetrics::of_size(layer.size_px);
         if shows_margin {
-            layer.add(Margin::of(picture, request, catalog, bodies, &metrics));
+            layer.add(Margin::of(image, request, catalog, bodies, &metrics));
         }
         let mut occupied: Vec<Rect> = layer.occupied(&metrics).collect();
         if layers.labels {
             let parent = |id: NaifId| catalog.body(id).and_then(|b| b.parent);
             let names = |name: &str| request.language.name("body", name).to_owned();
-            layer.labels = body_labels(picture, bodies, layer.selected, parent, &metrics, names, &occupied);
+            layer.labels = body_labels(image, bodies, layer.selected, parent, &metrics, names, &occupied);
             let of_label = |label: &Label| Some(label_rect(label.centre_px, label.radius_px, &label.name, &metrics, label.name_side?));
             occupied.extend(layer.labels.iter().filter_map(of_label));
         }
         if layers.features {
-            let (names, sites) = features::features(picture, bodies, &metrics, &mut occupied);
+            let (names, sites) = features::features(image, bodies, &metrics, &mut occupied);
             layer.margin.texts.extend(names);
             layer.margin.rings.extend(sites);
         }
@@ -141,7 +141,7 @@ impl LabelLayer {
     }
 }
 
-/// Size of glyphs in a picture, pixels: proportional to its height, but large enough to read in a small picture.
+/// Size of glyphs in an image, pixels: proportional to its height, but large enough to read in a small image.
 pub(crate) fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
 }
@@ -167,7 +167,7 @@ pub(crate) fn body_labels(
             let centre = camera.pixel_of(b.placement.centre_km)?;
             let angular_radius = (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
             let radius_px = camera.disc_radius_px(angular_radius);
-            // A body whose centre is outside the picture has no label.
+            // A body whose centre is outside the image has no label.
             let inside = (0.0..=size.x).contains(&centre.x) && (0.0..=size.y).contains(&centre.y);
             inside.then_some((b, centre, radius_px))
         })
@@ -191,7 +191,7 @@ pub(crate) fn body_labels(
         }
         let name = name_of(&b.name);
         let of_side = |side: LabelSide| (side, label_rect(centre_px, radius_px, &name, metrics, side));
-        let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_picture(size) && !names.iter().any(|n| n.overlaps(rect));
+        let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_image(size) && !names.iter().any(|n| n.overlaps(rect));
         let place = LabelSide::ALL.map(of_side).into_iter().find(fits);
         names.extend(place.map(|(_, rect)| rect));
         chosen.push(Label { body: b.id, name, centre_px, radius_px, name_side: place.map(|(side, _)| side) });

@@ -1,4 +1,4 @@
-//! The legend of a picture's colours: one line for its metadata.
+//! The legend of an image's colours: one line for its metadata.
 //!
 //! In: the pixel view and the exposure. Out: a text with the quantity of each channel, its unit, and the values of black and white. EXR files hold the numbers
 //! in that unit; PNG files hold them times 2^stops, clipped at 1 and encoded as sRGB.
@@ -7,7 +7,7 @@ use crate::scene::draw::{INSTRUCTIONS_PER_READ, PixelView};
 use crate::scene::finished::Scene;
 use crate::scene::light::exposure::Exposure;
 
-/// The legend of a picture, and the invented maps and shapes in it.
+/// The legend of an image, and the invented maps and shapes in it.
 pub(crate) fn legend_of(scene: &Scene) -> String {
     let mut text = legend(scene.pixel_view, &scene.exposure);
     for body in &scene.bodies {

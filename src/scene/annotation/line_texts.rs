@@ -1,7 +1,7 @@
 //! Labels of lines: names of constellations and coordinates of grids, and which of them fit.
 //!
 //! In: texts with their positions, and the labels of bodies. Out: the texts that fit, with the corner of each. Always: no two overlap (estimated from
-//! the mean width of a glyph), none overlaps a body's label, and each is inside the picture; constellations have priority over coordinates. Does not
+//! the mean width of a glyph), none overlaps a body's label, and each is inside the image; constellations have priority over coordinates. Does not
 //! draw glyphs.
 
 use crate::scene::annotation::labels::{LabelLayer, LabelMetrics, label_rect};
@@ -14,40 +14,40 @@ use glam::{DVec2, DVec3};
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SkyText {
     pub text: String,
-    /// Its centre, or for a coordinate the end of its line; pixels from the picture's top left corner.
+    /// Its centre, or for a coordinate the end of its line; pixels from the image's top left corner.
     pub at_px: DVec2,
     /// Linear RGB.
     pub colour: DVec3,
-    /// Whether this is the coordinate of a grid line; if so, it is moved into the picture.
+    /// Whether this is the coordinate of a grid line; if so, it is moved into the image.
     pub is_tick: bool,
 }
 
-/// A text that fits, with its place in the picture.
+/// A text that fits, with its place in the image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedText {
     pub text: String,
-    /// Left end of its centre line, pixels from the picture's top left corner.
+    /// Left end of its centre line, pixels from the image's top left corner.
     pub left_px: DVec2,
     /// sRGB, 0 to 1: lighter than its line.
     pub colour: [f32; 3],
 }
 
-/// The texts of a picture and their glyph size.
+/// The texts of an image and their glyph size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextLayer {
     pub size_px: f64,
     pub texts: Vec<PlacedText>,
 }
 
-/// Distance between a coordinate and the picture's edge, in glyph sizes.
+/// Distance between a coordinate and the image's edge, in glyph sizes.
 const INSET: f64 = 0.4;
 /// Fraction of white mixed into a text's colour.
 const WHITE_FRACTION: f64 = 0.35;
-/// Maximum number of texts in a picture.
+/// Maximum number of texts in an image.
 const MAX_TEXTS: usize = 400;
 
 /// Places the texts that overlap neither each other nor the labels of bodies.
-pub(crate) fn place_texts(mut candidates: Vec<SkyText>, labels: Option<&LabelLayer>, size_px: f64, picture_px: DVec2) -> TextLayer {
+pub(crate) fn place_texts(mut candidates: Vec<SkyText>, labels: Option<&LabelLayer>, size_px: f64, image_px: DVec2) -> TextLayer {
     let metrics = LabelMetrics::of_size(size_px);
     let body_rects = labels.into_iter().flat_map(|layer| {
         let lettering = LabelMetrics::of_size(layer.size_px);
@@ -62,10 +62,10 @@ pub(crate) fn place_texts(mut candidates: Vec<SkyText>, labels: Option<&LabelLay
         let inset = INSET * size_px;
         let mut corner = text.at_px - 0.5 * size;
         if text.is_tick {
-            corner = corner.clamp(DVec2::splat(inset), (picture_px - size - inset).max(DVec2::splat(inset)));
+            corner = corner.clamp(DVec2::splat(inset), (image_px - size - inset).max(DVec2::splat(inset)));
         }
         let rect = Rect { min: corner, max: corner + size };
-        if rect.is_in_picture(picture_px) && texts.len() < MAX_TEXTS && !occupied.iter().any(|o| o.overlaps(&rect)) {
+        if rect.is_in_image(image_px) && texts.len() < MAX_TEXTS && !occupied.iter().any(|o| o.overlaps(&rect)) {
             occupied.push(rect);
             let colour = text.colour.to_array().map(|c| narrow_scalar(linear_to_srgb(WHITE_FRACTION + (1.0 - WHITE_FRACTION) * c)));
             let left_px = DVec2::new(corner.x, corner.y + 0.5 * size.y);
@@ -80,8 +80,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn texts_keep_apart_and_in_the_picture() {
-        let picture = DVec2::new(400.0, 300.0);
+    fn texts_keep_apart_and_in_the_image() {
+        let image = DVec2::new(400.0, 300.0);
         let text =
             |text: &str, x: f64, y: f64, is_tick: bool| SkyText { text: text.into(), at_px: DVec2::new(x, y), colour: DVec3::ONE, is_tick };
         let wanted = vec![
@@ -91,7 +91,7 @@ mod tests {
             text("Orion", 202.0, 288.0, false),
             text("Taurus", 399.0, 100.0, false),
         ];
-        let layer = place_texts(wanted, None, 13.0, picture);
+        let layer = place_texts(wanted, None, 13.0, image);
         let names: Vec<&str> = layer.texts.iter().map(|t| t.text.as_str()).collect();
         // There is no room for the coordinate below Orion or for the second Orion, and Taurus would be cut off.
         assert_eq!(names, ["Orion", "+20°"]);

@@ -1,4 +1,4 @@
-//! The margin of a picture: caption, scale bar, compass.
+//! The margin of an image: caption, scale bar, compass.
 //!
 //! In: the request and the reported bodies. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is valid at the
 //! target's distance, across the line of sight. For a target too small to show a disc the bar is an angle. The compass points to the target's north
@@ -21,15 +21,15 @@ pub struct Margin {
     pub rings: Vec<DVec2>,
 }
 
-/// Largest length of a scale bar relative to the picture's width.
+/// Largest length of a scale bar relative to the image's width.
 const MAX_BAR_FRACTION: f64 = 0.22;
 /// Diameter in pixels below which a target counts as a point, and the scale bar shows an angle.
 const DISC_PX: f64 = 20.0;
 
 impl Margin {
-    /// The margin of a picture.
+    /// The margin of an image.
     pub(crate) fn of(
-        picture: &impl ImageProjection,
+        image: &impl ImageProjection,
         request: &ViewRequest,
         catalog: &Catalog,
         bodies: &[BodyInView],
@@ -38,13 +38,13 @@ impl Margin {
         let mut margin = Self::default();
         let target = request.target.and_then(|id| bodies.iter().find(|b| b.id == id)).filter(|b| b.distance_km > 0.0);
         if request.layers.caption {
-            margin.caption(picture, request, catalog, target, metrics);
+            margin.caption(image, request, catalog, target, metrics);
         }
         if request.layers.scale_bar {
-            margin.scale_bar(picture, target, request.language, metrics);
+            margin.scale_bar(image, target, request.language, metrics);
         }
         if let Some(target) = target.filter(|_| request.layers.compass) {
-            margin.compass(picture, target, metrics);
+            margin.compass(image, target, metrics);
         }
         margin
     }
@@ -74,7 +74,7 @@ impl Margin {
 
     fn caption(
         &mut self,
-        picture: &impl ImageProjection,
+        image: &impl ImageProjection,
         request: &ViewRequest,
         catalog: &Catalog,
         target: Option<&BodyInView>,
@@ -82,15 +82,15 @@ impl Margin {
     ) {
         let (letter, language) = (metrics.size_px(), request.language);
         let length = |km| Argument::Number(length_text(km));
-        let named = |id| catalog.body(id).map_or(message!("picture-barycentre").into(), |b| Argument::from(&b.name));
+        let named = |id| catalog.body(id).map_or(message!("image-barycentre").into(), |b| Argument::from(&b.name));
         let clock = language.time(&request.time.to_utc_iso());
         let first = target.map_or_else(|| clock.clone(), |t| format!("{}   {clock}", language.name("body", &t.name)));
         let from = match request.position {
-            Position::Centre(body) => message!("picture-from-centre", body = named(body)),
+            Position::Centre(body) => message!("image-from-centre", body = named(body)),
             Position::Ground { body, latitude_deg, longitude_deg, .. } => {
                 let east = (longitude_deg + 180.0).rem_euclid(360.0) - 180.0;
                 message!(
-                    "picture-from-ground",
+                    "image-from-ground",
                     body = named(body),
                     latitude = format_args!("{:.2}", latitude_deg.abs()),
                     north = language.name("point", if latitude_deg < 0.0 { "S" } else { "N" }),
@@ -99,19 +99,19 @@ impl Margin {
                 )
             }
             Position::Over { .. } | Position::Offset { .. } => match target {
-                Some(target) => message!("picture-from-away", distance = length(target.distance_km)),
-                None => message!("picture-from-space"),
+                Some(target) => message!("image-from-away", distance = length(target.distance_km)),
+                None => message!("image-from-space"),
             },
         };
-        let second = message!("picture-caption", from = from, view = picture.field_of_view()).text_in(language);
-        let bottom = picture.size_px().y - 0.9 * letter;
+        let second = message!("image-caption", from = from, view = image.field_of_view()).text_in(language);
+        let bottom = image.size_px().y - 0.9 * letter;
         self.text(first, DVec2::new(0.8 * letter, bottom - 1.3 * letter));
         self.text(second, DVec2::new(0.8 * letter, bottom));
     }
 
-    fn scale_bar(&mut self, picture: &impl ImageProjection, target: Option<&BodyInView>, language: TextLanguage, metrics: &LabelMetrics) {
-        let (size, letter) = (picture.size_px(), metrics.size_px());
-        let pixels_per_radian = picture.disc_radius_px(1e-6) * 1e6;
+    fn scale_bar(&mut self, image: &impl ImageProjection, target: Option<&BodyInView>, language: TextLanguage, metrics: &LabelMetrics) {
+        let (size, letter) = (image.size_px(), metrics.size_px());
+        let pixels_per_radian = image.disc_radius_px(1e-6) * 1e6;
         let max_rad = MAX_BAR_FRACTION * size.x / pixels_per_radian;
         let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * pixels_per_radian;
         let (text, angle) = match target.filter(|t| disc_px(t) >= DISC_PX) {
@@ -135,13 +135,13 @@ impl Margin {
         self.text(text, DVec2::new(middle, base - 1.1 * letter));
     }
 
-    fn compass(&mut self, picture: &impl ImageProjection, target: &BodyInView, metrics: &LabelMetrics) {
-        let (size, letter) = (picture.size_px(), metrics.size_px());
+    fn compass(&mut self, image: &impl ImageProjection, target: &BodyInView, metrics: &LabelMetrics) {
+        let (size, letter) = (image.size_px(), metrics.size_px());
         let centre = target.placement.centre_km;
         let pole = target.placement.body_from_icrf.row(2);
-        // A pole along the line of sight has no direction in the picture.
+        // A pole along the line of sight has no direction in the image.
         let sine_to_line_of_sight = pole.cross(centre.normalize()).length();
-        let places = picture.pixel_of(centre).zip(picture.pixel_of(centre + pole * (1e-3 * target.distance_km)));
+        let places = image.pixel_of(centre).zip(image.pixel_of(centre + pole * (1e-3 * target.distance_km)));
         let Some(north) = places.filter(|_| sine_to_line_of_sight > 0.02).and_then(|(from, to)| (to - from).try_normalize()) else {
             return;
         };
@@ -149,11 +149,11 @@ impl Margin {
         self.rings.push(middle);
         let thickness = (letter / 9.0).round().max(1.0);
         for k in 0..=10 {
-            let at = middle + north * letter * (0.5 + 0.07 * f64::from(k));
-            self.bar((at - 0.5 * thickness).round(), DVec2::splat(thickness));
+            let position = middle + north * letter * (0.5 + 0.07 * f64::from(k));
+            self.bar((position - 0.5 * thickness).round(), DVec2::splat(thickness));
         }
-        let at = middle + north * 1.9 * letter;
-        self.text("N".into(), at - DVec2::new(0.5 * metrics.width_px("N"), 0.0));
+        let position = middle + north * 1.9 * letter;
+        self.text("N".into(), position - DVec2::new(0.5 * metrics.width_px("N"), 0.0));
     }
 }
 

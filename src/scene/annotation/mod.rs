@@ -1,5 +1,5 @@
-//! Annotations of a picture: names and markers of bodies, orbits, lines of the sky and of the ground with their labels, and the legend of the
-//! picture's colours.
+//! Annotations of an image: names and markers of bodies, orbits, lines of the sky and of the ground with their labels, and the legend of the
+//! image's colours.
 
 pub mod body_lines;
 pub mod data;

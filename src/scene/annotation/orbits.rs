@@ -364,14 +364,14 @@ mod tests {
 
     /// Distance in pixels from a point on the screen to the nearest chord of the f32 arcs.
     fn distance_to_line_px(camera: &Camera, all: &[OrbitArc], clip: DVec2) -> f64 {
-        let at = clip * camera.half_size();
-        let of = |arc: &OrbitArc, k: u32| {
+        let pixel = clip * camera.half_size();
+        let distance_px = |arc: &OrbitArc, k: u32| {
             let end = |k: u32| arc.clip(f64::from(k) / f64::from(CHORDS_PER_ARC)).truncate() * camera.half_size();
             let (a, b) = (end(k), end(k + 1));
-            let t = ((at - a).dot(b - a) / (b - a).length_squared().max(1e-30)).clamp(0.0, 1.0);
-            (at - a.lerp(b, t)).length()
+            let t = ((pixel - a).dot(b - a) / (b - a).length_squared().max(1e-30)).clamp(0.0, 1.0);
+            (pixel - a.lerp(b, t)).length()
         };
-        all.iter().flat_map(|arc| (0..CHORDS_PER_ARC).map(move |k| of(arc, k))).fold(f64::INFINITY, f64::min)
+        all.iter().flat_map(|arc| (0..CHORDS_PER_ARC).map(move |k| distance_px(arc, k))).fold(f64::INFINITY, f64::min)
     }
 
     #[test]

@@ -15,8 +15,8 @@ pub const CLICK_RADIUS_PX: f64 = 14.0;
 
 /// The star that a click at `at_px` selects: the brightest within the click radius, as an index into the star catalogue.
 pub fn star_at(scene: &Scene, at_px: DVec2) -> Option<usize> {
-    // Converts one click from the screen to the picture, instead of a million stars from the picture to the screen.
-    let at_px = scene.geometry.picture_of_screen(at_px)?;
+    // Converts one click from the screen to the image, instead of a million stars from the image to the screen.
+    let at_px = scene.geometry.image_of_screen(at_px)?;
     let near = scene.stars.iter().filter(|s| sprite_px(scene, s).distance(at_px) <= CLICK_RADIUS_PX);
     near.filter(|s| s.star.is_some()).max_by(|a, b| a.flux.y.total_cmp(&b.flux.y)).and_then(|s| s.star)
 }
@@ -29,10 +29,10 @@ pub fn snapped_px(labels: &[Label], scene: &Scene, at_px: DVec2) -> DVec2 {
     body.or_else(|| star_at(scene, at_px).and_then(|star| star_px(scene, star))).unwrap_or(at_px)
 }
 
-/// The position of a star in the picture, if it is drawn.
+/// The position of a star in the image, if it is drawn.
 pub fn star_px(scene: &Scene, star: usize) -> Option<DVec2> {
-    let in_picture = scene.stars.iter().find(|s| s.star == Some(star)).map(|s| sprite_px(scene, s))?;
-    scene.geometry.screen_of_picture(in_picture)
+    let in_image = scene.stars.iter().find(|s| s.star == Some(star)).map(|s| sprite_px(scene, s))?;
+    scene.geometry.screen_of_image(in_image)
 }
 
 fn sprite_px(scene: &Scene, sprite: &StarSprite) -> DVec2 {

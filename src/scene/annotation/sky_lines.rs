@@ -46,7 +46,7 @@ const HORIZON: LineStyle = style(0.3, 1.0, 0.4, 0.5);
 const FIGURE: LineStyle = style(0.45, 0.65, 1.0, 0.75);
 const BORDER: LineStyle = style(1.0, 0.35, 0.3, 0.45);
 
-/// Smallest field of view (degrees of the picture's height) in which constellations are named.
+/// Smallest field of view (degrees of the image's height) in which constellations are named.
 const NAMES_FROM_DEG: f64 = 4.0;
 
 /// Bound of the derivatives of a great circle with respect to its angle; aberration changes them by one part in ten thousand.
@@ -56,7 +56,7 @@ const DERIVATIVE_BOUND: f64 = 1.001;
 struct SkyLineBuilder<'a> {
     camera: &'a Camera,
     velocity_km_s: DVec3,
-    /// See [`Curve::tolerance_factor`]: wide views magnify errors at the picture's corners.
+    /// See [`Curve::tolerance_factor`]: wide views magnify errors at the image's corners.
     tolerance_factor: f64,
     all: AnnotationLines,
 }
@@ -137,7 +137,7 @@ impl SkyLineBuilder<'_> {
             GridLineKind::Parallel => {
                 let opacity = line.opacity(0.0, pixel_deg);
                 let radius = DERIVATIVE_BOUND * at.to_radians().cos() + 1e-9;
-                // Starts opposite the middle of the picture, so that no end is visible.
+                // Starts opposite the middle of the image, so that no end is visible.
                 let from = (cap.longitude_deg + 180.0).to_radians();
                 if opacity <= 0.0 {
                     Vec::new()
@@ -223,8 +223,8 @@ fn boundaries(builder: &mut SkyLineBuilder<'_>) {
         let max_cosine = from.y.cos().max(to.y.cos());
         let length = ((to.x - from.x) * max_cosine).hypot(to.y - from.y).max(1e-9);
         let point = |t: f64| {
-            let at = from.lerp(to, t / length);
-            aberrated(icrf_from_b1875 * direction(at.x.to_degrees(), at.y.to_degrees()), velocity)
+            let point = from.lerp(to, t / length);
+            aberrated(icrf_from_b1875 * direction(point.x.to_degrees(), point.y.to_degrees()), velocity)
         };
         builder.arc(&point, [0.0, length], DERIVATIVE_BOUND, |_| 1.0, BORDER);
     }

@@ -36,7 +36,7 @@ pub(crate) struct Curve<'a> {
     pub point: &'a dyn Fn(f64) -> DVec3,
     /// Upper limit of the length of the first and the second derivative.
     pub derivative_bound: f64,
-    /// Factor on [`MAX_CHORD_ERROR_PX`]: below 1 where the picture's corners are magnified.
+    /// Factor on [`MAX_CHORD_ERROR_PX`]: below 1 where the image's corners are magnified.
     pub tolerance_factor: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Texts, bars and rectangles over a finished picture, in pixels from its top left corner; and the size of text.
+//! Texts, bars and rectangles over a finished image, in pixels from its top left corner; and the size of text.
 
 use glam::DVec2;
 
@@ -85,8 +85,8 @@ impl Rect {
         Self { min: self.min - margin, max: self.max + margin }
     }
 
-    /// Whether the rectangle is completely in a picture of this size.
-    pub(crate) fn is_in_picture(&self, size_px: DVec2) -> bool {
+    /// Whether the rectangle is completely in an image of this size.
+    pub(crate) fn is_in_image(&self, size_px: DVec2) -> bool {
         self.min.cmpge(DVec2::ZERO).all() && self.max.cmple(size_px).all()
     }
 }

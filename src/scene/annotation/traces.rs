@@ -31,11 +31,11 @@ const OPACITY: f64 = 0.9;
 fn path(states: &[State], step_s: f64) -> Vec<(DVec3, f64)> {
     let last = ((states.len() - 1) * SEGMENTS_PER_SAMPLE) as f64;
     let point = |k: usize| {
-        let (n, part) = (k / SEGMENTS_PER_SAMPLE, (k % SEGMENTS_PER_SAMPLE) as f64 / SEGMENTS_PER_SAMPLE as f64);
+        let (n, fraction) = (k / SEGMENTS_PER_SAMPLE, (k % SEGMENTS_PER_SAMPLE) as f64 / SEGMENTS_PER_SAMPLE as f64);
         let here = states[n].pos_km - states[0].pos_km;
-        let Some(older) = states.get(n + 1).filter(|_| part > 0.0) else { return (here, 1.0 - k as f64 / last) };
+        let Some(older) = states.get(n + 1).filter(|_| fraction > 0.0) else { return (here, 1.0 - k as f64 / last) };
         // Hermite cubic; time runs backwards.
-        let (t, t2, t3) = (part, part * part, part * part * part);
+        let (t, t2, t3) = (fraction, fraction * fraction, fraction * fraction * fraction);
         let there = older.pos_km - states[0].pos_km;
         let between = here * (2.0 * t3 - 3.0 * t2 + 1.0) - states[n].vel_km_s * ((t3 - 2.0 * t2 + t) * step_s)
             + there * (3.0 * t2 - 2.0 * t3)
@@ -149,9 +149,9 @@ mod tests {
         for (k, (p, _)) in path.iter().enumerate() {
             let expected = at(-step_s * k as f64 / SEGMENTS_PER_SAMPLE as f64).pos_km - states[0].pos_km;
             worst = worst.max(p.distance(expected));
-            let (a, part) = (k / SEGMENTS_PER_SAMPLE, (k % SEGMENTS_PER_SAMPLE) as f64 / SEGMENTS_PER_SAMPLE as f64);
+            let (a, fraction) = (k / SEGMENTS_PER_SAMPLE, (k % SEGMENTS_PER_SAMPLE) as f64 / SEGMENTS_PER_SAMPLE as f64);
             if let Some(b) = states.get(a + 1) {
-                straight = straight.max((states[a].pos_km.lerp(b.pos_km, part) - states[0].pos_km).distance(expected));
+                straight = straight.max((states[a].pos_km.lerp(b.pos_km, fraction) - states[0].pos_km).distance(expected));
             }
         }
         assert!(worst < 4.0 && straight > 400.0, "{worst} km, straight {straight} km");

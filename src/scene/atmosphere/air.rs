@@ -34,7 +34,7 @@ fn night_radiance(air: &Atmosphere) -> f64 {
 /// Integration steps of the transmittance towards a body beyond the air; the result is within 1e-4 of that of 1000 steps.
 const STEPS: usize = 64;
 
-/// Height of the Sun in degrees, and the radiance for which pictures of ground and sky on the Earth are exposed: chosen by eye.
+/// Height of the Sun in degrees, and the radiance for which images of ground and sky on the Earth are exposed: chosen by eye.
 const SKY_LEVELS: [(f64, f64); 7] = [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
 
 /// Every tier that a draw of the body can have.
@@ -83,7 +83,7 @@ pub(crate) fn shell(body: &Body, placement: &Placement) -> Option<Placement> {
     Some(Placement { radii_km: placement.radii_km * (1.0 + air.top_km / body.radii_km.x), ..*placement })
 }
 
-/// Whether the atmosphere can change the picture, with the reason.
+/// Whether the atmosphere can change the image, with the reason.
 pub(crate) fn is_significant(body: &Body, air: &Atmosphere, inside: bool, diameter_px: f64, least: Threshold) -> (bool, Reason) {
     if inside {
         return (true, reason!("air-camera-inside", height = air.top_km));
@@ -195,14 +195,14 @@ impl<'a> SurroundingAir<'a> {
         vertical_optical_depth(self.air).max_element() > VISIBLE_CHANGE
     }
 
-    /// The radiance for which a picture under this sky is exposed: [`SKY_LEVELS`] interpolated by the light's height. `towards`: vector from the body
+    /// The radiance for which an image under this sky is exposed: [`SKY_LEVELS`] interpolated by the light's height. `towards`: vector from the body
     /// to the light.
     pub(crate) fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
         let height_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
         let above = SKY_LEVELS.iter().rposition(|(deg, _)| *deg <= height_deg).unwrap_or(0);
         let ((d0, l0), (d1, l1)) = (SKY_LEVELS[above.min(SKY_LEVELS.len() - 2)], SKY_LEVELS[(above + 1).min(SKY_LEVELS.len() - 1)]);
-        let part = ((height_deg - d0) / (d1 - d0)).clamp(0.0, 1.0);
-        irradiance * (l0.ln() + part * (l1 / l0).ln()).exp()
+        let fraction = ((height_deg - d0) / (d1 - d0)).clamp(0.0, 1.0);
+        irradiance * (l0.ln() + fraction * (l1 / l0).ln()).exp()
     }
 
     /// Transmittance to light from beyond the air, the mean of the channels.

@@ -1,7 +1,7 @@
-//! Whether the air before a body's ground and clouds is drawn as a coarse picture of its own, which their pixels interpolate.
+//! Whether the air before a body's ground and clouds is drawn as a coarse image of its own, which their pixels interpolate.
 //!
 //! In: the inputs of one body and the decisions made before. Out: the decisions, with the bound of the interpolation's error. Always: where the error may exceed the
-//! bound, such as at the limb, a pixel evaluates its own air (shaders/lib/air/coarse.wesl), so the decision changes a picture by no more than the bound.
+//! bound, such as at the limb, a pixel evaluates its own air (shaders/lib/air/coarse.wesl), so the decision changes an image by no more than the bound.
 
 use crate::message::{Reason, reason};
 use crate::scene::camera;
@@ -16,10 +16,10 @@ use glam::Vec2;
 /// Name of the decision.
 pub(crate) const AIR_PASS: &str = "air-pass";
 
-/// Diameter of a disc in pixels from which on a coarse picture is worth its two passes: below, most pixels are near the limb, where each evaluates its air.
+/// Diameter of a disc in pixels from which on a coarse image is worth its two passes: below, most pixels are near the limb, where each evaluates its air.
 const MIN_DIAMETER_PX: f64 = 128.0;
 
-/// Decides on the coarse picture.
+/// Decides on the coarse image.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let chosen = &mut decisions.chosen;
     if chosen.air == AtmosphereModel::None {

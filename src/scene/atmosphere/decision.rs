@@ -15,7 +15,7 @@ use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::request::effects::Effect;
 use crate::scene::tiers;
 
-/// Whether the atmosphere can change the picture, with the reason.
+/// Whether the atmosphere can change the image, with the reason.
 fn is_significant(inputs: &DecisionInputs<'_, '_>, body: &Body, air: &Atmosphere, inside: bool) -> (bool, Reason) {
     air::is_significant(body, air, inside, inputs.diameter_px, inputs.threshold())
 }

@@ -1,4 +1,4 @@
-//! Lines and texts over the picture: grids, constellation figures, lines on the ground, shadow cones, instruments, names.
+//! Lines and texts over the image: grids, constellation figures, lines on the ground, shadow cones, instruments, names.
 //!
 //! In: the reports of the bodies and the stars of the frame. Out: [`Annotations`]. Always: pixel views other than the final image have labels but no
 //! other annotations; no text covers another; a body hides the texts on the sky behind it.
@@ -19,7 +19,7 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::request::view_request::Position;
 use glam::{DMat3, DVec2, DVec3};
 
-/// The lines and texts drawn over a picture, with the decisions about them.
+/// The lines and texts drawn over an image, with the decisions about them.
 pub(super) struct Annotations {
     pub sky_lines: Vec<LineSegment>,
     pub ground_lines: Vec<(NaifId, Vec<LineSegment>)>,
@@ -87,7 +87,7 @@ impl<'a> SceneBuilder<'a> {
     }
 
     /// Whether any body, including the one that the viewer stands on, hides a text on the sky. A text on the horizon is drawn above the horizon.
-    /// Coordinate ticks are never hidden: they stay at the picture's edge, even azimuth ticks below the horizon.
+    /// Coordinate ticks are never hidden: they stay at the image's edge, even azimuth ticks below the horizon.
     fn is_behind_body(&self, text: &SkyText, size_px: f64) -> bool {
         let hides = |p: &PlacedBody<'_>| {
             let is_ground = self.viewer.stands_on.is_some_and(|(id, _)| id == p.body.id);

@@ -1,53 +1,53 @@
-//! The mapping between directions and pixels of a finished picture: perspective, fisheye, entire sphere, stereo pair, or any of these on a warp mesh.
+//! The mapping between directions and pixels of a finished image: perspective, fisheye, entire sphere, stereo pair, or any of these on a warp mesh.
 //!
-//! In: ICRF directions, pixels of the finished picture. Out: the pixel of a direction, and the direction of a pixel. Always: `ImageGeometry::direction` and
-//! [`ImageGeometry::pixel_of`] are inverse to each other within the picture; for a stereo pair, both use the left eye's picture.
+//! In: ICRF directions, pixels of the finished image. Out: the pixel of a direction, and the direction of a pixel. Always: `ImageGeometry::direction` and
+//! [`ImageGeometry::pixel_of`] are inverse to each other within the image; for a stereo pair, both use the left eye's image.
 
 use super::Camera;
-use super::sphere::{ImageProjection, SpherePicture};
+use super::sphere::{ImageProjection, SphereImage};
 use crate::message::Message;
 use crate::scene::request::warp_mesh::WarpMesh;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
-/// How a finished picture shows directions.
+/// How a finished image shows directions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum ImageGeometry {
     /// The perspective of the scene's camera.
     #[default]
     Perspective,
-    /// A fisheye or an equirectangular picture.
-    Sphere(SpherePicture),
+    /// A fisheye or an equirectangular image.
+    Sphere(SphereImage),
     /// A stereo pair; the scene's camera is that of the left eye.
     Stereo(StereoGeometry),
     /// One of the other geometries, drawn on a warp mesh.
     Warped(WarpedGeometry),
 }
 
-/// The columns of the left eye's rendered frame that the finished picture keeps.
+/// The columns of the left eye's rendered frame that the finished image keeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StereoGeometry {
     /// The first column that is kept.
     pub left_column: u32,
-    /// Width of one eye's part of the finished picture, pixels.
+    /// Width of one eye's part of the finished image, pixels.
     pub width: u32,
-    /// Whether the eyes' pictures are side by side; otherwise they are overlaid.
+    /// Whether the eyes' images are side by side; otherwise they are overlaid.
     pub side_by_side: bool,
 }
 
-/// The picture that is cut out of the left eye's frame.
-struct LeftPicture<'a> {
+/// The image that is cut out of the left eye's frame.
+struct LeftEyeImage<'a> {
     camera: &'a Camera,
     geometry: StereoGeometry,
 }
 
-impl LeftPicture<'_> {
+impl LeftEyeImage<'_> {
     fn column(&self) -> DVec2 {
         DVec2::new(f64::from(self.geometry.left_column), 0.0)
     }
 }
 
-impl ImageProjection for LeftPicture<'_> {
+impl ImageProjection for LeftEyeImage<'_> {
     fn pixel_of(&self, direction: DVec3) -> Option<DVec2> {
         self.camera.pixel_of(direction).map(|px| px - self.column())
     }
@@ -62,38 +62,38 @@ impl ImageProjection for LeftPicture<'_> {
     }
 }
 
-/// A finished picture on a mesh. The mapping and its inverse use the triangles that the renderer draws, so that labels and marks match the drawn picture.
+/// A finished image on a mesh. The mapping and its inverse use the triangles that the renderer draws, so that labels and marks match the drawn image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WarpedGeometry {
-    /// How the picture on the mesh shows directions.
-    pub picture: Box<ImageGeometry>,
-    /// Size of the picture before the mesh is applied.
-    pub picture_px: [u32; 2],
+    /// How the image on the mesh shows directions.
+    pub image: Box<ImageGeometry>,
+    /// Size of the image before the mesh is applied.
+    pub image_px: [u32; 2],
     pub mesh: Arc<WarpMesh>,
     /// Size of the screen.
     pub screen_px: [u32; 2],
 }
 
 impl WarpedGeometry {
-    /// The screen pixel that shows a pixel of the picture; `None` if no screen pixel does. If several do, that of the first triangle in the mesh.
-    pub(crate) fn screen_of_picture(&self, pixel: DVec2) -> Option<DVec2> {
-        let position = pixel / size(self.picture_px);
-        let on_screen = self.mesh.screen_of_picture(DVec2::new(position.x, 1.0 - position.y))?;
+    /// The screen pixel that shows a pixel of the image; `None` if no screen pixel does. If several do, that of the first triangle in the mesh.
+    pub(crate) fn screen_of_image(&self, pixel: DVec2) -> Option<DVec2> {
+        let position = pixel / size(self.image_px);
+        let on_screen = self.mesh.screen_of_image(DVec2::new(position.x, 1.0 - position.y))?;
         let screen = size(self.screen_px);
         Some(DVec2::new(0.5 * screen.x + 0.5 * screen.y * on_screen.x, 0.5 * screen.y * (1.0 - on_screen.y)))
     }
 
-    /// The pixel of the picture that a screen pixel shows; `None` outside the mesh.
-    pub(crate) fn picture_of_screen(&self, pixel: DVec2) -> Option<DVec2> {
+    /// The pixel of the image that a screen pixel shows; `None` outside the mesh.
+    pub(crate) fn image_of_screen(&self, pixel: DVec2) -> Option<DVec2> {
         let screen = size(self.screen_px);
         let on_screen = (pixel - 0.5 * screen) / (0.5 * screen.y);
-        let position = self.mesh.picture_of_screen(DVec2::new(on_screen.x, -on_screen.y))?;
-        Some(DVec2::new(position.x, 1.0 - position.y) * size(self.picture_px))
+        let position = self.mesh.image_of_screen(DVec2::new(on_screen.x, -on_screen.y))?;
+        Some(DVec2::new(position.x, 1.0 - position.y) * size(self.image_px))
     }
 
-    /// Pixels of the screen per pixel of the picture, if the picture fills the screen's height.
+    /// Pixels of the screen per pixel of the image, if the image fills the screen's height.
     pub(crate) fn scale(&self) -> f64 {
-        f64::from(self.screen_px[1]) / f64::from(self.picture_px[1])
+        f64::from(self.screen_px[1]) / f64::from(self.image_px[1])
     }
 }
 
@@ -101,24 +101,24 @@ fn size([width, height]: [u32; 2]) -> DVec2 {
     DVec2::new(f64::from(width), f64::from(height))
 }
 
-/// A picture on a warp mesh.
-struct WarpedPicture<'a> {
+/// An image on a warp mesh.
+struct WarpedImage<'a> {
     camera: &'a Camera,
     geometry: &'a WarpedGeometry,
 }
 
-impl ImageProjection for WarpedPicture<'_> {
+impl ImageProjection for WarpedImage<'_> {
     fn pixel_of(&self, direction: DVec3) -> Option<DVec2> {
-        self.geometry.picture.pixel_of(self.camera, direction).and_then(|px| self.geometry.screen_of_picture(px))
+        self.geometry.image.pixel_of(self.camera, direction).and_then(|px| self.geometry.screen_of_image(px))
     }
     fn size_px(&self) -> DVec2 {
         DVec2::from_array(self.geometry.screen_px.map(f64::from))
     }
     fn disc_radius_px(&self, angular_radius: f64) -> f64 {
-        self.geometry.picture.projection(self.camera).disc_radius_px(angular_radius) * self.geometry.scale()
+        self.geometry.image.projection(self.camera).disc_radius_px(angular_radius) * self.geometry.scale()
     }
     fn field_of_view(&self) -> Message {
-        self.geometry.picture.projection(self.camera).field_of_view()
+        self.geometry.image.projection(self.camera).field_of_view()
     }
 }
 
@@ -127,9 +127,9 @@ impl ImageGeometry {
     pub(crate) fn projection<'a>(&'a self, camera: &'a Camera) -> Box<dyn ImageProjection + 'a> {
         match self {
             Self::Perspective => Box::new(camera.clone()),
-            Self::Sphere(picture) => Box::new(picture.clone()),
-            Self::Stereo(geometry) => Box::new(LeftPicture { camera, geometry: *geometry }),
-            Self::Warped(geometry) => Box::new(WarpedPicture { camera, geometry }),
+            Self::Sphere(image) => Box::new(image.clone()),
+            Self::Stereo(geometry) => Box::new(LeftEyeImage { camera, geometry: *geometry }),
+            Self::Warped(geometry) => Box::new(WarpedImage { camera, geometry }),
         }
     }
 
@@ -143,31 +143,31 @@ impl ImageGeometry {
         let of_camera = |pixel: DVec2| Some(camera.ray(camera.clip_from_pixel(pixel)).normalize());
         match self {
             Self::Perspective => of_camera(pixel),
-            Self::Sphere(picture) => picture.direction(pixel).map(|v| picture.right * v.x + picture.up * v.y + picture.forward * v.z),
-            Self::Stereo(geometry) => of_camera(self.left_eye_px(pixel) + LeftPicture { camera, geometry: *geometry }.column()),
-            Self::Warped(geometry) => geometry.picture.direction(camera, geometry.picture_of_screen(pixel)?),
+            Self::Sphere(image) => image.direction(pixel).map(|v| image.right * v.x + image.up * v.y + image.forward * v.z),
+            Self::Stereo(geometry) => of_camera(self.left_eye_px(pixel) + LeftEyeImage { camera, geometry: *geometry }.column()),
+            Self::Warped(geometry) => geometry.image.direction(camera, geometry.image_of_screen(pixel)?),
         }
     }
 
-    /// The pixel of the picture at which a sprite of the scene's frame appears, before a mesh moves it. `clip`: the sprite's clip coordinates in the frame.
+    /// The pixel of the image at which a sprite of the scene's frame appears, before a mesh moves it. `clip`: the sprite's clip coordinates in the frame.
     pub(crate) fn sprite_px(&self, camera: &Camera, clip: DVec2) -> DVec2 {
         let px = camera.pixel_from_clip(clip);
         match self {
-            // The sprites of a dome or an entire sphere are placed in the finished picture.
+            // The sprites of a dome or an entire sphere are placed in the finished image.
             Self::Perspective | Self::Sphere(_) => px,
-            Self::Stereo(geometry) => px - LeftPicture { camera, geometry: *geometry }.column(),
-            Self::Warped(geometry) => geometry.picture.sprite_px(camera, clip),
+            Self::Stereo(geometry) => px - LeftEyeImage { camera, geometry: *geometry }.column(),
+            Self::Warped(geometry) => geometry.image.sprite_px(camera, clip),
         }
     }
 
-    /// The pixel of the picture that a screen pixel shows: the same pixel without a mesh, `None` outside a mesh.
-    pub(crate) fn picture_of_screen(&self, pixel: DVec2) -> Option<DVec2> {
-        if let Self::Warped(geometry) = self { geometry.picture_of_screen(pixel) } else { Some(pixel) }
+    /// The pixel of the image that a screen pixel shows: the same pixel without a mesh, `None` outside a mesh.
+    pub(crate) fn image_of_screen(&self, pixel: DVec2) -> Option<DVec2> {
+        if let Self::Warped(geometry) = self { geometry.image_of_screen(pixel) } else { Some(pixel) }
     }
 
-    /// The screen pixel that shows a pixel of the picture: the same pixel without a mesh, `None` if the mesh does not show it.
-    pub(crate) fn screen_of_picture(&self, pixel: DVec2) -> Option<DVec2> {
-        if let Self::Warped(geometry) = self { geometry.screen_of_picture(pixel) } else { Some(pixel) }
+    /// The screen pixel that shows a pixel of the image: the same pixel without a mesh, `None` if the mesh does not show it.
+    pub(crate) fn screen_of_image(&self, pixel: DVec2) -> Option<DVec2> {
+        if let Self::Warped(geometry) = self { geometry.screen_of_image(pixel) } else { Some(pixel) }
     }
 
     /// Maps a pixel in the right half of a side-by-side pair to the same position in the left half; other pixels are unchanged.
@@ -190,7 +190,7 @@ mod tests {
         Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 60.0, width, height)
     }
 
-    /// A mesh that bends and shears the picture on a screen of the same size; it covers all but the screen's corners.
+    /// A mesh that bends and shears the image on a screen of the same size; it covers all but the screen's corners.
     fn warped() -> ImageGeometry {
         let mut text = "2\n7 5\n".to_owned();
         for (row, column) in (0..5).flat_map(|r| (0..7).map(move |c| (r, c))) {
@@ -199,21 +199,21 @@ mod tests {
             text.push_str(&format!("{} {} {u} {v} 1\n", x + 0.2 * y - 0.1 * x * y * y, 1.05 * y - 0.06 * x * x * y));
         }
         let mesh = Arc::new(WarpMesh::parse("m", &text).expect("a mesh"));
-        ImageGeometry::Warped(WarpedGeometry { picture: Box::default(), picture_px: [90, 60], mesh, screen_px: [90, 60] })
+        ImageGeometry::Warped(WarpedGeometry { image: Box::default(), image_px: [90, 60], mesh, screen_px: [90, 60] })
     }
 
-    /// An undistorted mesh on a screen of twice the picture's size.
+    /// An undistorted mesh on a screen of twice the image's size.
     #[test]
     fn a_plain_mesh_scales() {
         let mesh = Arc::new(WarpMesh::parse("m", "2\n2 2\n-1.5 -1 0 0 1\n1.5 -1 1 0 1\n-1.5 1 0 1 1\n1.5 1 1 1 1\n").expect("a mesh"));
-        let plain = WarpedGeometry { picture: Box::default(), picture_px: [90, 60], mesh, screen_px: [180, 120] };
+        let plain = WarpedGeometry { image: Box::default(), image_px: [90, 60], mesh, screen_px: [180, 120] };
         for (x, y) in [(0.5, 0.5), (12.0, 47.0), (89.0, 3.0)] {
             let px = DVec2::new(x, y);
-            let screen = plain.screen_of_picture(px).expect("on the screen");
+            let screen = plain.screen_of_image(px).expect("on the screen");
             assert!(screen.distance(2.0 * px) < 1e-9, "{px}: {screen}");
-            assert!(plain.picture_of_screen(screen).expect("in the picture").distance(px) < 1e-9);
+            assert!(plain.image_of_screen(screen).expect("in the image").distance(px) < 1e-9);
         }
-        assert_eq!(plain.picture_of_screen(DVec2::new(-1.0, 5.0)), None);
+        assert_eq!(plain.image_of_screen(DVec2::new(-1.0, 5.0)), None);
         let camera = camera(90, 60);
         let radius = |geometry: &ImageGeometry| geometry.projection(&camera).disc_radius_px(0.1);
         assert!((radius(&ImageGeometry::Warped(plain)) / radius(&ImageGeometry::Perspective) - 2.0).abs() < 1e-12);
@@ -224,9 +224,9 @@ mod tests {
         let frame_camera = camera(90, 60);
         let sphere = |projection| {
             let (right, up, forward) = (-DVec3::Y, DVec3::Z, DVec3::X);
-            ImageGeometry::Sphere(SpherePicture { right, up, forward, projection, half_fov_rad: 1.5, width: 90, height: 60 })
+            ImageGeometry::Sphere(SphereImage { right, up, forward, projection, half_fov_rad: 1.5, width: 90, height: 60 })
         };
-        // A frame of 90 pixels, whose right half is the left eye's picture.
+        // A frame of 90 pixels, whose right half is the left eye's image.
         let pair = |side_by_side| ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, side_by_side });
         for geometry in [
             ImageGeometry::Perspective,
@@ -241,7 +241,7 @@ mod tests {
                 let pixel = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
                 let Some(direction) = geometry.direction(&frame_camera, pixel) else { continue };
                 assert!((direction.length() - 1.0).abs() < 1e-12);
-                let back = geometry.pixel_of(&frame_camera, direction).expect("in the picture");
+                let back = geometry.pixel_of(&frame_camera, direction).expect("in the image");
                 assert!(back.distance(geometry.left_eye_px(pixel)) < 1e-7, "{geometry:?} {pixel}: {back}");
                 seen += 1;
             }
@@ -257,7 +257,7 @@ mod tests {
         assert_eq!((pair.left_eye_px(right), pair.left_eye_px(left)), (left, left));
         assert_eq!(pair.direction(&camera(90, 60), right), pair.direction(&camera(90, 60), left));
         let (right, up, forward) = (-DVec3::Y, DVec3::Z, DVec3::X);
-        let dome = SpherePicture { right, up, forward, projection: Projection::Fisheye, half_fov_rad: 1.5, width: 90, height: 60 };
+        let dome = SphereImage { right, up, forward, projection: Projection::Fisheye, half_fov_rad: 1.5, width: 90, height: 60 };
         assert_eq!(ImageGeometry::Sphere(dome).direction(&camera(90, 60), DVec2::ONE), None);
     }
 }

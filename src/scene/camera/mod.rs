@@ -26,7 +26,7 @@ pub struct Camera {
     pub tan_half_fov: DVec2,
     pub width: u32,
     pub height: u32,
-    /// Whether this is one frame of a composed picture. The glare of the Sun is then drawn even if the Sun is outside this frame.
+    /// Whether this is one frame of a composed image. The glare of the Sun is then drawn even if the Sun is outside this frame.
     pub is_part_of_composite: bool,
 }
 
@@ -185,7 +185,7 @@ impl Camera {
         (1.0 / self.half_size()).as_vec2()
     }
 
-    /// Tangent of the angle that one pixel spans at the picture's centre.
+    /// Tangent of the angle that one pixel spans at the image's centre.
     pub fn pixel_tangent(&self) -> f64 {
         self.tan_half_fov.y / self.half_size().y
     }

@@ -1,4 +1,4 @@
-//! The outline of an ellipsoid in the picture: the conic section of its tangent cone with the image plane, in f64.
+//! The outline of an ellipsoid in the image: the conic section of its tangent cone with the image plane, in f64.
 //!
 //! In: a camera and a body's placement. Out: an [`Outline`]. The view ray at homogeneous image position v meets the body if vᵀQv >= 0. Image positions are
 //! relative to the projected centre, in units of the body's radius; c is the camera, and r and u are the image axes, all in the unit-sphere frame. Then Q
@@ -7,7 +7,7 @@
 use crate::scene::camera::{Camera, ClipRect, Placement};
 use glam::{DMat2, DVec2, DVec3};
 
-/// The outline of a body in the picture.
+/// The outline of a body in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outline {
     /// Entirely in front of the camera: the ellipse's bounding box and its area in pixels, neither clipped to the frame.
@@ -73,20 +73,20 @@ impl Outline {
         let inverse = DMat2::from_cols(DVec2::new(block[2], -block[1]), DVec2::new(-block[1], block[0])) * (1.0 / determinant);
         let linear = -DVec2::new(r.dot(c), u.dot(c));
         let centre = inverse * linear;
-        let level = c.dot(c) + linear.dot(centre);
+        let form_at_centre = c.dot(c) + linear.dot(centre);
         // Converts body radii at the centre's depth to clip units.
         let clip_per_radius = placement.radii_km.x / (depth_km * camera.tan_half_fov);
         let Some(origin) = camera.clip(placement.centre_km) else { return Self::Behind };
         let middle = origin + centre * clip_per_radius;
-        let half = DVec2::new((level * inverse.x_axis.x).sqrt(), (level * inverse.y_axis.y).sqrt()) * clip_per_radius;
+        let half = DVec2::new((form_at_centre * inverse.x_axis.x).sqrt(), (form_at_centre * inverse.y_axis.y).sqrt()) * clip_per_radius;
         let px = clip_per_radius * camera.half_size();
         Self::Ellipse {
             bounds: ClipRect { left: middle.x - half.x, top: middle.y + half.y, right: middle.x + half.x, bottom: middle.y - half.y },
-            area_px: std::f64::consts::PI * level * inverse.determinant().sqrt() * px.x * px.y,
+            area_px: std::f64::consts::PI * form_at_centre * inverse.determinant().sqrt() * px.x * px.y,
         }
     }
 
-    /// The padded bounding box clipped to the viewport; `None` if the body cannot be in the picture.
+    /// The padded bounding box clipped to the viewport; `None` if the body cannot be in the image.
     pub fn rect(&self, camera: &Camera) -> Option<ClipRect> {
         match *self {
             Self::Behind | Self::Beside => None,

@@ -1,7 +1,7 @@
-//! Fisheye and equirectangular pictures: the mapping between directions and pixels.
+//! Fisheye and equirectangular images: the mapping between directions and pixels.
 //!
-//! In: directions in the picture's axes (x right, y up, z forward) or ICRF. Out: pixels, and their size on the sky. Always: `SpherePicture::direction`
-//! and [`SpherePicture::pixel`] are inverse to each other. The formulas are those of shaders/entry/fisheye.wesl and equirectangular.wesl.
+//! In: directions in the image's axes (x right, y up, z forward) or ICRF. Out: pixels, and their size on the sky. Always: `SphereImage::direction`
+//! and [`SphereImage::pixel`] are inverse to each other. The formulas are those of shaders/entry/fisheye.wesl and equirectangular.wesl.
 
 use super::Camera;
 use crate::message::{Argument, Message, message};
@@ -9,13 +9,13 @@ use crate::scene::request::composition::Projection;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// The mapping of a picture from directions to pixels, counted from the top left corner.
+/// The mapping of an image from directions to pixels, counted from the top left corner.
 pub(crate) trait ImageProjection {
-    /// The pixel of a direction (ICRF, of any length); `None` if the picture cannot show it.
+    /// The pixel of a direction (ICRF, of any length); `None` if the image cannot show it.
     fn pixel_of(&self, direction: DVec3) -> Option<DVec2>;
     /// Width and height, pixels.
     fn size_px(&self) -> DVec2;
-    /// Radius in pixels of a disc in the picture's middle, from its angular radius in radians.
+    /// Radius in pixels of a disc in the image's middle, from its angular radius in radians.
     fn disc_radius_px(&self, angular_radius: f64) -> f64;
     /// The field of view.
     fn field_of_view(&self) -> Message;
@@ -38,14 +38,14 @@ impl ImageProjection for Camera {
             _ if deg >= 1.0 / 60.0 => format!("{:.1}'", 60.0 * deg),
             _ => format!("{:.2}\"", 3600.0 * deg),
         };
-        message!("picture-field-of-view", angle = Argument::Number(angle))
+        message!("image-field-of-view", angle = Argument::Number(angle))
     }
 }
 
-/// A fisheye or equirectangular picture.
+/// A fisheye or equirectangular image.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SpherePicture {
-    /// Unit axes of the picture, ICRF.
+pub struct SphereImage {
+    /// Unit axes of the image, ICRF.
     pub right: DVec3,
     pub up: DVec3,
     pub forward: DVec3,
@@ -56,7 +56,7 @@ pub struct SpherePicture {
     pub height: u32,
 }
 
-impl SpherePicture {
+impl SphereImage {
     fn size(&self) -> DVec2 {
         DVec2::new(f64::from(self.width), f64::from(self.height))
     }
@@ -65,7 +65,7 @@ impl SpherePicture {
         self.projection == Projection::Fisheye
     }
 
-    /// Radians per pixel: along a fisheye's radius, or along an equirectangular picture's rows (at the equator) and columns.
+    /// Radians per pixel: along a fisheye's radius, or along an equirectangular image's rows (at the equator) and columns.
     pub(crate) fn radians_per_pixel(&self) -> DVec2 {
         if self.is_fisheye() {
             DVec2::splat(2.0 * self.half_fov_rad / self.size().min_element())
@@ -74,7 +74,7 @@ impl SpherePicture {
         }
     }
 
-    /// The direction in the picture's axes that a pixel shows; `None` outside a fisheye's circle.
+    /// The direction in the image's axes that a pixel shows; `None` outside a fisheye's circle.
     pub(crate) fn direction(&self, pixel: DVec2) -> Option<DVec3> {
         let scale = self.radians_per_pixel();
         let from_middle = (pixel - 0.5 * self.size()) * scale * DVec2::new(1.0, -1.0);
@@ -87,7 +87,7 @@ impl SpherePicture {
         Some(DVec3::new(sin_lon * cos_lat, sin_lat, cos_lon * cos_lat))
     }
 
-    /// The pixel of a direction in the picture's axes; `None` outside a fisheye's circle.
+    /// The pixel of a direction in the image's axes; `None` outside a fisheye's circle.
     pub fn pixel(&self, direction: DVec3) -> Option<DVec2> {
         let off_axis = direction.truncate().length();
         let from_middle = if self.is_fisheye() {
@@ -100,12 +100,12 @@ impl SpherePicture {
         Some(0.5 * self.size() + from_middle / self.radians_per_pixel() * DVec2::new(1.0, -1.0))
     }
 
-    /// An ICRF vector in the picture's axes.
+    /// An ICRF vector in the image's axes.
     pub fn in_axes(&self, v: DVec3) -> DVec3 {
         DVec3::new(v.dot(self.right), v.dot(self.up), v.dot(self.forward))
     }
 
-    /// Solid angle of the pixel at a direction in the picture's axes, and the horizontal stretch there: an equirectangular picture stretches its rows
+    /// Solid angle of the pixel at a direction in the image's axes, and the horizontal stretch there: an equirectangular image stretches its rows
     /// near the poles.
     pub fn pixel_sr_and_stretch(&self, direction: DVec3) -> (f64, f64) {
         let scale = self.radians_per_pixel();
@@ -119,8 +119,8 @@ impl SpherePicture {
         (scale.element_product() * cos_lat, scale.y / (scale.x * cos_lat))
     }
 
-    /// Largest number of pixels per radian: for an equirectangular picture at its equator, for a fisheye within 90 degrees of its axis. The true density is
-    /// unbounded near the poles of an equirectangular picture and near 180 degrees from the axis of a fisheye; both regions are ignored.
+    /// Largest number of pixels per radian: for an equirectangular image at its equator, for a fisheye within 90 degrees of its axis. The true density is
+    /// unbounded near the poles of an equirectangular image and near 180 degrees from the axis of a fisheye; both regions are ignored.
     pub(crate) fn pixels_per_radian(&self) -> f64 {
         let densest = 1.0 / self.radians_per_pixel().min_element();
         if !self.is_fisheye() {
@@ -131,7 +131,7 @@ impl SpherePicture {
     }
 }
 
-impl ImageProjection for SpherePicture {
+impl ImageProjection for SphereImage {
     fn pixel_of(&self, direction: DVec3) -> Option<DVec2> {
         self.pixel(self.in_axes(direction))
     }
@@ -143,7 +143,7 @@ impl ImageProjection for SpherePicture {
     }
     fn field_of_view(&self) -> Message {
         let deg = 2.0 * self.half_fov_rad.to_degrees();
-        if self.is_fisheye() { message!("picture-fisheye", angle = format_args!("{deg:.0}°")) } else { message!("picture-whole-sphere") }
+        if self.is_fisheye() { message!("image-fisheye", angle = format_args!("{deg:.0}°")) } else { message!("image-whole-sphere") }
     }
 }
 
@@ -151,12 +151,12 @@ impl ImageProjection for SpherePicture {
 mod tests {
     use super::*;
 
-    fn picture(projection: Projection, fov_deg: f64, width: u32, height: u32) -> SpherePicture {
+    fn image(projection: Projection, fov_deg: f64, width: u32, height: u32) -> SphereImage {
         let half_fov_rad = fov_deg.to_radians() / 2.0;
-        SpherePicture { right: DVec3::X, up: DVec3::Y, forward: -DVec3::Z, projection, half_fov_rad, width, height }
+        SphereImage { right: DVec3::X, up: DVec3::Y, forward: -DVec3::Z, projection, half_fov_rad, width, height }
     }
 
-    /// For several pictures and fields of view: pixel to direction to pixel is the identity, and the pixels' solid angles sum to that of the cap or the
+    /// For several images and fields of view: pixel to direction to pixel is the identity, and the pixels' solid angles sum to that of the cap or the
     /// sphere.
     #[test]
     fn pixels_and_directions_are_inverse_and_pixels_fill_the_sphere() {
@@ -167,33 +167,33 @@ mod tests {
             (Projection::Equirectangular, 0.0, 400, 200),
             (Projection::Equirectangular, 0.0, 100, 301),
         ] {
-            let picture = picture(projection, fov_deg, width, height);
+            let image = image(projection, fov_deg, width, height);
             let mut solid_angle = 0.0;
             for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
                 let pixel = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                let Some(direction) = picture.direction(pixel) else { continue };
+                let Some(direction) = image.direction(pixel) else { continue };
                 assert!((direction.length() - 1.0).abs() < 1e-12);
-                let back = picture.pixel(direction * 3.0).expect("it is in the picture");
+                let back = image.pixel(direction * 3.0).expect("it is in the image");
                 assert!((back - pixel).length() < 1e-7, "{projection:?} {pixel}: {back}");
-                solid_angle += picture.pixel_sr_and_stretch(direction).0;
+                solid_angle += image.pixel_sr_and_stretch(direction).0;
             }
             let expected_sr = if projection == Projection::Fisheye { TAU * (1.0 - (fov_deg.to_radians() / 2.0).cos()) } else { 2.0 * TAU };
-            // A pixel counts fully if its centre is in the circle: in a picture 50 pixels high this is wrong by 0.6 % of the area, in larger pictures by
+            // A pixel counts fully if its centre is in the circle: in an image 50 pixels high this is wrong by 0.6 % of the area, in larger images by
             // less.
             let bound = if width.min(height) < 100 { 1e-2 } else { 5e-3 };
             assert!((solid_angle / expected_sr - 1.0).abs() < bound, "{projection:?} {fov_deg}: {solid_angle} of {expected_sr}");
         }
     }
 
-    /// The up axis is at the top of the picture and the right axis on its right, as seen from inside the sphere.
+    /// The up axis is at the top of the image and the right axis on its right, as seen from inside the sphere.
     #[test]
     fn the_axes_are_those_of_the_camera() {
-        let dome = picture(Projection::Fisheye, 180.0, 200, 200);
+        let dome = image(Projection::Fisheye, 180.0, 200, 200);
         assert_eq!(dome.pixel(DVec3::Z), Some(DVec2::splat(100.0)));
         assert!((dome.pixel(DVec3::Y).expect("in") - DVec2::new(100.0, 0.0)).length() < 1e-9);
         assert!((dome.pixel(DVec3::X).expect("in") - DVec2::new(200.0, 100.0)).length() < 1e-9);
         assert_eq!(dome.pixel(DVec3::new(1.0, 0.0, -0.01)), None);
-        let sphere = picture(Projection::Equirectangular, 0.0, 400, 200);
+        let sphere = image(Projection::Equirectangular, 0.0, 400, 200);
         assert!((sphere.pixel(DVec3::X).expect("in") - DVec2::new(300.0, 100.0)).length() < 1e-9);
         assert!((sphere.pixel(DVec3::new(0.0, 1.0, 1.0)).expect("in") - DVec2::new(200.0, 50.0)).length() < 1e-9);
         assert_eq!(sphere.pixel_of(-DVec3::Z).expect("forward"), DVec2::new(200.0, 100.0));

@@ -93,14 +93,14 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             let target = states.body(needs_target()?)?;
             reference_body = target.id;
             let fov = *fov_deg.get_or_insert(if distance_radii.is_some() { FOV_AT_DISTANCE_DEG } else { FOV_DEFAULT_DEG });
-            // The disc of a sphere of angular radius a fills the fraction tan a / tan(fov / 2) of half the picture's height.
+            // The disc of a sphere of angular radius a fills the fraction tan a / tan(fov / 2) of half the image's height.
             let fitted_radii = 1.0 / (FITTED_DISC * (fov.to_radians() / 2.0).tan()).atan().sin();
             let distance_km = distance_radii.unwrap_or(fitted_radii) * target.radii_km.max_element();
             let described = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d:?} radii"));
             check_distance(distance_km, described)?;
             // The target's position when it emitted the light seen now.
-            let seen_at = t.plus_seconds(-distance_km / SPEED_OF_LIGHT_KM_S);
-            let centre = ephemeris.state(target.id, NaifId::SOLAR_SYSTEM_BARYCENTER, seen_at, None)?.state.pos_km;
+            let emission_time = t.plus_seconds(-distance_km / SPEED_OF_LIGHT_KM_S);
+            let centre = ephemeris.state(target.id, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, None)?.state.pos_km;
             let towards = towards.unwrap_or(if target.id == NaifId::EARTH { NaifId::SUN } else { NaifId::EARTH });
             if towards == target.id {
                 return Err(SceneError::Request(format!("{} cannot be seen from its own side: name another body", target.name)));
@@ -131,9 +131,9 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             reference_body = body;
             let offset = states.icrf_from(axes, body)? * offset_km;
             check_distance(offset.length(), || "camera".into())?;
-            let seen_at = t.plus_seconds(-offset.length() / SPEED_OF_LIGHT_KM_S);
+            let emission_time = t.plus_seconds(-offset.length() / SPEED_OF_LIGHT_KM_S);
             zenith = offset.try_normalize();
-            ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, seen_at, None)?.state.pos_km + offset
+            ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, None)?.state.pos_km + offset
         }
     };
     let forward = match request.look {

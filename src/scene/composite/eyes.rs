@@ -2,7 +2,7 @@
 //!
 //! In: a plain request and the eye separation. Out: a frame for each eye. Both look in the same direction; points at the target's distance have zero
 //! parallax, nearer points have crossed parallax, farther points uncrossed parallax. The off-axis frusta that this requires are cut out of wider symmetric
-//! frames: each frame is wider than its picture by the parallax of infinity, rounded to a whole number of pixels, and the picture starts at one of the
+//! frames: each frame is wider than its image by the parallax of infinity, rounded to a whole number of pixels, and the image starts at one of the
 //! frame's columns. Always: no vertical parallax; the target has zero parallax, to within a quarter of a pixel if the separation was given.
 
 use super::arrangement::{Arrangement, CompositeFrames, Eyes, FrameRequest};
@@ -16,7 +16,7 @@ use crate::scene::request::{Stereo, StereoLayout};
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// Default parallax of infinity relative to the picture's width: viewers fuse a few hundredths without effort.
+/// Default parallax of infinity relative to the image's width: viewers fuse a few hundredths without effort.
 const INFINITY_PARALLAX_OF_WIDTH: f64 = 1.0 / 30.0;
 /// The mean distance between human eyes, kilometres (63 mm: Dodgson 2004, SPIE 5291, 36).
 const HUMAN_EYE_SEPARATION_KM: f64 = 63e-6;
@@ -27,7 +27,7 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewReque
     let mut request = ViewRequest { layers, ..plain.clone() };
     if stereo.layout == StereoLayout::SideBySide {
         if request.width < 2 {
-            return Err(SceneError::Request("a side-by-side picture is at least 2 pixels wide".into()));
+            return Err(SceneError::Request("a side-by-side image is at least 2 pixels wide".into()));
         }
         request.width /= 2;
     }
@@ -48,7 +48,7 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewReque
     let max_px = f64::from(request.width / 2);
     if infinity_px > max_px {
         return Err(SceneError::Request(format!(
-            "eyes {separation_km} km apart see the stars {infinity_px:.0} pixels apart, more than half of the picture: at most {:.6e} km",
+            "eyes {separation_km} km apart see the stars {infinity_px:.0} pixels apart, more than half of the image: at most {:.6e} km",
             max_px * pixel_km
         )));
     }
@@ -70,8 +70,7 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewReque
 
 /// Distance from the camera to the target's centre.
 fn target_distance_km(ephemeris: &Ephemeris, request: &ViewRequest, viewer: &Viewer) -> Result<f64, SceneError> {
-    let target =
-        request.target.ok_or_else(|| SceneError::Request("stereo needs a target, at whose distance both pictures agree".into()))?;
+    let target = request.target.ok_or_else(|| SceneError::Request("stereo needs a target, at whose distance both images agree".into()))?;
     let apparent_km: DVec3 = match viewer.stands_on {
         Some((body, position_km)) if body == target => position_km,
         _ => ephemeris.light_time_position(target, viewer.camera.position_km, request.time)?.0,

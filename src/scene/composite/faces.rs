@@ -1,15 +1,15 @@
 //! Domes and entire spheres: the faces of a cube around the camera. Each face is a perspective frame with a field of view of 90 degrees and a border.
 //!
-//! In: a request for a fisheye or an equirectangular picture. Out: frames for the visible faces, and the picture's projection. A face has its fewest pixels
-//! per radian in its middle; there it has as many as the densest part of the picture. If a fisheye's rim would need a face larger than [`MAX_FACE_PX`], a
+//! In: a request for a fisheye or an equirectangular image. Out: frames for the visible faces, and the image's projection. A face has its fewest pixels
+//! per radian in its middle; there it has as many as the densest part of the image. If a fisheye's rim would need a face larger than [`MAX_FACE_PX`], a
 //! face has that size, or the size that matches the fisheye's radial density if this is larger. The border lets the filter read pixels beyond the face's
-//! edge. The Sun's glare is off by default, because a picture of the entire sky always contains the Sun.
+//! edge. The Sun's glare is off by default, because an image of the entire sky always contains the Sun.
 
 use super::arrangement::{Arrangement, CompositeFrames, Faces, FrameRequest};
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::camera::Camera;
-use crate::scene::camera::sphere::SpherePicture;
+use crate::scene::camera::sphere::SphereImage;
 use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::error::SceneError;
 use crate::scene::request::composition::{FISHEYE_DEG, FISHEYE_RANGE_DEG};
@@ -27,7 +27,7 @@ pub(crate) const BORDER_PX: u32 = 2;
 /// Minimum size of a face, pixels.
 const MIN_FACE_PX: u32 = 16;
 
-/// Right, up and forward of each face, in the picture's axes.
+/// Right, up and forward of each face, in the image's axes.
 pub(crate) const AXES: [[DVec3; 3]; 6] = [
     [DVec3::X, DVec3::Y, DVec3::Z],
     [DVec3::NEG_Z, DVec3::Y, DVec3::X],
@@ -37,7 +37,7 @@ pub(crate) const AXES: [[DVec3; 3]; 6] = [
     [DVec3::X, DVec3::Z, DVec3::NEG_Y],
 ];
 
-/// The face that contains a direction in the picture's axes: the face whose axis is nearest. Ties are broken as in the shader.
+/// The face that contains a direction in the image's axes: the face whose axis is nearest. Ties are broken as in the shader.
 pub(crate) fn face_of(direction: DVec3) -> usize {
     let a = direction.abs();
     if a.z >= a.x && a.z >= a.y {
@@ -54,7 +54,7 @@ pub(crate) fn face_of(direction: DVec3) -> usize {
 /// Cells along each side of the grid that samples a face to find its visible part.
 const GRID: u32 = 32;
 
-/// Bounds of the part of a face inside a cap around the picture's axis (left, top, right, bottom), as fractions of the face's side from its top left
+/// Bounds of the part of a face inside a cap around the image's axis (left, top, right, bottom), as fractions of the face's side from its top left
 /// corner; `None` if the face is outside the cap.
 fn visible_bounds(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
     let [right, up, forward] = AXES[face];
@@ -88,13 +88,13 @@ pub(super) fn frames(
     let [right, up, forward] = axes(composition, &viewer);
     let (width, height) = (request.width, request.height);
     let half_fov_rad = fov_deg.to_radians() / 2.0;
-    let picture = SpherePicture { right, up, forward, projection: composition.projection, half_fov_rad, width, height };
-    let radial_px = 2.0 / picture.radians_per_pixel().min_element();
-    let matching_px = (2.0 * picture.pixels_per_radian()).min(radial_px.max(f64::from(MAX_FACE_PX)));
-    // At most 10430 pixels, for an equirectangular picture of 16384 by 16384.
+    let image = SphereImage { right, up, forward, projection: composition.projection, half_fov_rad, width, height };
+    let radial_px = 2.0 / image.radians_per_pixel().min_element();
+    let matching_px = (2.0 * image.pixels_per_radian()).min(radial_px.max(f64::from(MAX_FACE_PX)));
+    // At most 10430 pixels, for an equirectangular image of 16384 by 16384.
     let mut face_px = (matching_px.ceil() as u32).max(MIN_FACE_PX).next_multiple_of(2);
     if [width, height].contains(&(face_px + 2 * BORDER_PX)) {
-        // A frame must not have the picture's size, so that their HDR targets differ.
+        // A frame must not have the image's size, so that their HDR targets differ.
         face_px += 2;
     }
     let frame_px = face_px + 2 * BORDER_PX;
@@ -141,23 +141,23 @@ pub(super) fn frames(
         let viewer = Viewer { camera: camera(axes, tangent, frame_px), ..viewer.clone() };
         frames.push(FrameRequest { request: face_request.clone(), viewer });
     }
-    // The light meter sees the middle of the picture, at most the front face.
+    // The light meter sees the middle of the image, at most the front face.
     let half_fov = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
     let metered = Camera { is_part_of_composite: false, ..camera(AXES[0], half_fov.tan(), frame_px) };
     let meter = FrameRequest { request: face_request, viewer: Viewer { camera: metered, ..viewer } };
-    Ok(CompositeFrames { meter, frames, arrangement: Arrangement::Faces(Faces { picture, frame_of, face_px, visible_rects }) })
+    Ok(CompositeFrames { meter, frames, arrangement: Arrangement::Faces(Faces { image, frame_of, face_px, visible_rects }) })
 }
 
-/// Right, up and forward axes of the picture. A fisheye has the line of sight or the zenith in its middle. An equirectangular picture is level: its poles
+/// Right, up and forward axes of the image. A fisheye has the line of sight or the zenith in its middle. An equirectangular image is level: its poles
 /// are the view's up and down directions, and the target is in its middle column.
 fn axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
     let camera = &viewer.camera;
     let up_hint = viewer.up_hint.try_normalize().filter(|up| up.cross(camera.forward).length() > 1e-9).unwrap_or(camera.up);
-    let level = (camera.forward - up_hint * camera.forward.dot(up_hint)).normalize();
+    let horizontal = (camera.forward - up_hint * camera.forward.dot(up_hint)).normalize();
     let [up, forward] = match (composition.projection, composition.zenith_centred) {
-        (Projection::Equirectangular, _) => [up_hint, level],
-        // The front is at the bottom of the picture.
-        (_, true) => [-level, up_hint],
+        (Projection::Equirectangular, _) => [up_hint, horizontal],
+        // The front is at the bottom of the image.
+        (_, true) => [-horizontal, up_hint],
         _ => [camera.up, camera.forward],
     };
     let right = forward.cross(up);

@@ -1,8 +1,8 @@
-//! Composed pictures: the frames of a composition, and the parts of their scenes that belong to the entire picture.
+//! Composed images: the frames of a composition, and the parts of their scenes that belong to the entire image.
 //!
 //! In: a request whose [`Composition`](crate::scene::request::Composition) is not the default; later the frames' scenes. Out: [`CompositeFrames`], a request and a
 //! viewer for each frame and for the light meter; from the scenes, a [`Composite`] for `render::plan`. Always: one exposure for all frames; stars and points
-//! of a dome or sphere are placed in the finished picture, so that no resampling blurs or moves them.
+//! of a dome or sphere are placed in the finished image, so that no resampling blurs or moves them.
 
 mod arrangement;
 mod eyes;
@@ -52,12 +52,12 @@ impl CompositeFrames {
     }
 }
 
-/// A composed picture and the scenes of its frames.
+/// A composed image and the scenes of its frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Composite {
     pub scenes: Vec<Scene>,
     pub arrangement: Arrangement,
-    /// The scene that is drawn over the entire picture: for faces it has the stars, points and labels; otherwise it is that of the first frame.
+    /// The scene that is drawn over the entire image: for faces it has the stars, points and labels; otherwise it is that of the first frame.
     pub whole: Scene,
 }
 
@@ -71,11 +71,11 @@ impl Composite {
         mut scenes: Vec<Scene>,
     ) -> Option<Self> {
         let mut whole = scenes.first()?.clone();
-        if let Arrangement::Faces(Faces { picture, frame_of, .. }) = &arrangement {
-            whole.geometry = ImageGeometry::Sphere(picture.clone());
+        if let Arrangement::Faces(Faces { image, frame_of, .. }) = &arrangement {
+            whole.geometry = ImageGeometry::Sphere(image.clone());
             let camera = &mut whole.camera;
-            (camera.right, camera.up, camera.forward) = (picture.right, picture.up, picture.forward);
-            (camera.width, camera.height) = (picture.width, picture.height);
+            (camera.right, camera.up, camera.forward) = (image.right, image.up, image.forward);
+            (camera.width, camera.height) = (image.width, image.height);
             (whole.draws, whole.lines, whole.limbs) = Default::default();
             (whole.corona, whole.glow, whole.outlined) = (None, None, None);
             (whole.stars, whole.points) = Default::default();
@@ -86,23 +86,23 @@ impl Composite {
             for (face, frame) in frame_of.iter().enumerate() {
                 let Some(scene) = frame.and_then(|k| scenes.get_mut(k)) else { continue };
                 let white = scene.exposure.white();
-                whole.stars.extend(sprites::stars(picture, face, &scene.camera, &std::mem::take(&mut scene.stars), white));
-                whole.points.extend(sprites::points(picture, face, &scene.camera, &std::mem::take(&mut scene.points), white));
+                whole.stars.extend(sprites::stars(image, face, &scene.camera, &std::mem::take(&mut scene.stars), white));
+                whole.points.extend(sprites::points(image, face, &scene.camera, &std::mem::take(&mut scene.points), white));
             }
             // Each body's report comes from the face that contains the body's centre.
             for (k, body) in whole.bodies.iter_mut().enumerate() {
-                let face = faces::face_of(picture.in_axes(body.placement.centre_km));
+                let face = faces::face_of(image.in_axes(body.placement.centre_km));
                 if let Some(seen) = frame_of[face].and_then(|f| scenes.get(f)?.bodies.get(k)) {
                     *body = seen.clone();
                 }
             }
             whole.bloom = request.layers.bloom && request.pixel_view == PixelView::Final;
-            whole.labels = LabelLayer::of(picture, request, catalog, &whole.bodies, true);
+            whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, true);
         }
         if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {
             let side_by_side = *layout == StereoLayout::SideBySide;
             whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter.width, side_by_side });
-            // Texts in the margin have the same position in both pictures, hence zero parallax.
+            // Texts in the margin have the same position in both images, hence zero parallax.
             let metrics = LabelMetrics::of_size(LabelLayer::empty(request).size_px);
             for (scene, column) in scenes.iter_mut().zip(columns) {
                 let margin = Margin::of(meter, request, catalog, &scene.bodies, &metrics);

@@ -157,15 +157,15 @@ pub struct Air {
     pub absorption: bool,
 }
 
-/// Whether the light of the air is evaluated for each pixel, or interpolated in a picture of its own with fewer texels.
+/// Whether the light of the air is evaluated for each pixel, or interpolated in an image of its own with fewer texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum AirPass {
     /// Each pixel evaluates it.
     #[default]
     None,
-    /// The pixels read the picture where its interpolation is accurate enough.
+    /// The pixels read the image where its interpolation is accurate enough.
     Read,
-    /// The draw that fills the picture: it shows the air alone.
+    /// The draw that fills the image: it shows the air alone.
     Drawn,
 }
 
@@ -280,7 +280,7 @@ pub struct DrawFeatures {
     pub ring_shine: bool,
     pub body_shadow: BodyShadow,
     pub air: Air,
-    /// Whether the air's light is interpolated in a coarse picture.
+    /// Whether the air's light is interpolated in a coarse image.
     pub air_pass: AirPass,
     pub shape: Shape,
     /// Whether the draw uses the lunar limb profile: for the Moon in front of the Sun, or for the Sun behind it.
@@ -310,7 +310,7 @@ impl DrawFeatures {
         view: PixelView::Final,
     };
 
-    /// The features of the draw that fills the coarse picture of this draw's air; `None` if this draw reads no such picture.
+    /// The features of the draw that fills the coarse image of this draw's air; `None` if this draw reads no such image.
     pub fn coarse_air(&self) -> Option<Self> {
         (self.air_pass == AirPass::Read).then_some(Self {
             surface: if self.surface == Surface::Cloud { Surface::Cloud } else { Surface::Lambert },

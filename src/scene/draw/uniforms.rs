@@ -204,14 +204,14 @@ uniforms! {
         pub night_radiance: f32 = "air_night_radiance",
         /// 1 if the atmosphere's rim is less than a pixel high: the rings' shadow is then evaluated once per view ray through it.
         pub rim_is_thin: f32 = "air_rim_is_thin",
-        /// Largest error of the light in a coarse picture of the air: as a fraction of the light, and of radiance per irradiance.
+        /// Largest error of the light in a coarse image of the air: as a fraction of the light, and of radiance per irradiance.
         pub coarse_bound: Vec2,
-        /// First row of the body's part of that picture. The plan, which arranges the picture, sets it.
+        /// First row of the body's part of that image. The plan, which arranges the image, sets it.
         pub coarse_row: f32 = "air_coarse_row",
         /// Height above the ground of the floor from which the draw counts heights, and the reciprocal of the height of the air's top above the ground; both
         /// in the floor's radii.
         pub multi_scatter_heights: Vec2 = "air_multi_scatter_heights",
-        /// The table of `scene::atmosphere::air_table`; empty if the draw does not read it.
+        /// The table of `scene::atmosphere::multi_scatter_table`; empty if the draw does not read it.
         pub multi_scatter: Arc<Vec<Vec4>> = "air_multi_scatter",
     }
 }
@@ -233,7 +233,7 @@ uniforms! {
         /// The first occluder's atmosphere: radius and bending angle at the lower and the upper edge of each refracting layer, and the layer's transmittance.
         pub air_edges: Vec<Vec4> = "occluder_air_edges",
         pub air_transmittance: Vec<Vec4> = "occluder_air_transmittance",
-        /// The table of `scene::atmosphere::air_spread`; empty if the draw does not read it.
+        /// The table of `scene::atmosphere::multi_scatter_in_shadow`; empty if the draw does not read it.
         pub multi_scatter: Vec<Vec4> = "occluder_multi_scatter",
     }
 }
@@ -295,8 +295,8 @@ uniforms! {
         pub radius_range: Vec2 = "ring_radius_range",
         /// Outermost radius of all rings of the body, drawn or not, equatorial radii.
         pub extent: f32 = "ring_extent",
-        /// Most pieces into which a pixel's stretch of the ring is divided, at least 1.
-        pub pieces: f32 = "ring_pieces",
+        /// Maximum number of segments into which a pixel's footprint on the ring's plane is divided, at least 1.
+        pub segments: f32 = "ring_segments",
         /// Size of half a pixel at the body's distance, equatorial radii.
         pub half_pixel: f32 = "ring_half_pixel",
         /// Factor and exponent of the large particles' phase function.

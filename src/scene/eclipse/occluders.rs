@@ -128,18 +128,18 @@ pub struct ReceiverExtent {
     pub shape: ReceiverShape,
     /// Camera position from the centre, body axes, equatorial radii; `None`: every side is visible.
     pub camera: Option<DVec3>,
-    /// The picture; `None`: every direction is visible, and every pixel has the size below.
+    /// The image; `None`: every direction is visible, and every pixel has the size below.
     pub frustum: Option<Frustum>,
     /// Size of a pixel at the centre in equatorial radii; 0 for exact points.
     pub pixel: f64,
 }
 
-/// How much an occluder matters to a picture, in increasing order.
+/// How much an occluder matters to an image, in increasing order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Importance {
-    /// Its shadow is on the far side or outside of the picture.
+    /// Its shadow is on the far side or outside of the image.
     Unseen,
-    /// Its shadow is in the picture, and too faint or too small to see.
+    /// Its shadow is in the image, and too faint or too small to see.
     Invisible,
     Visible,
 }
@@ -193,9 +193,9 @@ pub fn select_occluders<'a>(
         let body = occluder.body;
         let gap = occluder.penumbra_gap(&axis, extent.max_radius);
         if gap > 0.0 {
-            let share = gap / occluder.penumbra_radius(&axis, extent.max_radius);
-            if occluder.max_obscuration > VISIBLE_CHANGE && nearest.is_none_or(|(least, _)| share < least) {
-                nearest = Some((share, &body.name));
+            let distance_ratio = gap / occluder.penumbra_radius(&axis, extent.max_radius);
+            if occluder.max_obscuration > VISIBLE_CHANGE && nearest.is_none_or(|(least, _)| distance_ratio < least) {
+                nearest = Some((distance_ratio, &body.name));
             }
             continue;
         }
@@ -204,7 +204,7 @@ pub fn select_occluders<'a>(
             occluders.push((importance, occluder));
         }
     }
-    // A large moon whose shadow falls outside the picture must not take the place of a small one whose shadow is in it.
+    // A large moon whose shadow falls outside the image must not take the place of a small one whose shadow is in it.
     let blocked_light = |o: &Occluder<'_>| o.max_obscuration * o.shadow_area();
     occluders.sort_by(|(a_matters, a), (b_matters, b)| b_matters.cmp(a_matters).then(blocked_light(b).total_cmp(&blocked_light(a))));
     let mut occluders: Vec<Occluder<'a>> = occluders.into_iter().map(|(_, occluder)| occluder).collect();
@@ -217,7 +217,7 @@ pub fn select_occluders<'a>(
             let found = reason!("eclipse-penumbra-of", bodies = names).and(takes);
             if left_out > 0 { found.and(reason!("eclipse-omitted", count = left_out)) } else { found }
         }
-        (None, Some((share, name))) => reason!("eclipse-nearest", body = name, share = format_args!("{share:.2}")),
+        (None, Some((distance_ratio, name))) => reason!("eclipse-nearest", body = name, share = format_args!("{distance_ratio:.2}")),
         (None, None) => reason!("eclipse-none", part = format_args!("{VISIBLE_CHANGE:.2e}")),
     };
     OccluderSearch { occluders, reason }
@@ -324,7 +324,7 @@ impl<'a> Occluder<'a> {
         };
         let around = (0..96).any(|k| {
             let on_ring = DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 96.0);
-            [1.0, 0.66, 0.33, 0.0].iter().any(|part| is_visible(self.across + on_ring * (radius * part)))
+            [1.0, 0.66, 0.33, 0.0].iter().any(|fraction| is_visible(self.across + on_ring * (radius * fraction)))
         });
         around || is_visible(axis.across(towards))
     }

@@ -171,8 +171,8 @@ impl ShadowCone {
     /// A piece of an outline. Points are denser at the ends, because the outline moves fast along the ground where the generating lines graze it.
     fn arc(&self, kind: ConeKind, from: f64, to: f64) -> Option<GroundLine> {
         let at = |k: u32| {
-            let part = 0.5 * (1.0 - (PI * f64::from(k) / f64::from(POINTS)).cos());
-            self.ground_point(self.line_at(kind, from + (to - from) * part))
+            let fraction = 0.5 * (1.0 - (PI * f64::from(k) / f64::from(POINTS)).cos());
+            self.ground_point(self.line_at(kind, from + (to - from) * fraction))
         };
         let points: Vec<DVec3> = (0..=POINTS).filter_map(at).collect();
         (points.len() > 3).then_some(GroundLine { points, is_closed: false })

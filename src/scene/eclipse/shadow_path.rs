@@ -70,8 +70,8 @@ impl ShadowPaths {
             ids: [receiver.body.id.0, occluder.body.id.0],
             middle_s: receiver.time.tdb_seconds_past_j2000() + middle_s,
         };
-        let is_same_passage = |kept: &Passage, wanted: &Passage| {
-            kept.ids == wanted.ids && kept.radii_km == wanted.radii_km && (kept.middle_s - wanted.middle_s).abs() < 60.0
+        let is_same_passage = |cached: &Passage, requested: &Passage| {
+            cached.ids == requested.ids && cached.radii_km == requested.radii_km && (cached.middle_s - requested.middle_s).abs() < 60.0
         };
         Some(self.0.get_compatible(is_same_passage, passage, || Arc::new(geometry.path(middle_s, half_s))))
     }
@@ -131,8 +131,9 @@ impl PassageGeometry<'_, '_> {
         let line = |points: Vec<DVec3>| (points.len() > 3).then_some(GroundLine { points, is_closed: false });
         let centre_line = span(middle_s, half_s, hits).and_then(|span| line(instants(span).filter_map(middle_of).collect()));
         let touches = |s: f64| {
-            let side = |cone: &ShadowCone, k: u32| cone.depth(cone.line_at(ConeKind::Umbra, TAU * f64::from(k) / f64::from(LINES))) > 0.0;
-            self.cone(s).is_some_and(|cone| (0..LINES).any(|k| side(&cone, k)))
+            let meets_ground =
+                |cone: &ShadowCone, k: u32| cone.depth(cone.line_at(ConeKind::Umbra, TAU * f64::from(k) / f64::from(LINES))) > 0.0;
+            self.cone(s).is_some_and(|cone| (0..LINES).any(|k| meets_ground(&cone, k)))
         };
         let mut limits = Vec::new();
         if let Some(span) = span(middle_s, half_s, touches) {
@@ -148,12 +149,12 @@ impl PassageGeometry<'_, '_> {
     /// The points of the umbra's outline, left and right of its motion, where the motion is tangential to the outline.
     fn limits(&self, s: f64) -> Option<[Option<DVec3>; 2]> {
         let (before, now, after) = (self.cone(s - STEP_S)?, self.cone(s)?, self.cone(s + STEP_S)?);
-        let place = |cone: &ShadowCone, angle: f64| cone.ground_point(cone.line_at(ConeKind::Umbra, angle));
+        let ground_point = |cone: &ShadowCone, angle: f64| cone.ground_point(cone.line_at(ConeKind::Umbra, angle));
         // The point, its motion, and the component of the motion perpendicular to the outline.
         let at = |angle: f64| -> Option<(DVec3, DVec3, f64)> {
-            const TURN: f64 = 1e-4;
-            let (point, motion) = (place(&now, angle)?, place(&after, angle)? - place(&before, angle)?);
-            let around = place(&now, angle + TURN)? - place(&now, angle - TURN)?;
+            const ANGLE_STEP: f64 = 1e-4;
+            let (point, motion) = (ground_point(&now, angle)?, ground_point(&after, angle)? - ground_point(&before, angle)?);
+            let around = ground_point(&now, angle + ANGLE_STEP)? - ground_point(&now, angle - ANGLE_STEP)?;
             Some((point, motion, point.dot(motion.cross(around))))
         };
         let all: Vec<_> = (0..LINES).map(|k| TAU * f64::from(k) / f64::from(LINES)).map(|angle| (angle, at(angle))).collect();
@@ -168,8 +169,8 @@ impl PassageGeometry<'_, '_> {
             let (mut low, mut high) = (from, from + TAU / f64::from(LINES));
             for _ in 0..40 {
                 let angle = 0.5 * (low + high);
-                let (.., out) = at(angle)?;
-                if (out > 0.0) == (begin > 0.0) { low = angle } else { high = angle }
+                let (.., component) = at(angle)?;
+                if (component > 0.0) == (begin > 0.0) { low = angle } else { high = angle }
             }
             let (point, motion, _) = at(low)?;
             let is_left = point.cross(motion).dot(point - middle) > 0.0;
@@ -209,19 +210,19 @@ mod tests {
         let receiver = Receiver::at(&ephemeris, body(receiver), Instant::parse(time).expect("a time")).expect("placed");
         let found = candidates(&ephemeris, catalog.bodies().iter(), body(10), &receiver);
         let kept = ShadowPaths::default();
-        let of = |o: &Occluder<'_>| Some((o.body.id.0, kept.of(&ephemeris, body(10), &receiver, o)?));
-        check(&catalog, found.iter().filter_map(of).collect());
+        let path_of = |o: &Occluder<'_>| Some((o.body.id.0, kept.of(&ephemeris, body(10), &receiver, o)?));
+        check(&catalog, found.iter().filter_map(path_of).collect());
     }
 
     /// Distance in kilometres from a place on the ground, given in geodetic degrees, to the nearest point of a polyline.
     fn off_km(radii_km: DVec3, line: &[DVec3], latitude_deg: f64, longitude_deg: f64) -> f64 {
-        let at = crate::ephemeris::topocentric::ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0).0;
-        let to_piece = |ends: &[DVec3]| {
+        let place = crate::ephemeris::topocentric::ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0).0;
+        let to_segment = |ends: &[DVec3]| {
             let [a, b] = [ends[0] * radii_km, ends[1] * radii_km];
-            let t = ((at - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-            at.distance(a.lerp(b, t))
+            let t = ((place - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+            place.distance(a.lerp(b, t))
         };
-        line.windows(2).map(to_piece).fold(f64::INFINITY, f64::min)
+        line.windows(2).map(to_segment).fold(f64::INFINITY, f64::min)
     }
 
     /// The centre line and the limits of 2024-04-08 agree with NASA's published path at greatest eclipse.
@@ -235,7 +236,7 @@ mod tests {
                     < 120.0
             );
             let radii_km = catalog.body(NaifId::EARTH).expect("the Earth").radii_km;
-            let centre = path.centre_line.as_ref().expect("central");
+            let centre = path.centre_line.as_ref().expect("a centre line");
             // NASA, Path of the Total Solar Eclipse of 2024 Apr 08 (Espenak): greatest eclipse 25 deg 17.4' N, 104 deg 08.3' W; with k = 0.272508 the width
             // there is 197.5 km.
             let off = off_km(radii_km, &centre.points, 25.29, -104.138);
@@ -259,7 +260,7 @@ mod tests {
             paths(599, time, |catalog, found| {
                 let radii_km = catalog.body(NaifId(599)).expect("Jupiter").radii_km;
                 for (moon, path) in found.iter().filter(|(_, path)| path.centre_line.is_some()) {
-                    let line = &path.centre_line.as_ref().expect("central").points;
+                    let line = &path.centre_line.as_ref().expect("a centre line").points;
                     let latitudes: Vec<f64> = line.iter().map(|p| p.z.asin().to_degrees()).collect();
                     let (south, north) = latitudes.iter().fold((90.0_f64, -90.0_f64), |(s, n), l| (s.min(*l), n.max(*l)));
                     assert!(north - south < 15.0, "{moon}: {south} to {north}");

@@ -1,7 +1,7 @@
-//! Where an occluder's shadow lies near its receiver, and whether it meets the picture.
+//! Where an occluder's shadow lies near its receiver, and whether it meets the image.
 //!
 //! In: an occluder, the extent of its receiver, and the frustum of the camera in the receiver's axes. Out: a tapered capsule that contains every point of the
-//! receiver in the penumbra, and whether any of it can be in the picture. Always: the bound is outer; a shadow in the picture is never judged to be outside.
+//! receiver in the penumbra, and whether any of it can be in the image. Always: the bound is outer; a shadow in the image is never judged to be outside.
 
 use crate::scene::camera::{Camera, Placement};
 use glam::{DVec2, DVec3};
@@ -11,7 +11,7 @@ const MARGIN_PX: f64 = 2.0;
 /// Factor on the penumbra's radius. A cone around two spheres is wider than the sum of the radii by the square of the Sun's angular radius.
 const RADIUS_MARGIN: f64 = 1.001;
 
-/// The picture's frustum in a receiver's axes and equatorial radii.
+/// The image's frustum in a receiver's axes and equatorial radii.
 #[derive(Clone, Copy, Debug)]
 pub struct Frustum {
     position: DVec3,
@@ -86,7 +86,7 @@ impl ShadowRegion {
         (from <= to).then(|| Self { ends: [end(from), end(to)] })
     }
 
-    /// Whether any of it can be in the picture.
+    /// Whether any of it can be in the image.
     pub(crate) fn meets(&self, frustum: &Frustum) -> bool {
         frustum.inward.iter().all(|inward| self.ends.iter().any(|(centre, radius)| (*centre - frustum.position).dot(*inward) > -radius))
     }
@@ -95,8 +95,8 @@ impl ShadowRegion {
     pub(crate) fn min_pixel(&self, frustum: &Frustum) -> f64 {
         let [(near, near_radius), (far, far_radius)] = self.ends;
         let (axis, to_camera) = (far - near, frustum.position - near);
-        let part = (to_camera.dot(axis) / axis.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        let distance = (to_camera - axis * part).length() - near_radius.max(far_radius);
+        let fraction = (to_camera.dot(axis) / axis.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let distance = (to_camera - axis * fraction).length() - near_radius.max(far_radius);
         distance.max(0.0) * frustum.smallest_pixel_tangent
     }
 }
@@ -134,8 +134,8 @@ mod tests {
         /// As the shader decides it: behind the occluder's plane, and nearer to the axis than the penumbra is wide there.
         fn darkens(&self, point: DVec3) -> bool {
             let behind = (self.centre - point).dot(self.sunward);
-            let aside = (point - self.centre).reject_from_normalized(self.sunward).length();
-            behind > 0.0 && aside < self.radius + behind * self.widening
+            let axis_distance = (point - self.centre).reject_from_normalized(self.sunward).length();
+            behind > 0.0 && axis_distance < self.radius + behind * self.widening
         }
     }
 
@@ -155,8 +155,8 @@ mod tests {
         let some = |random: &mut Random| {
             let behind = random.between((along - MAX_RADIUS).max(0.0), along + MAX_RADIUS);
             let width = (shadow.radius + behind.max(0.0) * shadow.widening) * random.between(0.0, 1.0);
-            let aside = random.direction().reject_from_normalized(shadow.sunward).normalize_or_zero() * width;
-            let mut point = shadow.centre - shadow.sunward * behind + aside;
+            let offset = random.direction().reject_from_normalized(shadow.sunward).normalize_or_zero() * width;
+            let mut point = shadow.centre - shadow.sunward * behind + offset;
             if shape == ReceiverShape::EquatorialPlane {
                 // Along the axis to the plane.
                 point -= shadow.sunward * (point.z / shadow.sunward.z);
@@ -167,9 +167,9 @@ mod tests {
         (0..40).map(|_| some(random)).filter(|p| p.length() <= MAX_RADIUS && shadow.darkens(*p)).collect()
     }
 
-    /// Points in a shadow and in the picture: the region must meet the picture. With radii a tenth as wide, some would be missed.
+    /// Points in a shadow and in the image: the region must meet the image. With radii a tenth as wide, some would be missed.
     #[test]
-    fn a_shadow_in_the_picture_is_never_left_out() {
+    fn a_shadow_in_the_image_is_never_left_out() {
         let mut random = Random::new(11);
         for shape in [ReceiverShape::Ball, ReceiverShape::EquatorialPlane] {
             let (mut seen, mut left_out_if_narrow, mut outside) = (0, 0, 0);
@@ -182,7 +182,7 @@ mod tests {
                 for point in darkened_points(&mut random, &shadow, shape).into_iter().filter(|p| is_inside(&frustum, *p)) {
                     seen += 1;
                     let region = region.unwrap_or_else(|| panic!("{shape:?}: no region, yet {point} is darkened"));
-                    assert!(region.meets(&frustum), "{shape:?}: {point} is darkened and in the picture");
+                    assert!(region.meets(&frustum), "{shape:?}: {point} is darkened and in the image");
                     let pixel = (point - frustum.position).length() * frustum.smallest_pixel_tangent;
                     assert!(region.min_pixel(&frustum) <= pixel * 1.0001, "{shape:?}: a smaller pixel at {point}");
                     let narrow = ShadowRegion { ends: region.ends.map(|(centre, radius)| (centre, 0.1 * radius)) };

@@ -66,7 +66,7 @@ pub(crate) enum ReceivingPart {
     Rings { outer_km: f64 },
 }
 
-/// The occluders of a part of a placed body; `None` without a Sun. `camera`: the picture in which the shadows are to be seen; without it, whatever the
+/// The occluders of a part of a placed body; `None` without a Sun. `camera`: the image in which the shadows are to be seen; without it, whatever the
 /// viewer's place lets him see in any direction.
 pub(crate) fn sun_occluders<'a>(
     context: Context<'_>,
@@ -113,7 +113,7 @@ pub(crate) fn evaluate_shadow<T>(
     evaluate_shadow_with_model(context, p, diameter_px, requested_model(context.request), evaluate)
 }
 
-/// Like [`visible_sunlight_fraction`], but always by the best model, so that a magnitude does not depend on the picture's quality.
+/// Like [`visible_sunlight_fraction`], but always by the best model, so that a magnitude does not depend on the image's quality.
 pub(crate) fn best_sunlight_fraction(context: Context<'_>, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
     evaluate_shadow_with_model(context, p, diameter_px, EclipseModelChoice::Best, |shadow, camera| shadow.mean(camera)).unwrap_or(1.0)
 }

@@ -85,7 +85,7 @@ pub struct FeatureSelection {
     pub body_shadow: BodyShadow,
     /// The tier of the atmosphere; [`AtmosphereModel::None`] without an atmosphere.
     pub air: AtmosphereModel,
-    /// Whether the air before ground and clouds is interpolated in a coarse picture.
+    /// Whether the air before ground and clouds is interpolated in a coarse image.
     pub air_pass: bool,
     /// Whether the limb follows the lunar limb profile.
     pub limb_heights: bool,

@@ -42,11 +42,11 @@ pub(crate) struct DecisionInputs<'c, 'a> {
     pub placed: &'c PlacedBody<'a>,
     /// Diameter of a circle with the area of the body's outline.
     pub diameter_px: f64,
-    /// The rectangle that the globe or mesh may touch; `None` if it is outside the picture.
+    /// The rectangle that the globe or mesh may touch; `None` if it is outside the image.
     pub rect: Option<ClipRect>,
     /// The body's shape model, if it is drawn as triangles.
     pub model: Option<&'c Arc<Mesh>>,
-    /// The geometry of the body's rings, if they may be in the picture.
+    /// The geometry of the body's rings, if they may be in the image.
     pub ring_view: Option<RingView<'c>>,
     /// Fraction of the body's light that is drawn as a disc; the point has the rest.
     pub disc_fraction: f64,

@@ -10,7 +10,7 @@ pub mod possible;
 
 use crate::catalog::Map;
 use crate::message::{Reason, reason};
-use crate::scene::atmosphere::air_spread;
+use crate::scene::atmosphere::multi_scatter_in_shadow;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, ClipRect};
 use crate::scene::decision::{Decision, DecisionLog};
@@ -52,7 +52,7 @@ const FEATURES: [DecideFeature; 10] = [
     atmosphere::cloud_decision::decide,
 ];
 
-/// The features of a body of which only the atmosphere is in the picture.
+/// The features of a body of which only the atmosphere is in the image.
 const AIR_ONLY_FEATURES: [DecideFeature; 2] = [eclipse::decision::decide, atmosphere::decision::decide];
 
 /// The features that read maps.
@@ -148,17 +148,17 @@ fn decide_air_only<'c>(inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>
 
 /// Decides on the point that replaces a small disc, or that has part of its light.
 fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
-    let (frame, p, share) = (inputs.frame, inputs.placed, inputs.disc_fraction);
+    let (frame, p, disc_fraction) = (inputs.frame, inputs.placed, inputs.disc_fraction);
     // Points are drawn after the air, so its transmittance is applied here.
     let transmittance = frame.air.filter(|a| a.body.id != p.body.id).map_or(DVec3::ONE, |a| a.transmittance(p.placement.centre_km));
-    let flux = point::flux(frame.camera, p) * (1.0 - share) * transmittance;
+    let flux = point::flux(frame.camera, p) * (1.0 - disc_fraction) * transmittance;
     // Eclipses are evaluated only for a point that would be visible without them.
-    let is_visible = share < 1.0 && frame.threshold.is_exceeded_by(flux.max_element());
+    let is_visible = disc_fraction < 1.0 && frame.threshold.is_exceeded_by(flux.max_element());
     let flux =
         if is_visible { flux * eclipse::sun_occluders::visible_sunlight_fraction(frame.context, p, inputs.diameter_px) } else { flux };
     let reason = reason!("point-size", size = format_args!("{:.3}", inputs.diameter_px), from = BLEND_FROM_PX, to = BLEND_TO_PX);
     let flux = if inputs.pixel_view() == PixelView::Final { flux } else { DVec3::ZERO };
-    if !log.effect(Effect::Points, share < 1.0, reason) || share >= 1.0 {
+    if !log.effect(Effect::Points, disc_fraction < 1.0, reason) || disc_fraction >= 1.0 {
         return None;
     }
     let brightest = flux.max_element();
@@ -210,7 +210,7 @@ fn globe(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: ClipRec
 fn assemble(inputs: &DecisionInputs<'_, '_>, globe: Option<Draw>, mut decided: Decisions<'_>) -> (Vec<Draw>, Vec<Decision>) {
     let mut draws: Vec<Draw> = globe.into_iter().chain(decided.sky).chain(decided.clouds).collect();
     if draws.iter().any(|d| d.features.air.tier == AtmosphereModel::Table) && !decided.eclipse.occluder_positions.is_empty() {
-        decided.eclipse.multi_scatter = air_spread::tables(inputs.body(), &decided.eclipse);
+        decided.eclipse.multi_scatter = multi_scatter_in_shadow::tables(inputs.body(), &decided.eclipse);
     }
     for draw in &mut draws {
         // The features may have more lights than actually shine on the body; the rest are black.

@@ -64,7 +64,7 @@ fn ground_features(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
     })
 }
 
-/// Each ring shadow with the air evaluated for each pixel, and the coarse picture of the air where there may be one.
+/// Each ring shadow with the air evaluated for each pixel, and the coarse image of the air where there may be one.
 fn shadows_on_air(air: AtmosphereModel, view: PixelView) -> impl Iterator<Item = (RingShadow, bool)> {
     let coarse = !matches!(air, AtmosphereModel::None | AtmosphereModel::Vertex) && matches!(view, PixelView::Final | PixelView::Cost);
     RingShadow::ALL.map(|shadow| (shadow, false)).into_iter().chain(coarse.then_some((RingShadow::None, true)))

@@ -1,7 +1,7 @@
-//! The exposure of a picture: set by the user, or chosen for the subjects in the frame.
+//! The exposure of an image: set by the user, or chosen for the subjects in the frame.
 //!
 //! In: the request, the camera and the placed bodies. Out: [`Exposure`] with its reason. The light meter (`meter`) gives each subject in the frame a
-//! weight; the subject with the greatest weight dominates, so that no picture is a compromise between two subjects that differ by twenty stops. Always: the
+//! weight; the subject with the greatest weight dominates, so that no image is a compromise between two subjects that differ by twenty stops. Always: the
 //! Sun's glare whitens at most about a tenth of the frame, the exposure is no longer than that of a photograph of the night sky, and it changes
 //! continuously with position, time, field of view and phase. Pixel views of quantities have a fixed exposure, given by their legend.
 
@@ -28,7 +28,7 @@ const MAX_MEDIAN_GLARE: [f64; 2] = [0.2, 0.02];
 /// Number of stops by which the brightest city lights must exceed white to have their full weight.
 const CITY_LIGHT_FADE_STOPS: f64 = 2.0;
 
-/// The exposure of a picture: metered, or as requested.
+/// The exposure of an image: metered, or as requested.
 pub(crate) fn exposure(
     context: Context<'_>,
     camera: &Camera,
@@ -86,7 +86,7 @@ fn from_reading(reading: MeterReading) -> Exposure {
     let total_power: f64 = metered.iter().map(power).sum();
     let log_white: f64 = metered.iter().map(|m| power(m) / total_power * (m.radiance / m.target_level).ln()).sum();
     let key = log_white.exp();
-    // Glare has little effect in front of brighter subjects; in front of a dark sky it would make the picture grey.
+    // Glare has little effect in front of brighter subjects; in front of a dark sky it would make the image grey.
     let dark_weight = reading.glare.powi(2) / (reading.glare.powi(2) + (key * AUTO_EXPOSED_MEAN).powi(2));
     let [lit, dark] = MAX_MEDIAN_GLARE.map(f64::recip);
     let limits = [key, reading.glare * (lit + (dark - lit) * dark_weight), darkest_white()];

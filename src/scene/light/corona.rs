@@ -103,7 +103,7 @@ fn radius_of(min_radiance: f64) -> f64 {
     far
 }
 
-/// The rectangle in the picture that contains all directions within an angle of the direction `towards`; the angle is given by its sine.
+/// The rectangle in the image that contains all directions within an angle of the direction `towards`; the angle is given by its sine.
 fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     if sine >= 1.0 {
         return ClipRect::VIEWPORT;
@@ -111,7 +111,7 @@ fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     glow::rect_around(camera, camera.in_axes(towards), 2.0 * (0.5 * sine.asin()).sin())
 }
 
-/// The corona of a frame, whether it is visible, and the reason; `None` if it is outside the picture. `tint`: colour that the air gives to light from
+/// The corona of a frame, whether it is visible, and the reason; `None` if it is outside the image. `tint`: colour that the air gives to light from
 /// outside it.
 pub(crate) fn corona(
     request: &ViewRequest,

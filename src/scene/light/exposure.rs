@@ -1,9 +1,9 @@
-//! The exposure of a picture: the factor from radiance to display values, and the target levels of automatic exposure.
+//! The exposure of an image: the factor from radiance to display values, and the target levels of automatic exposure.
 
 use crate::message::Reason;
 use crate::scene::camera::narrow_scalar;
 
-/// The exposure of a picture.
+/// The exposure of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exposure {
     /// Base-2 logarithm of the factor on radiance.
@@ -27,7 +27,7 @@ impl Exposure {
     pub(crate) fn factor_f32(&self) -> f32 {
         narrow_scalar(self.factor())
     }
-    /// The radiance that the picture shows as white.
+    /// The radiance that the image shows as white.
     pub fn white(&self) -> f64 {
         1.0 / self.factor()
     }
@@ -47,7 +47,7 @@ pub const CANDELAS_PER_RADIANCE: f64 = 128_000.0 / std::f64::consts::PI;
 /// of transmittance 0.65: 78 / (100 x 0.65)). Sunlit ground, EV 15, is then exposed by 0 stops.
 const WHITE_AT_EV_0: f64 = 1.2;
 /// Lower limit of the EV of automatic exposure: that of a photograph of the night sky at f/2.8, 8 s, ISO 1600. White is then 0.075 cd/m2; a star of 6 mag,
-/// the faintest that the eye sees, is a fifteenth of white in a picture of 45 degrees and 1024 pixels.
+/// the faintest that the eye sees, is a fifteenth of white in an image of 45 degrees and 1024 pixels.
 pub const DARKEST_EV: f64 = -4.0;
 
 /// The radiance that the longest exposure shows as white.

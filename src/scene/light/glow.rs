@@ -101,7 +101,7 @@ impl VeilingGlare {
 /// The bounding rectangle of all unit vectors whose distance from `towards` (a unit vector in camera axes: right, up, forward) is less than `chord`.
 pub(crate) fn rect_around(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
     let angle = 2.0 * (0.5 * chord).min(1.0).asin();
-    // Tangents of the smallest and the largest angle from the view axis, after projection along the picture's other axis.
+    // Tangents of the smallest and the largest angle from the view axis, after projection along the image's other axis.
     let span = |across: f64| {
         let flat = across.hypot(towards.z);
         let half = if angle < FRAC_PI_2 && angle.sin() < flat { (angle.sin() / flat).asin() } else { PI };

@@ -1,4 +1,4 @@
-//! Light: its sources, its reflection by bodies, their apparent brightness, and the exposure of the picture.
+//! Light: its sources, its reflection by bodies, their apparent brightness, and the exposure of the image.
 
 pub(crate) mod auto_exposure;
 pub(crate) mod brightness;

@@ -69,9 +69,9 @@ mod tests {
         for id in [299, 499, 699] {
             let law = law(NaifId(id)).expect("has a law");
             for pair in law.pieces.windows(2) {
-                let at = pair[0].0;
-                let step = law.magnitude(at) - law.magnitude(at + 1e-6);
-                assert!(step.abs() < 0.1, "{id} jumps by {step} mag at {at} degrees");
+                let boundary_deg = pair[0].0;
+                let step = law.magnitude(boundary_deg) - law.magnitude(boundary_deg + 1e-6);
+                assert!(step.abs() < 0.1, "{id} jumps by {step} mag at {boundary_deg} degrees");
             }
         }
     }

@@ -1,6 +1,6 @@
-//! Composition: pictures made of several perspective frames (a stereo pair, a dome, the entire sphere), and the warp onto a projector's screen.
+//! Composition: images made of several perspective frames (a stereo pair, a dome, the entire sphere), and the warp onto a projector's screen.
 //!
-//! In: names and numbers from the command line. Out: a [`Composition`], part of a view request. Always: the default is a plain perspective picture.
+//! In: names and numbers from the command line. Out: a [`Composition`], part of a view request. Always: the default is a plain perspective image.
 //! Not here: the frames themselves (`scene::composite`).
 
 use super::warp_mesh::WarpMesh;
@@ -15,13 +15,13 @@ pub const FISHEYE_RANGE_DEG: RangeInclusive<f64> = 1.0..=360.0;
 /// Range of the tilt of a dome, degrees.
 pub const DOME_TILT_RANGE_DEG: RangeInclusive<f64> = -180.0..=180.0;
 
-/// The projection: how directions map to positions in the picture.
+/// The projection: how directions map to positions in the image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Projection {
     /// A plane, as in a camera.
     #[default]
     Perspective,
-    /// The distance from the picture's middle is proportional to the angle from its axis (azimuthal equidistant, "angular fisheye").
+    /// The distance from the image's middle is proportional to the angle from its axis (azimuthal equidistant, "angular fisheye").
     Fisheye,
     /// The entire sphere: longitude along the rows, latitude along the columns.
     Equirectangular,
@@ -46,12 +46,12 @@ impl Projection {
     }
 }
 
-/// How one picture shows the pictures of both eyes.
+/// How one image shows the images of both eyes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StereoLayout {
     /// For red and cyan glasses, the left eye behind red.
     Anaglyph,
-    /// The left eye's picture on the left half, the right eye's on the right half, both undistorted.
+    /// The left eye's image on the left half, the right eye's on the right half, both undistorted.
     SideBySide,
     /// Even rows, from 0, for the left eye.
     Interlaced,
@@ -79,29 +79,29 @@ impl StereoLayout {
 /// A stereo pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stereo {
-    /// How one picture shows both eyes' pictures.
+    /// How one image shows both eyes' images.
     pub layout: StereoLayout,
-    /// Distance between the eyes, kilometres. `None`: a thirtieth of the width that the picture shows at the target's distance; on the ground 63 mm.
+    /// Distance between the eyes, kilometres. `None`: a thirtieth of the width that the image shows at the target's distance; on the ground 63 mm.
     pub eye_separation_km: Option<f64>,
 }
 
-/// How a picture is put together.
+/// How an image is put together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Composition {
-    /// How directions map to positions in the picture.
+    /// How directions map to positions in the image.
     pub projection: Projection,
     /// For a fisheye: the zenith (the view's up direction) is in the middle, and the target towards the bottom, where a dome has its front.
     pub zenith_centred: bool,
-    /// Degrees by which the direction in the picture's middle is lowered towards the picture's bottom: the tilt of a dome.
+    /// Degrees by which the direction in the image's middle is lowered towards the image's bottom: the tilt of a dome.
     pub tilt_deg: f64,
-    /// The stereo pair, if the picture is drawn for two eyes.
+    /// The stereo pair, if the image is drawn for two eyes.
     pub stereo: Option<Stereo>,
-    /// The finished picture is drawn onto this mesh.
+    /// The finished image is drawn onto this mesh.
     pub warp: Option<Arc<WarpMesh>>,
 }
 
 impl Composition {
-    /// Whether the picture is one perspective frame.
+    /// Whether the image is one perspective frame.
     pub fn is_plain(&self) -> bool {
         *self == Self::default()
     }

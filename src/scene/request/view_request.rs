@@ -82,7 +82,7 @@ pub enum Look {
     },
 }
 
-/// The up direction of the picture. A direction along the line of sight is replaced by the next best axis.
+/// The up direction of the image. A direction along the line of sight is replaced by the next best axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Up {
     /// The north pole of the target if the camera looks at it, else that of the body relative to which the camera is placed.
@@ -124,12 +124,12 @@ pub enum ExposureRequest {
 }
 
 impl ExposureRequest {
-    /// The stops of a picture with a metered exposure of `metered_stops`.
+    /// The stops of an image with a metered exposure of `metered_stops`.
     pub fn stops_of(self, metered_stops: f64) -> f64 {
         match self {
             Self::Auto => metered_stops,
             Self::Stops(stops) => stops,
-            // A transition ends when the difference is invisible, so that a picture at rest has exactly the metered exposure, whatever the start.
+            // A transition ends when the difference is invisible, so that an image at rest has exactly the metered exposure, whatever the start.
             Self::Transition { from_stops, .. } if (metered_stops - from_stops).abs() <= SETTLED_STOPS => metered_stops,
             Self::Transition { from_stops, progress } => from_stops + (metered_stops - from_stops) * progress.clamp(0.0, 1.0),
         }
@@ -209,9 +209,9 @@ pub struct ViewRequest {
     pub position: Position,
     /// The direction of view.
     pub look: Look,
-    /// The up direction of the picture.
+    /// The up direction of the image.
     pub up: Up,
-    /// How the picture is put together.
+    /// How the image is put together.
     pub composition: Composition,
     /// Vertical field of view, degrees; for a fisheye, the full angle of its circle. `None`: a default that depends on the position; from a body's
     /// centre, the field of view that fits the target.
@@ -236,9 +236,9 @@ pub struct ViewRequest {
     pub quality: Quality,
     /// The quantity that the pixels show.
     pub pixel_view: PixelView,
-    /// The purpose of the picture, which sets the threshold below which features are left out.
+    /// The purpose of the image, which sets the threshold below which features are left out.
     pub purpose: Purpose,
-    /// The language of texts in the picture: caption, names of bodies, numbers.
+    /// The language of texts in the image: caption, names of bodies, numbers.
     pub language: TextLanguage,
     /// Whether one evaluation of the air may serve several pixels. Without it each draw is complete by itself, for those who examine single draws.
     pub coarse_air: bool,

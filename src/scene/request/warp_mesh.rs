@@ -1,8 +1,8 @@
-//! Warp meshes: the mapping from a picture to a projector's screen, in the text format of Paul Bourke.
+//! Warp meshes: the mapping from an image to a projector's screen, in the text format of Paul Bourke.
 //!
 //! In: the text. Out: a [`WarpMesh`], or an error with the first invalid line. The format (<http://paulbourke.net/dataformats/meshwarp/>, 2006): a line
 //! with the type, 2 rectangular or 1 polar; a line with the numbers of columns and rows; then, row by row, one node per line: `x y u v i`. x runs from
-//! minus to plus the screen's aspect ratio and y from -1 (bottom) to 1 (top); u and v are 0 to 1 from the picture's lower left corner; i is the
+//! minus to plus the screen's aspect ratio and y from -1 (bottom) to 1 (top); u and v are 0 to 1 from the image's lower left corner; i is the
 //! brightness, 0 to 1, and negative where nothing is drawn. Always: all cells that are drawn are convex and have the same orientation, so that no fold
 //! lights a part of the screen twice; in a polar mesh the last column is joined to the first. Not supported: the binary form.
 
@@ -11,13 +11,13 @@ use glam::DVec2;
 /// Maximum number of nodes of a mesh.
 const MAX_NODES: usize = 1 << 20;
 
-/// A node of the mesh: a position on the screen, and the position in the picture that is shown there.
+/// A node of the mesh: a position on the screen, and the position in the image that is shown there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WarpNode {
     /// Position on the screen: x in half heights from the middle (-aspect to aspect), y -1 to 1 upwards.
     pub screen: DVec2,
-    /// Position in the picture, 0 to 1 from its lower left corner.
-    pub picture: DVec2,
+    /// Position in the image, 0 to 1 from its lower left corner.
+    pub image: DVec2,
     /// Factor on the light; negative if the cells around the node are not drawn.
     pub brightness: f64,
 }
@@ -84,8 +84,8 @@ impl WarpMesh {
         }
         let mut triangles = Vec::new();
         let mut turns_left: Option<bool> = None;
-        let across = if polar { columns } else { columns - 1 };
-        for (row, column) in (0..rows - 1).flat_map(|r| (0..across).map(move |c| (r, c))) {
+        let cell_columns = if polar { columns } else { columns - 1 };
+        for (row, column) in (0..rows - 1).flat_map(|r| (0..cell_columns).map(move |c| (r, c))) {
             let next = (column + 1) % columns;
             let cell = [row * columns + column, row * columns + next, (row + 1) * columns + next, (row + 1) * columns + column];
             let [a, b, c, d] = cell.map(|k| nodes[k].screen);
@@ -123,36 +123,36 @@ impl WarpMesh {
         &self.triangles
     }
 
-    /// Derivatives of the picture's coordinates by screen x and y at each node: the mean over the triangles around it.
+    /// Derivatives of the image's coordinates by screen x and y at each node: the mean over the triangles around it.
     pub fn gradients(&self) -> Vec<[DVec2; 2]> {
         let mut sums = vec![([DVec2::ZERO; 2], 0.0); self.nodes.len()];
         for corners in self.triangles.chunks_exact(3) {
             let [a, b, c] = [corners[0], corners[1], corners[2]].map(|k| self.nodes[k as usize]);
             let (e, f) = (b.screen - a.screen, c.screen - a.screen);
-            let (p, q) = (b.picture - a.picture, c.picture - a.picture);
+            let (p, q) = (b.image - a.image, c.image - a.image);
             let area = e.perp_dot(f);
             if area == 0.0 {
                 continue;
             }
-            let per = [(p * f.y - q * e.y) / area, (q * e.x - p * f.x) / area];
+            let derivatives = [(p * f.y - q * e.y) / area, (q * e.x - p * f.x) / area];
             for k in corners {
                 let (sum, count) = &mut sums[*k as usize];
-                *sum = [sum[0] + per[0], sum[1] + per[1]];
+                *sum = [sum[0] + derivatives[0], sum[1] + derivatives[1]];
                 *count += 1.0;
             }
         }
         sums.into_iter().map(|(s, n)| s.map(|v| if n > 0.0 { v / n } else { DVec2::ZERO })).collect()
     }
 
-    /// The position in the picture that is shown at a position on the screen; `None` outside the mesh.
-    pub fn picture_of_screen(&self, screen: DVec2) -> Option<DVec2> {
-        self.map_point(screen, |n| n.screen, |n| n.picture)
+    /// The position in the image that is shown at a position on the screen; `None` outside the mesh.
+    pub fn image_of_screen(&self, screen: DVec2) -> Option<DVec2> {
+        self.map_point(screen, |n| n.screen, |n| n.image)
     }
 
-    /// The position on the screen that shows a position in the picture; `None` if there is none. If there are several, that in the first triangle of the
+    /// The position on the screen that shows a position in the image; `None` if there is none. If there are several, that in the first triangle of the
     /// mesh.
-    pub fn screen_of_picture(&self, picture: DVec2) -> Option<DVec2> {
-        self.map_point(picture, |n| n.picture, |n| n.screen)
+    pub fn screen_of_image(&self, image: DVec2) -> Option<DVec2> {
+        self.map_point(image, |n| n.image, |n| n.screen)
     }
 
     /// Finds the first triangle that contains a point in the space `from`, and maps the point by its barycentric coordinates to the space `to`.
@@ -169,9 +169,9 @@ impl WarpMesh {
         })
     }
 
-    /// The smaller of the derivatives by screen x and y, in picture heights per screen unit: its tenth percentile over the nodes. `aspect`: the
-    /// picture's width divided by its height.
-    pub fn slowest_motion(&self, aspect: f64) -> f64 {
+    /// The smaller of the derivatives by screen x and y, in image heights per screen unit: its tenth percentile over the nodes. `aspect`: the
+    /// image's width divided by its height.
+    pub fn smallest_derivative(&self, aspect: f64) -> f64 {
         let lengths = |[x, y]: [DVec2; 2]| [x, y].map(|v| (v * DVec2::new(aspect, 1.0)).length()).into_iter().fold(f64::MAX, f64::min);
         let mut all: Vec<f64> = self.gradients().into_iter().map(lengths).filter(|l| *l > 0.0).collect();
         all.sort_by(f64::total_cmp);
@@ -180,7 +180,7 @@ impl WarpMesh {
 
     /// A digest for provenance: FNV-1a over all numbers.
     pub fn digest(&self) -> String {
-        let numbers = self.nodes.iter().flat_map(|n| [n.screen.x, n.screen.y, n.picture.x, n.picture.y, n.brightness]);
+        let numbers = self.nodes.iter().flat_map(|n| [n.screen.x, n.screen.y, n.image.x, n.image.y, n.brightness]);
         let bytes = (self.columns as u64).to_le_bytes().into_iter().chain(numbers.flat_map(f64::to_le_bytes));
         format!("{:016x}", bytes.fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3)))
     }
@@ -210,7 +210,7 @@ fn node(words: &str) -> Result<WarpNode, String> {
     if x.abs().max(y.abs()) > 1e3 {
         return Err(format!("fields x {x}, y {y}: must be within -1000 to 1000"));
     }
-    Ok(WarpNode { screen: DVec2::new(x, y), picture: DVec2::new(u, v), brightness })
+    Ok(WarpNode { screen: DVec2::new(x, y), image: DVec2::new(u, v), brightness })
 }
 
 #[cfg(test)]

@@ -36,7 +36,7 @@ fn large_particle_phase(alpha: f64) -> f64 {
 pub fn dust_phase(alpha: f64) -> f64 {
     // 1 + g² + 2 g cos(alpha), written without cancellation near forward scattering.
     let forward_angle_sq = (0.5 * alpha).cos().powi(2);
-    DUST_LOBES.iter().map(|[g, share]| share * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * forward_angle_sq).powf(1.5)).sum()
+    DUST_LOBES.iter().map(|[g, weight]| weight * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * forward_angle_sq).powf(1.5)).sum()
 }
 
 /// Phase function of large particles with the opposition surge, from the cosine of the phase angle, as in the ring's shader fragments.
@@ -88,7 +88,7 @@ mod tests {
             assert!((0.9..8.0).contains(&step), "no jump of the dust at {now}: {step}");
         }
         assert!(at(0.0, 0.0) > 4.0 && at(179.0, 0.0) < 1e-4);
-        // In Voyager's pictures dust brightened by more than an order of magnitude from backward to forward scattering, unlike large particles.
+        // In Voyager's images dust brightened by more than an order of magnitude from backward to forward scattering, unlike large particles.
         assert!(at(178.0, 1.0) / at(5.0, 1.0) > 100.0 && at(178.0, 0.01) > 1e3 * at(178.0, 0.0));
     }
 }

@@ -113,8 +113,8 @@ fn transmittance(layer: &[RingInterval], point: DVec3, towards: DVec3) -> f64 {
         return 1.0;
     }
     let radius = (point - towards * (point.z / towards.z)).truncate().length();
-    let at = layer.partition_point(|s| s.to <= radius);
-    layer.get(at).filter(|s| s.from <= radius).map_or(1.0, |s| (-s.tau / towards.z.abs().max(MIN_COSINE)).exp())
+    let index = layer.partition_point(|s| s.to <= radius);
+    layer.get(index).filter(|s| s.from <= radius).map_or(1.0, |s| (-s.tau / towards.z.abs().max(MIN_COSINE)).exp())
 }
 
 #[cfg(test)]

@@ -39,19 +39,19 @@ impl RingShine {
     /// `sun`: unit vector, body axes.
     pub(crate) fn irradiance(&self, point: DVec3, sun: DVec3) -> f64 {
         let height = point.z.abs();
-        let level = sun.truncate().try_normalize().unwrap_or(DVec2::X);
-        let hour = point.truncate().perp_dot(level).abs().atan2(point.truncate().dot(level)) / PI;
-        let cell = |part: f64, count: usize| {
-            let at = part.clamp(0.0, 1.0) * (count - 1) as f64;
-            let low = (at as usize).min(count - 2);
-            (low, at - low as f64)
+        let horizontal = sun.truncate().try_normalize().unwrap_or(DVec2::X);
+        let hour = point.truncate().perp_dot(horizontal).abs().atan2(point.truncate().dot(horizontal)) / PI;
+        let cell = |fraction: f64, count: usize| {
+            let position = fraction.clamp(0.0, 1.0) * (count - 1) as f64;
+            let low = (position as usize).min(count - 2);
+            (low, position - low as f64)
         };
         let (column, right) = cell(hour, COLUMNS);
         let (row, up) = cell((height / self.max_height).min(1.0).sqrt(), ROWS);
         let first = if point.z * sun.z >= 0.0 { 0 } else { ROWS };
         let texel = |row: usize, column: usize| {
-            let at = 4 * ((first + row) * COLUMNS + column);
-            self.texels.get(at..at + 3).map_or(0.0, |t| t.iter().copied().fold(0.0, f32::max)).into()
+            let index = 4 * ((first + row) * COLUMNS + column);
+            self.texels.get(index..index + 3).map_or(0.0, |t| t.iter().copied().fold(0.0, f32::max)).into()
         };
         let mixed = |row: usize| -> f64 {
             let (a, b): (f64, f64) = (texel(row, column), texel(row, column + 1));
@@ -128,8 +128,8 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
             let x = (k as f64 / PER_OCTAVE).exp2();
             let from_interval = |interval: &RingInterval| {
                 let from_half = |half: usize| {
-                    let [part, sine] = sun_halves[half];
-                    if part > 0.0 { part * scattered(interval.tau, x, 1.0 / sine.max(MIN_COSINE), half == side) } else { 0.0 }
+                    let [fraction, sine] = sun_halves[half];
+                    if fraction > 0.0 { fraction * scattered(interval.tau, x, 1.0 / sine.max(MIN_COSINE), half == side) } else { 0.0 }
                 };
                 DVec3::from_array(interval.albedo) * ((interval.to - interval.from) * (from_half(0) + from_half(1)))
             };
@@ -212,9 +212,9 @@ impl RingShines {
 impl RingShineGeometry<'_> {
     /// Irradiance divided by height, at a height and hour angle. `side`: 0 on the side of the plane on which the Sun's centre is.
     fn at(&self, annuli: &[Annulus], gauss: &[(f64, f64)], side: usize, height: f64, hour: f64) -> DVec3 {
-        let level = (1.0 - height * height).max(0.0).sqrt();
-        let normal = DVec3::new(level, 0.0, height / self.polar).normalize();
-        let place = DVec3::new(level, 0.0, self.polar * height);
+        let horizontal = (1.0 - height * height).max(0.0).sqrt();
+        let normal = DVec3::new(horizontal, 0.0, height / self.polar).normalize();
+        let place = DVec3::new(horizontal, 0.0, self.polar * height);
         let (sin_hour, cos_hour) = hour.sin_cos();
         let sine = self.sine.abs();
         let cosine = (1.0 - sine * sine).sqrt();
@@ -222,7 +222,7 @@ impl RingShineGeometry<'_> {
         let sun = DVec3::new(cosine * cos_hour, -cosine * sin_hour, if side == 0 { sine } else { -sine });
         // Horizontal component of the Sun's direction in the unit-sphere frame.
         let sun_level = cosine / cosine.hypot(sine / self.polar);
-        let horizon = 1.0 / level.max(1e-9);
+        let horizon = 1.0 / horizontal.max(1e-9);
         let mut sum = DVec3::ZERO;
         for annulus in annuli.iter().filter(|a| a.radius > horizon) {
             let r = annulus.radius;
@@ -266,11 +266,11 @@ impl RingShineGeometry<'_> {
             .into_par_iter()
             .map(|n| {
                 let height = max_height * ((n % ROWS) as f64 / (ROWS - 1) as f64).powi(2);
-                let of = |column: usize| {
+                let light_at_column = |column: usize| {
                     let hour = PI * column as f64 / (COLUMNS - 1) as f64;
                     (self.at(&annuli, &gauss, n / ROWS, height.max(EQUATOR_HEIGHT), hour), height)
                 };
-                (0..COLUMNS).map(of).collect()
+                (0..COLUMNS).map(light_at_column).collect()
             })
             .collect();
         let brightest = rows.iter().flatten().map(|(light, height)| light.max_element() * height).fold(0.0, f64::max);
@@ -296,9 +296,9 @@ impl RingShineGeometry<'_> {
         let below = f64::from_bits(self.sine.to_bits() >> dropped_bits << dropped_bits);
         let above = f64::from_bits(below.to_bits() + (1 << dropped_bits));
         let (low, high) = (milestone_table(below)?, milestone_table(above)?);
-        let share = narrow_scalar((self.sine - below) / (above - below));
-        let texels = low.texels.iter().zip(&high.texels).map(|(a, b)| a + (b - a) * share).collect();
-        let brightest = low.brightest + (high.brightest - low.brightest) * f64::from(share);
+        let upper_weight = narrow_scalar((self.sine - below) / (above - below));
+        let texels = low.texels.iter().zip(&high.texels).map(|(a, b)| a + (b - a) * upper_weight).collect();
+        let brightest = low.brightest + (high.brightest - low.brightest) * f64::from(upper_weight);
         Some(RingShine { texels, max_height: low.max_height, brightest })
     }
 
@@ -312,13 +312,13 @@ impl RingShineGeometry<'_> {
     /// equator.
     pub(crate) fn upper_limit(&self) -> f64 {
         let brightest = particle_phase(1.0);
-        let of = |ring: &&Ring| {
+        let limit_of_ring = |ring: &&Ring| {
             let r = (ring.outer_km + ring.inner_km) / (2.0 * self.radius_km);
             let albedo = ring.albedo.iter().copied().fold(0.0, f64::max);
             let width = (ring.outer_km - ring.inner_km) / self.radius_km;
             albedo * 0.25 * brightest * ring.tau_normal.min(1.0) * width * r.sqrt() / (r - 1.0).max(1e-3)
         };
-        self.rings.iter().map(of).sum::<f64>().min(brightest * 0.25)
+        self.rings.iter().map(limit_of_ring).sum::<f64>().min(brightest * 0.25)
     }
 }
 
@@ -341,12 +341,12 @@ mod tests {
         let ring = ring(1.3, 2.2, 1.0);
         let shine = geometry(&[&ring], 0.3).shine(&RingShines::default()).expect("light");
         let sun = DVec3::new(0.6, 0.7, 0.3).normalize();
-        let of = |k: u32| {
+        let irradiance_at_point = |k: u32| {
             let z = (f64::from(k) + 0.5) / 10_000.0 - 1.0;
             let (sin, cos) = (f64::from(k) * 2.399_963).sin_cos();
             shine.irradiance(DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z, sun)
         };
-        let most = (0..20_000).map(of).fold(0.0, f64::max);
+        let most = (0..20_000).map(irradiance_at_point).fold(0.0, f64::max);
         assert!(most <= shine.brightest * (1.0 + 1e-3) && most > 0.9 * shine.brightest, "{most} of {}", shine.brightest);
         assert_eq!(shine.irradiance(DVec3::X, sun), 0.0);
     }
@@ -369,9 +369,9 @@ mod tests {
                 && geometry(&[&nothing], 0.3).shine(&RingShines::default()).is_none()
         );
         assert_eq!(geometry(&[&nothing], 0.3).upper_limit(), 0.0);
-        let of = |tau: f64| geometry(&[&ring(1.5, 2.0, tau)], 0.3).table().expect("a table").brightest;
-        assert!((of(2e-6) / of(1e-6) - 2.0).abs() < 1e-4);
-        assert!(of(2.0) < 1.9 * of(1.0), "thick rings shadow themselves");
+        let brightest_at_depth = |tau: f64| geometry(&[&ring(1.5, 2.0, tau)], 0.3).table().expect("a table").brightest;
+        assert!((brightest_at_depth(2e-6) / brightest_at_depth(1e-6) - 2.0).abs() < 1e-4);
+        assert!(brightest_at_depth(2.0) < 1.9 * brightest_at_depth(1.0), "thick rings shadow themselves");
     }
 
     #[test]

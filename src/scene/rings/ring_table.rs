@@ -126,7 +126,7 @@ const MIN_HEIGHT_FOR_ONE_SLOPE: f64 = 40.0;
 /// Fraction of its width by which a bin is extended inwards: more than the shader's f32 error in computing the bin.
 const BIN_MARGIN: f64 = 0.01;
 
-/// An index that maps a radius to its interval; shaders/lib/ring/stretches.wesl reads it.
+/// An index that maps a radius to its interval; shaders/lib/ring/intervals.wesl reads it.
 struct RadiusBins {
     texels: Vec<f32>,
     formula: [f64; 3],
@@ -189,8 +189,8 @@ impl RingConditions {
     /// Light that an interval scatters along a path of a slope, without the factors albedo and phase function / 4.
     fn light(&self, interval: &RingInterval, slope: f64) -> f64 {
         let Some(sunlight) = self.sunlight else { return interval.removed_fraction(slope) };
-        let from = |(half, [part, sine]): (usize, [f64; 2])| {
-            if part > 0.0 { part * scattered(interval.tau, slope, 1.0 / sine.max(MIN_COSINE), half == 0) } else { 0.0 }
+        let from = |(half, [fraction, sine]): (usize, [f64; 2])| {
+            if fraction > 0.0 { fraction * scattered(interval.tau, slope, 1.0 / sine.max(MIN_COSINE), half == 0) } else { 0.0 }
         };
         sunlight.into_iter().enumerate().map(from).sum()
     }

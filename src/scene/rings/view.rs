@@ -24,8 +24,8 @@ use std::sync::Arc;
 
 /// Corners of the polygon around a ring's outline.
 const OUTLINE_CORNERS: usize = 96;
-/// Most pieces of a pixel's stretch along the view.
-const MAX_PIECES: f64 = 16.0;
+/// Maximum number of segments into which a pixel's footprint is divided.
+const MAX_SEGMENTS: f64 = 16.0;
 /// Thickness relative to radius of the spheroid that represents the ring when its outline is computed.
 const THIN: f64 = 1e-6;
 
@@ -124,7 +124,7 @@ impl<'a> RingView<'a> {
         let to_edge = if outer < height.hypot(axis_distance) { (outer / height.hypot(axis_distance)).asin() } else { PI };
         let spread = to_corner.min(to_edge);
         let gap = (inner - axis_distance).max(axis_distance - outer).max(0.0);
-        // A pixel spans a smaller angle away from the middle of the picture.
+        // A pixel spans a smaller angle away from the middle of the image.
         let nearest_pixel = height.hypot(gap) * self.camera.pixel_tangent() / (longest * longest);
         RingLimits {
             max_slant_depth: ring.tau_normal / min_cosine,
@@ -171,20 +171,20 @@ impl<'a> RingView<'a> {
         let area_px = PI * (outer / self.body.radii_km.x * self.pixels_per_radius()).powi(2);
         let reason = match strongest {
             None => reason!("rings-none"),
-            Some((part, name)) if seen.is_empty() => {
+            Some((change, name)) if seen.is_empty() => {
                 let least = self.threshold.min_change();
-                let light = reason!("of-white", light = format_args!("{part:.2e}"), least = format_args!("{least:.2e}"));
+                let light = reason!("of-white", light = format_args!("{change:.2e}"), least = format_args!("{least:.2e}"));
                 reason!("rings-strongest", ring = name, light = light)
             }
-            Some((part, name)) => {
+            Some((change, name)) => {
                 let extent = reason!("rings-out-to", distance = format_args!("{outer:.0}"), area = format_args!("{area_px:.1}"));
-                reason!("rings-change", ring = name, part = format_args!("{part:.2e}")).and(extent)
+                reason!("rings-change", ring = name, part = format_args!("{change:.2e}")).and(extent)
             }
         };
         VisibleRings { check: ThresholdCheck { on: !seen.is_empty() && area_px > 0.5, reason }, rings: seen }
     }
 
-    /// Whether any of the rings can be in the picture.
+    /// Whether any of the rings can be in the image.
     pub(crate) fn meets_frame(&self) -> bool {
         self.rect(self.outermost_km()).is_some()
     }
@@ -278,13 +278,13 @@ impl<'a> RingView<'a> {
         (least.x < most.x && least.y < most.y).then_some(ClipRect { left: least.x, top: most.y, right: most.x, bottom: least.y })
     }
 
-    /// Most pieces into which shaders/lib/ring/surface.wesl divides a pixel's stretch: 32 per radius, as many as its longest stretch needs.
-    fn max_pieces(&self) -> f64 {
+    /// Maximum number of segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: 32 per radius, as many as the longest footprint needs.
+    fn max_segments(&self) -> f64 {
         let (height, axis_distance) = self.viewer_radii();
         let outer = self.outermost_km() / self.body.radii_km.x;
         // A pixel turns the ray by at most its tangent. The part added covers what a pixel at the edge has outside of the ring.
         let cosine = (height / height.hypot(axis_distance + 1.05 * outer)).max(MIN_COSINE);
-        (32.0 * 1.05 * height * self.camera.pixel_tangent() / (cosine * cosine)).ceil().clamp(1.0, MAX_PIECES)
+        (32.0 * 1.05 * height * self.camera.pixel_tangent() / (cosine * cosine)).ceil().clamp(1.0, MAX_SEGMENTS)
     }
 
     /// The view rays over the rectangle, in units of the equatorial radius on all axes.
@@ -318,8 +318,9 @@ impl<'a> RingView<'a> {
     /// Uniforms of ring-shine on the globe. `phase_brightness`: the factor for the Sun's phase in the albedo. It does not apply to ring-shine and is
     /// divided out.
     pub(crate) fn shine_axes(&self, shine: &RingShine, phase_brightness: f64) -> Vec4 {
-        let level = self.sun.truncate().try_normalize().unwrap_or(DVec2::X);
-        let [x, y, z, w] = [level.x, level.y, 1.0 / shine.max_height, 1.0 / phase_brightness.max(1e-6)].map(camera::narrow_scalar);
+        let horizontal = self.sun.truncate().try_normalize().unwrap_or(DVec2::X);
+        let [x, y, z, w] =
+            [horizontal.x, horizontal.y, 1.0 / shine.max_height, 1.0 / phase_brightness.max(1e-6)].map(camera::narrow_scalar);
         Vec4::new(x, y, z, w)
     }
 
@@ -366,7 +367,7 @@ impl<'a> RingView<'a> {
             radius_range: Vec2::new(narrow(table.radius_range[0]), narrow(table.radius_range[1])),
             table: Some(table),
             extent: narrow(self.outermost_km() / self.body.radii_km.x),
-            pieces: narrow(self.max_pieces()),
+            segments: narrow(self.max_segments()),
             half_pixel: narrow(0.5 / self.pixels_per_radius()),
             phase: Vec2::new(narrow(phase_factor()), narrow(PHASE_EXPONENT)),
             dust_asymmetry: lobe(0),

@@ -13,7 +13,7 @@ use crate::scene::decision::Decision;
 use glam::{DMat2, DMat3, DVec2, DVec3, Vec2, Vec3};
 use std::sync::Arc;
 
-/// Smallest size of an image in the picture, pixels.
+/// Smallest size of a sky image in the frame, pixels.
 const MIN_SIZE_PX: f64 = 0.5;
 /// Finite-difference step along the tangent plane for its axes under aberration, radians.
 const STEP: f64 = 1e-4;
@@ -62,11 +62,11 @@ pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: 
     for (layer, image) in layers.iter().filter_map(|l| Some((l, l.image.as_ref()?))) {
         let size = DVec2::new(f64::from(image.width), f64::from(image.height));
         let Some(from_icrf) = image_from_icrf(&image.wcs, size, velocity_km_s) else { continue };
-        // The centre of the image, and the image's size in pixels of the picture, from the size of a texel at the centre.
+        // The centre of the sky image, and its size in pixels of the frame, from the size of a texel at the centre.
         let middle = from_icrf.inverse() * DVec3::new(0.5, 0.5, 1.0);
         let distance_px = |step: DVec2| {
-            let at = from_icrf.inverse() * (DVec2::splat(0.5) + step).extend(1.0);
-            at.normalize().distance(middle.normalize()) / camera.pixel_tangent()
+            let direction = from_icrf.inverse() * (DVec2::splat(0.5) + step).extend(1.0);
+            direction.normalize().distance(middle.normalize()) / camera.pixel_tangent()
         };
         let texel = DVec2::ONE / size;
         let span_px = DVec2::new(distance_px(DVec2::X * texel) * size.x, distance_px(DVec2::Y * texel) * size.y);

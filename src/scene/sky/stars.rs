@@ -89,10 +89,10 @@ impl AirTint {
 
     fn of(air: &SurroundingAir<'_>) -> Self {
         let up = air.up();
-        let level = up.any_orthonormal_vector();
+        let horizontal = up.any_orthonormal_vector();
         let tint = |k: usize| {
             let altitude = (Self::LOWEST_DEG + (90.0 - Self::LOWEST_DEG) * (k as f64 / TINT_STEPS as f64).powi(2)).to_radians();
-            air.tint(up * altitude.sin() + level * altitude.cos())
+            air.tint(up * altitude.sin() + horizontal * altitude.cos())
         };
         Self { up, tints: (0..=TINT_STEPS).map(tint).collect() }
     }

@@ -92,17 +92,17 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
     // Positions are relative to the reference point, or without one to the camera or the body's centre.
     let origin = reference.as_ref().map_or(if rays.anchor_is_camera { camera_position } else { DVec3::ZERO }, |r| r.point);
     let pixel = (camera_position.length() - 1.0).max(1e-9) * camera.pixel_tangent();
-    // The level of the lattice whose cells are just visible directly below the camera.
+    // The index of the lattice whose cells are just visible directly below the camera.
     let finest = ((MIN_CELL_PX * pixel / COARSEST_CELL).ln() / ratio.ln()).max(0.0);
     let last = finest.ceil() as i32;
     let row = |k: usize| {
-        let level = last - (DETAIL_ROWS as i32 - 1) + k as i32;
-        if level < 0 {
+        let lattice = last - (DETAIL_ROWS as i32 - 1) + k as i32;
+        if lattice < 0 {
             return (DVec3::ZERO, INVISIBLE_CELL);
         }
-        let cell = COARSEST_CELL * ratio.powi(level);
+        let cell = COARSEST_CELL * ratio.powi(lattice);
         // Lattices are offset from each other, so that no two share the walls of their cells.
-        let offset = DVec3::new(75.488, 56.984, 85.667) * f64::from(level + 1);
+        let offset = DVec3::new(75.488, 56.984, 85.667) * f64::from(lattice + 1);
         let position = origin / cell + offset;
         (position - (position / PERIOD).floor() * PERIOD, cell)
     };

@@ -38,7 +38,7 @@ pub(crate) fn is_required(context: Context<'_>, camera: &Camera, p: &PlacedBody<
     large && wanted && context.request.effects.override_of(Effect::Mesh) != Some(false)
 }
 
-/// The rectangle of the picture that the model may touch; `None` if it is outside.
+/// The rectangle of the image that the model may touch; `None` if it is outside.
 pub(crate) fn rect(camera: &Camera, placement: &Placement, model: &Mesh) -> Option<ClipRect> {
     let bounds = Placement { radii_km: placement.radii_km * model.max_radius.max(1e-9), ..*placement };
     if bounds.camera_is_inside() { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &bounds).rect(camera) }

@@ -55,8 +55,8 @@ impl Limb {
 
     fn contains(&self, x: f64, y: f64) -> bool {
         let [c, gx, gy, xx, xy, yy] = self.form;
-        let level = c + gx * x + gy * y + xx * x * x + xy * x * y + yy * y * y;
-        level > 0.0 && self.near[0] + self.near[1] * x + self.near[2] * y > 0.0
+        let form = c + gx * x + gy * y + xx * x * x + xy * x * y + yy * y * y;
+        form > 0.0 && self.near[0] + self.near[1] * x + self.near[2] * y > 0.0
     }
 
     /// Values of x where the limb may cross a line of constant y.
@@ -116,8 +116,8 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'
     let towards = farther.placement.centre_km / farther.distance_km;
     let radius = angular_radius(farther).tan();
     // Chords run towards the centre of the first occluding body, so that they cross the last thin crescent and resolve it.
-    let aside = first.placement.centre_km - towards * towards.dot(first.placement.centre_km);
-    let along = aside.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
+    let perpendicular = first.placement.centre_km - towards * towards.dot(first.placement.centre_km);
+    let along = perpendicular.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
     let across = towards.cross(along);
     let limbs: Vec<Limb> = occluding.iter().map(|p| Limb::on(&p.placement, towards, along * radius, across * radius)).collect();
     let (u1, u2) = limb_law(farther.body);
@@ -235,8 +235,8 @@ mod tests {
             let body = Placement { centre_km: DVec3::X * distance_km, body_from_icrf, radii_km };
             let (mut inside, mut outside) = (0, 0);
             for n in 0..12 {
-                let aside = DVec3::new(0.0, f64::from(n).cos(), f64::from(n).sin());
-                let at = |angle: f64| DVec3::X * angle.cos() + aside * angle.sin();
+                let perpendicular = DVec3::new(0.0, f64::from(n).cos(), f64::from(n).sin());
+                let at = |angle: f64| DVec3::X * angle.cos() + perpendicular * angle.sin();
                 // The angle of the limb, by bisection.
                 let (mut from, mut to) = (0.0, 1.6);
                 for _ in 0..60 {
@@ -245,7 +245,7 @@ mod tests {
                 }
                 let ray = at(from);
                 let unit = 0.1 * from;
-                let (dx, dy) = (aside * unit, DVec3::X.cross(aside) * unit);
+                let (dx, dy) = (perpendicular * unit, DVec3::X.cross(perpendicular) * unit);
                 let limb = Limb::on(&body, ray, dx, dy);
                 for (x, y) in [(0.01, 0.0), (-0.01, 0.0), (0.5, 0.4), (-0.5, 0.9), (0.9, -0.9), (-2.0, 0.1), (2.0, 0.3)] {
                     let expected = meets(&body, ray + dx * x + dy * y);

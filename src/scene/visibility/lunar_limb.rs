@@ -113,7 +113,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
     (mean_limb_light + change / total).clamp(DVec3::splat(f64::MIN_POSITIVE), DVec3::ONE)
 }
 
-/// Applies the stored profile to the Moon's draw, if the picture resolves its heights; records the decision.
+/// Applies the stored profile to the Moon's draw, if the image resolves its heights; records the decision.
 pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], bodies: &mut [BodyInView]) {
     let Some(moon) = placed.iter().find(|p| p.body.id == NaifId::MOON) else { return };
     let Some(profile) = moon.limb_profile.as_deref() else { return };

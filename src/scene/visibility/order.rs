@@ -170,14 +170,14 @@ mod tests {
         for _ in 0..40_000 {
             let (towards, far, size) = direction();
             let (outwards, away, _) = direction();
-            let (aside, slant, _) = direction();
+            let (perpendicular, slant, _) = direction();
             // The planet has radius 1, the ring reaches from 1.2 to 2.3.
             let camera = towards * (1.02 + 10f64.powf(7.0 * far * far) - 1.0);
             let moon = BoundingSphere { centre_km: outwards * (1.3 + 4.0 * away) - camera, radius_km: 0.02 + 0.1 * size };
             let planet = BoundingSphere { centre_km: -camera, radius_km: 1.0 };
             let pole = DVec3::Z;
             // A ray that meets the moon.
-            let along = (moon.centre_km + aside * (moon.radius_km * 0.9 * slant)).normalize();
+            let along = (moon.centre_km + perpendicular * (moon.radius_km * 0.9 * slant)).normalize();
             let Some(at_moon) = distance_to(&moon, along) else { continue };
             if moon.tangent_squared_km2() < 0.0 {
                 continue;

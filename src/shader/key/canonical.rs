@@ -38,7 +38,7 @@ fn shows_normal(f: &DrawFeatures) -> bool {
     (lit(f) || (shows_radiance(f) && emissive(f)) || f.view == PixelView::Normal || (f.view == PixelView::Sunlight && f.lights > 0))
         && f.surface != Surface::Sky
 }
-/// Whether the draw fills the coarse picture of the air.
+/// Whether the draw fills the coarse image of the air.
 fn draws_air_alone(f: &DrawFeatures) -> bool {
     f.air_pass == AirPass::Drawn
 }
@@ -78,13 +78,13 @@ pub static RULES: &[CanonicalRule] = &[
         dimension: "lights",
         value: "sun0",
         applies: |f| f.view == PixelView::Eclipse && f.eclipse.occluders == 0,
-        because: "no occluder stands before the Sun",
+        because: "no occluder is in front of the Sun",
     },
     CanonicalRule {
         dimension: "lights",
         value: "sun0",
         applies: |f| f.view == PixelView::Ring && (f.ring_shadow == RingShadow::None || f.surface == Surface::Ring),
-        because: "no ring stands before the Sun",
+        because: "no ring is in front of the Sun",
     },
     CanonicalRule {
         dimension: "lights",
@@ -175,7 +175,7 @@ pub static RULES: &[CanonicalRule] = &[
         dimension: "eclipse-model",
         value: "",
         applies: |f| f.eclipse.occluders == 0,
-        because: "no occluder stands before the Sun",
+        because: "no occluder is in front of the Sun",
     },
     CanonicalRule {
         dimension: "ring-shadow",
@@ -219,13 +219,13 @@ pub static RULES: &[CanonicalRule] = &[
         dimension: "air-pass",
         value: "",
         applies: |f| f.surface == Surface::Sky || !shows_radiance(f),
-        because: "a coarse picture holds the light before ground and clouds",
+        because: "a coarse image holds the light before ground and clouds",
     },
     CanonicalRule {
         dimension: "air-pass",
         value: "",
         applies: |f| f.ring_shadow != RingShadow::None,
-        because: "a ring's shadow is finer than the coarse picture",
+        because: "a ring's shadow is finer than the coarse image",
     },
     CanonicalRule {
         dimension: "surface",

@@ -10,9 +10,9 @@
 const MAX_OPEN_ANGLES: usize = 12;
 /// Deepest nesting of brackets.
 const MAX_DEPTH: usize = 64;
-/// Most bytes, without blanks, between two of `;`, `,`, `{` and `}`: a sum of thousands of terms becomes a syntax tree that is as deep.
+/// Maximum number of bytes, without blanks, between two of `;`, `,`, `{` and `}`: a sum of thousands of terms becomes a syntax tree that is as deep.
 const MAX_PART_BYTES: usize = 4096;
-/// Most bytes, without blanks, of one function: naga 30 takes the square of the number of expressions, 20 s for a megabyte of statements.
+/// Maximum number of bytes, without blanks, of one function: naga 30 takes the square of the number of expressions, 20 s for a megabyte of statements.
 const MAX_BODY_BYTES: usize = 1 << 17;
 /// Most `else` in one chain: each is nested in the one before it.
 const MAX_ELSE: usize = 64;

@@ -24,7 +24,7 @@ pub static PREDICATES: &[Predicate] = &[
         "air_vertex || air_pixel_8 || air_pixel_16 || air_pixel_32 || air_table",
         "light scattered by an atmosphere is summed, by whichever tier",
     ),
-    predicate("has_ring_shadow", "ring_shadow_point_sun || ring_shadow_penumbra", "a ring stands before the Sun"),
+    predicate("has_ring_shadow", "ring_shadow_point_sun || ring_shadow_penumbra", "a ring is in front of the Sun"),
     predicate("has_body_shadow", "body_shadow_sphere || body_shadow_ellipsoid_penumbra", "the body throws its shadow on its own ring"),
     predicate(
         "has_shadow",
@@ -58,7 +58,7 @@ pub static PREDICATES: &[Predicate] = &[
         "any map of the body is read",
     ),
     predicate(
-        "reads_map_place",
+        "reads_map_coordinates",
         "maps_albedo || maps_normal || maps_specular || maps_night || maps_cloud_shadow || surface_cloud || view_uv",
         "the pixel's place in the body's maps is needed",
     ),

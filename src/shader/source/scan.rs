@@ -121,7 +121,7 @@ impl<'a> Scanner<'a> {
             let continues_chain = matches!(branch, Some(Branch::Elif(_) | Branch::Else));
             let unless = if continues_chain { chain.last().copied() } else { None };
             if continues_chain && unless.is_none() {
-                return Err(Fault { at: start, what: "no `@if` stands on the item before".into() });
+                return Err(Fault { at: start, what: "the item before has no `@if`".into() });
             }
             if !continues_chain {
                 self.finish_chain(&chain, chain_start);
@@ -234,7 +234,7 @@ impl<'a> Scanner<'a> {
                     return Ok(());
                 }
                 "@" if matches!(self.tokens.get(self.next + 1).map(|(s, _)| &self.text[s.clone()]), Some("if" | "elif" | "else")) => {
-                    let what = "a condition stands before a declaration, a member, a parameter or a statement, not within one";
+                    let what = "a condition must come before a declaration, a member, a parameter or a statement; here it is within one";
                     return Err(self.fault(what.into()));
                 }
                 _ => self.next += 1,

@@ -1,6 +1,6 @@
-//! The composition of a picture as a view stores it: one perspective frame, a dome, the entire sphere, or a stereo pair.
+//! The composition of an image as a view stores it: one perspective frame, a dome, the entire sphere, or a stereo pair.
 //!
-//! In: fields of a link or a file, controls of the Effects panel. Out: a [`Composition`]. Always: the default is a plain perspective picture,
+//! In: fields of a link or a file, controls of the Effects panel. Out: a [`Composition`]. Always: the default is a plain perspective image,
 //! which links and files omit. Not here: the warp mesh, which belongs to a projector and is loaded by `orrery view --warp`.
 
 use crate::scene::request::composition::{DOME_TILT_RANGE_DEG, FISHEYE_DEG, FISHEYE_RANGE_DEG};
@@ -16,7 +16,7 @@ pub struct CompositionState {
     pub projection: Projection,
     /// Full angle of a fisheye's circle; other projections do not use this field.
     pub fisheye_deg: f64,
-    /// The zenith is in the middle of a fisheye picture.
+    /// The zenith is in the middle of a fisheye image.
     pub dome_zenith: bool,
     pub dome_tilt_deg: f64,
     #[serde(with = "option_text::by_optional_name")]

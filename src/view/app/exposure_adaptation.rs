@@ -1,9 +1,9 @@
 //! Automatic exposure of the window: it approaches the metered value smoothly.
 //!
-//! In: metered exposures of drawn pictures, real time, the view. Out: the exposure of the next request. Always: the difference in stops decays by
-//! exp(-t / `TIME_CONSTANT_S`) in real time, at any frame rate. The exposure takes the metered value at once for the first picture, after a cut
+//! In: metered exposures of drawn images, real time, the view. Out: the exposure of the next request. Always: the difference in stops decays by
+//! exp(-t / `TIME_CONSTANT_S`) in real time, at any frame rate. The exposure takes the metered value at once for the first image, after a cut
 //! (another target or standpoint without a flight), and after manual exposure. This module reads no clock. Adaptation does not apply to saved
-//! pictures: the exposure of a link, a file or a frame of a sequence depends only on its instant.
+//! images: the exposure of a link, a file or a frame of a sequence depends only on its instant.
 
 use crate::catalog::NaifId;
 use crate::scene::Exposure;
@@ -18,7 +18,7 @@ pub(crate) const TIME_CONSTANT_S: f64 = 0.4;
 /// The properties that two views must share for the exposure to adapt smoothly.
 type ViewIdentity = (NaifId, NaifId, Discriminant<CameraPose>);
 
-/// The exposure of the last picture.
+/// The exposure of the last image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Adapted {
     stops: f64,
@@ -30,11 +30,11 @@ struct Adapted {
 #[derive(Default)]
 pub(crate) struct ExposureAdaptation {
     identity: Option<ViewIdentity>,
-    /// `None` before the first picture.
+    /// `None` before the first image.
     adapted: Option<Adapted>,
     /// Real time of the last request.
     requested_s: f64,
-    /// The last requested picture is still pending.
+    /// The last requested image is still pending.
     is_pending: bool,
 }
 
@@ -56,7 +56,7 @@ impl ExposureAdaptation {
         }
     }
 
-    /// The exposure to request for the next picture of a view.
+    /// The exposure to request for the next image of a view.
     pub(crate) fn next_exposure(&mut self, view: &ViewState, now_s: f64) -> ExposureRequest {
         self.reset_on_cut(view);
         (self.requested_s, self.is_pending) = (now_s, true);
@@ -70,14 +70,14 @@ impl ExposureAdaptation {
         }
     }
 
-    /// Records the exposure of a finished picture, and the exposure that was requested for it.
+    /// Records the exposure of a finished image, and the exposure that was requested for it.
     pub(crate) fn record(&mut self, exposure: &Exposure, requested: ExposureRequest) {
         self.is_pending = false;
         let adapted = Adapted { stops: exposure.stops, metered_stops: exposure.metered_stops, at_s: self.requested_s };
         self.adapted = (!matches!(requested, ExposureRequest::Stops(_))).then_some(adapted);
     }
 
-    /// Whether another picture of the same view would be closer to the metered exposure.
+    /// Whether another image of the same view would be closer to the metered exposure.
     pub(crate) fn is_adapting(&self) -> bool {
         !self.is_pending && self.adapted.is_some_and(|a| a.stops != a.metered_stops)
     }
@@ -110,7 +110,7 @@ mod tests {
                 adaptation.record(&exposure, requested);
                 (exposure.stops, adaptation.is_adapting())
             };
-            assert_eq!(step(0.0, 0.0), (0.0, false), "the first picture jumps");
+            assert_eq!(step(0.0, 0.0), (0.0, false), "the first image jumps");
             let (mut last, mut at_constant) = (0.0, f64::NAN);
             for k in 1..=(4.0 * rate_hz) as u32 {
                 let now_s = f64::from(k) / rate_hz;

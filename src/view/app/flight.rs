@@ -27,14 +27,14 @@ pub(crate) struct Flight {
 }
 
 /// Eases a fraction in and out, so that a motion starts and ends at rest.
-pub(super) fn ease_in_out(part: f64) -> f64 {
-    let p = part.clamp(0.0, 1.0);
+pub(super) fn ease_in_out(fraction: f64) -> f64 {
+    let p = fraction.clamp(0.0, 1.0);
     p * p * p * (p * (6.0 * p - 15.0) + 10.0)
 }
 
 /// Spherical interpolation of unit vectors; between opposite vectors the great circle is arbitrary.
-fn slerp(from: DVec3, to: DVec3, part: f64) -> DVec3 {
-    DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(from, to), part) * from
+fn slerp(from: DVec3, to: DVec3, fraction: f64) -> DVec3 {
+    DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(from, to), fraction) * from
 }
 
 impl Flight {
@@ -49,22 +49,22 @@ impl Flight {
     }
 
     pub(crate) fn pose(&self) -> Pose {
-        let part = (self.elapsed_s / FLIGHT_S).clamp(0.0, 1.0);
-        if part >= 1.0 {
+        let fraction = (self.elapsed_s / FLIGHT_S).clamp(0.0, 1.0);
+        if fraction >= 1.0 {
             return self.to;
         }
-        let s = ease_in_out(part);
+        let s = ease_in_out(fraction);
         let (a, b) = (self.from.offset_km, self.to.offset_km);
         let (start_km, end_km) = (a.length().max(1e-6), b.length().max(1e-6));
         let log_distance = start_km.ln() + (end_km.ln() - start_km.ln()) * s;
         let direction = slerp(a.try_normalize().unwrap_or(DVec3::X), b.try_normalize().unwrap_or(DVec3::X), s);
-        let turn = ease_in_out(part / FACING_FRACTION);
+        let facing_fraction = ease_in_out(fraction / FACING_FRACTION);
         // In the second half the camera faces the target from its current position. If the final pose does not face the target exactly, that angle
         // is approached gradually.
         let facing = (-b).try_normalize().unwrap_or(self.to.forward);
         let final_turn = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing, self.to.forward), s);
         let towards_target = (final_turn * -direction).normalize();
-        let forward = slerp(self.from.forward, towards_target, turn);
+        let forward = slerp(self.from.forward, towards_target, facing_fraction);
         let up = self.from.up.lerp(self.to.up, s);
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
         Pose { offset_km: direction * log_distance.exp(), forward, up }
@@ -115,10 +115,10 @@ mod tests {
     #[test]
     fn the_target_is_in_view_from_halfway() {
         let mut f = flight();
-        for part in [0.5, 0.7, 0.9] {
-            f.elapsed_s = part * FLIGHT_S;
+        for fraction in [0.5, 0.7, 0.9] {
+            f.elapsed_s = fraction * FLIGHT_S;
             let pose = f.pose();
-            assert!(angle_rad(pose.forward, -pose.offset_km) < 0.02, "{part}");
+            assert!(angle_rad(pose.forward, -pose.offset_km) < 0.02, "{fraction}");
         }
     }
 

@@ -20,7 +20,7 @@ use std::sync::Arc;
 const SATURN: NaifId = NaifId(699);
 /// Vertical field of view around the Moon, degrees.
 const MOON_FOV_DEG: f64 = 0.7;
-/// Distance from Saturn, in equatorial radii, at which its rings fit into a wide picture.
+/// Distance from Saturn, in equatorial radii, at which its rings fit into a wide image.
 const SATURN_DISTANCE_RADII: f64 = 6.0;
 /// Angle between the camera and the Sun in azimuth.
 const SATURN_SUN_ANGLE_DEG: f64 = 35.0;

@@ -168,7 +168,7 @@ fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggesti
     viewer.subjects().iter().flat_map(of_body)
 }
 
-/// The view of a feature from above, in a frame that rotates with the body. The feature fills a third of the picture's height.
+/// The view of a feature from above, in a frame that rotates with the body. The feature fills a third of the image's height.
 pub(crate) fn feature_view(feature: &SurfaceFeature, body: &Subject, base_view: &ViewState) -> ViewState {
     let height_radii = (FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
         .clamp(FEATURE_HEIGHT_LIMITS_RADII[0], FEATURE_HEIGHT_LIMITS_RADII[1]);
@@ -271,7 +271,7 @@ const STAR_FIELD_DEG: f64 = 20.0;
 /// Distance of the camera from the Earth's centre, radii. The camera is between the Earth and the star.
 const STAR_CAMERA_RADII: f64 = 3.0;
 
-/// The view of a star in the middle of the picture, with the Earth behind the camera. `None`: the ephemeris does not cover the time.
+/// The view of a star in the middle of the image, with the Earth behind the camera. `None`: the ephemeris does not cover the time.
 pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
     let pole = places.body_from_icrf(NaifId::EARTH, base_view.time())?.row(2);
     let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;

@@ -71,9 +71,9 @@ pub struct PanelLayout {
     /// Width of the list of bodies, points; `None`: never changed.
     pub bodies_width: Option<f32>,
     pub panel_width: Option<f32>,
-    /// Width of panels with source text or two pictures.
+    /// Width of panels with source text or two images.
     pub wide_width: Option<f32>,
-    /// Width of the panel that is kept open, and of one with source text or two pictures.
+    /// Width of the panel that is kept open, and of one with source text or two images.
     pub kept_width: Option<f32>,
     pub kept_wide_width: Option<f32>,
     pub timeline_shown: bool,
@@ -129,7 +129,7 @@ pub struct Settings {
     pub markers: bool,
     /// Outline of the selected body, unless it is the target.
     pub outline: bool,
-    /// The device that presents the window if a GPU draws the picture.
+    /// The device that presents the window if a GPU draws the image.
     #[serde(rename = "shown_by")]
     pub display_preference: DisplayPreference,
     pub unit: LengthUnit,

@@ -17,7 +17,7 @@ use serde_json::Value;
 
 /// Largest tour file, bytes; a stop has about 600.
 pub(crate) const MAX_BYTES: u64 = 1 << 20;
-/// Most stops. The way between two takes 3 ms to plan in a development build, and a file of a megabyte could have 8,000.
+/// Maximum number of stops. The way between two takes 3 ms to plan in a development build, and a file of a megabyte could have 8,000.
 const MAX_STOPS: usize = 1000;
 /// Longest tour, seconds: an hour.
 const MAX_LENGTH_S: f64 = 3600.0;

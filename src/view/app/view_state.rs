@@ -222,13 +222,13 @@ impl ViewState {
         request.pixel_view = self.pixels;
         request.tone_map = self.tone_map;
         request.quality = self.quality;
-        request.language = language::current().in_pictures();
+        request.language = language::current().in_images();
         request.check().and_then(|()| request.check_bodies(catalog))?;
         Ok(request)
     }
 
-    /// The angle spanned by the height of the picture, degrees.
-    pub(crate) fn picture_fov_deg(&self) -> f64 {
+    /// The angle spanned by the height of the image, degrees.
+    pub(crate) fn image_fov_deg(&self) -> f64 {
         match self.composition.projection {
             Projection::Perspective => self.fov_deg,
             Projection::Fisheye => self.composition.fisheye_deg,

@@ -184,7 +184,7 @@ impl Viewer {
         begins.chain(contains).take(most).collect()
     }
 
-    /// Applies an action. `height_px`: the picture's height.
+    /// Applies an action. `height_px`: the image's height.
     pub fn apply(&mut self, action: Action, height_px: f64, places: &dyn BodyPositions) {
         match action {
             Action::Select(id) => self.selected = id,
@@ -402,10 +402,10 @@ impl Viewer {
         }
     }
 
-    /// Turns the camera by a motion in pixels, right and down. A drag passes the negative motion, so that the picture follows the mouse.
+    /// Turns the camera by a motion in pixels, right and down. A drag passes the negative motion, so that the image follows the mouse.
     fn look_around(&mut self, dx: f64, dy: f64, height_px: f64) {
         self.end_flight();
-        let deg_per_px = self.view.picture_fov_deg() / height_px.max(1.0);
+        let deg_per_px = self.view.image_fov_deg() / height_px.max(1.0);
         match &mut self.view.eye {
             CameraPose::Orbit { yaw_deg, pitch_deg, .. } => {
                 *yaw_deg = (*yaw_deg + dx * deg_per_px + 180.0).rem_euclid(360.0) - 180.0;
@@ -437,7 +437,7 @@ impl Viewer {
         let (angle_deg, range_deg) = match self.view.composition.projection {
             Projection::Perspective => (&mut self.view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG),
             Projection::Fisheye => (&mut self.view.composition.fisheye_deg, FISHEYE_RANGE_DEG),
-            // An equirectangular picture always shows the entire sphere.
+            // An equirectangular image always shows the entire sphere.
             Projection::Equirectangular => return,
         };
         *angle_deg = (*angle_deg * (-notches * 0.15).exp()).clamp(*range_deg.start(), *range_deg.end());

@@ -53,8 +53,8 @@ impl Language {
         }
     }
 
-    /// The language of texts in pictures.
-    pub(crate) fn in_pictures(self) -> TextLanguage {
+    /// The language of texts in images.
+    pub(crate) fn in_images(self) -> TextLanguage {
         match self {
             Self::English | Self::Marked => TextLanguage::English,
             Self::German => TextLanguage::German,

@@ -123,13 +123,13 @@ mod tests {
         assert_eq!(detail_text("x: No such file or directory (os error 2)"), "x: keine solche Datei, kein solcher Ordner");
         assert_eq!(detail_text("x: odd (os error 2)"), "x: odd (os error 2)");
         set(Language::Marked);
-        assert_eq!(reason_text(&both.messages()[0].clone().into()), "«nearest penumbra: ‹«Moon»›'s, ‹1«.»50› of its radius outside»");
+        assert_eq!(reason_text(&both.messages()[0].clone().into()), "«the nearest penumbra, of ‹«Moon»›, is ‹1«.»50› of its radius away»");
         set(Language::English);
     }
 
     #[test]
     fn texts_of_catalogs_are_found_by_their_english_names() {
-        assert_eq!(slug("8 April: Voyager 2's (new) pictures."), "8-april-voyager-2-s-new-pictures");
+        assert_eq!(slug("8 April: Voyager 2's (new) images."), "8-april-voyager-2-s-new-images");
         set(Language::German);
         assert_eq!(catalog_text("moment", "Earthrise"), "Erdaufgang");
         assert!(catalog_detail("moment", "Earthrise", "about", "The Earth").starts_with("Die Erde über dem Mondhorizont"));

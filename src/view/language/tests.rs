@@ -287,15 +287,15 @@ fn times_are_rounded_and_carry_over() {
     assert_eq!(dates::minute_text(far), far.plus_seconds(30.0).to_utc_iso());
 }
 
-/// The times that scenes draw into pictures read as those of the window.
+/// The times that scenes draw into images read as those of the window.
 #[test]
-fn times_in_pictures_are_written_as_in_the_window() {
+fn times_in_images_are_written_as_in_the_window() {
     use crate::time::Instant;
     set(Language::German);
     for month in 1..=12 {
         for year in ["2024", "0007", "-0584"] {
             let t = Instant::parse(&format!("{year}-{month:02}-09T18:17:16Z")).expect("a time");
-            assert_eq!(Language::German.in_pictures().time(&t.to_utc_iso()), dates::instant_text(t));
+            assert_eq!(Language::German.in_images().time(&t.to_utc_iso()), dates::instant_text(t));
         }
     }
     set(Language::English);

@@ -1,4 +1,4 @@
-//! The angle between two places of the picture that the user clicks while holding Ctrl.
+//! The angle between two places of the image that the user clicks while holding Ctrl.
 //!
 //! The places are stored as directions from the camera, so that the line stays in place on the sky while the view rotates. A click near a star
 //! or a small body selects its centre. A third place starts a new measurement; Escape removes the line. For two bodies, the distance between

@@ -111,7 +111,7 @@ fn scale(size: [f64; 2], a: DVec3, b: DVec3) -> f64 {
 
 /// Draws two bodies next to each other.
 fn sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
-    let rect = background(ui, SIZES_HEIGHT, &text!("sizes-picture", first = body_name(&a.name), second = body_name(&b.name)));
+    let rect = background(ui, SIZES_HEIGHT, &text!("sizes-image", first = body_name(&a.name), second = body_name(&b.name)));
     let inner = rect.shrink2(vec2(12.0, 16.0));
     let points_per_km = scale([f64::from(inner.width()) - 10.0, f64::from(inner.height()) - 8.0], a.radii_km, b.radii_km);
     let font = TextStyle::Small.resolve(ui.style());
@@ -146,7 +146,7 @@ fn disc_colour(catalog: &Catalog, id: NaifId) -> Color32 {
 fn distances(ui: &mut Ui, bodies: &[(&str, f64, bool)]) {
     let farthest = bodies.iter().map(|p| p.1).fold(1.0, f64::max);
     let description: Vec<String> = bodies.iter().map(|(name, au, _)| format!("{name} {}", decimal(au, 2))).collect();
-    let rect = background(ui, DISTANCES_HEIGHT, &text!("distances-picture", list = description.join(", ")));
+    let rect = background(ui, DISTANCES_HEIGHT, &text!("distances-image", list = description.join(", ")));
     let line = rect.top() + 14.0;
     let [from, to] = [rect.left() + 10.0, rect.right() - 24.0];
     let at = |au: f64| from + (to - from) * (au / farthest) as f32;

@@ -1,4 +1,4 @@
-//! Controls for the composition of the picture: projection, dome, stereo pair.
+//! Controls for the composition of the image: projection, dome, stereo pair.
 //!
 //! In: the view. Out: the view with another composition. Always: at most one of stereo and a projection other than perspective is on; choosing
 //! one switches the other off.

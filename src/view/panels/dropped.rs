@@ -1,7 +1,7 @@
 //! Data files dropped on the window, which become layers over the sky or over the target's surface.
 //!
 //! In: the files dropped in this frame. Out: layers of the session, a message about each file (how it was read, or its error), and a request
-//! for a new picture. Always: files are read on the query worker; an invalid file changes nothing.
+//! for a new image. Always: files are read on the query worker; an invalid file changes nothing.
 
 use super::Interface;
 use crate::view::faults::fault_text;
@@ -33,7 +33,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
         interface.message = match answer {
             Ok(description) => {
                 interface.viewer.view.layers.data = true;
-                // The same view now gives another picture, so the picture is requested again.
+                // The same view now gives another image, so the image is requested again.
                 interface.viewport.requested = None;
                 description
             }

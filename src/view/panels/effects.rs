@@ -151,7 +151,7 @@ fn measure_costs(
     }
 }
 
-/// Shows the choice of the renderer, and of the device that presents the picture.
+/// Shows the choice of the renderer, and of the device that presents the image.
 fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, display_preference: &mut DisplayPreference) {
     let (choices, now) = worker.session().renderers();
     if choices.len() < 2 {

@@ -140,7 +140,7 @@ fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: LengthUnit, c
             line(ui, text!("fact-illuminated"), format!("{} %", decimal(lit * 100.0, 1)));
         }
         let point = |p: crate::scene::SubPoint| latitude_longitude(p.latitude_deg, p.longitude_deg);
-        line(ui, text!("fact-sub-observer"), point(body.sub_viewer));
+        line(ui, text!("fact-sub-observer"), point(body.sub_observer));
         if let Some(sun) = body.sub_solar {
             line(ui, text!("fact-sub-solar"), point(sun));
         }

@@ -150,7 +150,7 @@ pub struct Interface {
     pub message: String,
     /// The displayed reply, and the time at which it disappears, interface seconds.
     message_shown: (String, f64),
-    /// Why there is no picture of the current view.
+    /// Why there is no image of the current view.
     failure_reason: Option<String>,
     /// Messages of the session: a fallback, a map that cannot be read.
     pub session_messages: Arc<Mutex<Vec<String>>>,
@@ -225,7 +225,7 @@ impl Interface {
         }
     }
 
-    /// Runs one frame: advances time, receives pictures, shows panels, requests the next picture.
+    /// Runs one frame: advances time, receives images, shows panels, requests the next image.
     pub fn ui(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         self.apply_language(worker);
         let now_s = ui.input(|i| i.time);
@@ -233,7 +233,7 @@ impl Interface {
         self.viewport.last_s = now_s;
         self.viewer.advance(elapsed_s);
         tour::advance(self, ui.ctx(), elapsed_s);
-        // Messages about drivers appear in the Performance panel, not over the picture.
+        // Messages about drivers appear in the Performance panel, not over the image.
         let (about_drivers, others): (Vec<_>, Vec<_>) =
             self.session_messages.lock().drain(..).partition(|line| performance::is_about_drivers(line));
         self.performance.messages.extend(about_drivers);
@@ -281,7 +281,7 @@ impl Interface {
         self.has_keyboard = ui.memory(|m| m.focused().is_some());
         let height_px = f64::from(self.viewport.size_px[1]);
         let places = SessionPositions(worker.session());
-        // A selection does not move the view, so the picture stays sharp.
+        // A selection does not move the view, so the image stays sharp.
         if actions.iter().any(|action| !matches!(action, Action::Select(_))) {
             self.viewport.moved_s = now_s;
             if !starts_tour {
@@ -320,7 +320,7 @@ impl Interface {
         self.performance.interface_ms = took.as_secs_f64() * 1e3;
     }
 
-    /// The message below the sky: the reason why there is no picture, else the reply to the last action, else the last message of the session.
+    /// The message below the sky: the reason why there is no image, else the reply to the last action, else the last message of the session.
     pub fn message_line(&self) -> &str {
         match (&self.failure_reason, self.message.as_str()) {
             (Some(why), _) => why,
@@ -329,7 +329,7 @@ impl Interface {
         }
     }
 
-    /// Whether a picture or sequence is being exported.
+    /// Whether an image or sequence is being exported.
     pub fn is_saving(&self) -> bool {
         self.share.is_busy()
     }

@@ -1,8 +1,8 @@
-//! *What to see now*: a row of small pictures over the viewport's lower edge and in the Moments panel.
+//! *What to see now*: a row of small images over the viewport's lower edge and in the Moments panel.
 //!
-//! In: clicks. Out: views, a selected event, an opened panel. Always: the pictures are drawn in the background, one after the other, after the
-//! first image of the viewport. A view that does not exist now has no picture. The row over the viewport disappears for good when the user clicks a
-//! picture or the close button or does anything else; the Moments panel always shows the pictures.
+//! In: clicks. Out: views, a selected event, an opened panel. Always: the images are drawn in the background, one after the other, after the
+//! first image of the viewport. A view that does not exist now has no image. The row over the viewport disappears permanently when the user clicks an
+//! image or the close button or does anything else; the Moments panel always shows the images.
 
 use super::icons::{self, Icon};
 use super::render_loop::colour_image;
@@ -18,17 +18,17 @@ use crate::view::language::text;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Align2, Color32, Rect, RichText, Sense, Stroke, TextStyle, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2};
 
-/// Size of a picture, points.
+/// Size of an image, points.
 const SIZE: [f32; 2] = [136.0, 84.0];
-/// Pixels per point of a picture, above 1 for screens with a high pixel density.
+/// Pixels per point of an image, above 1 for screens with a high pixel density.
 const DENSITY: f32 = 1.5;
 /// Smallest width and height of the viewport at which the row is shown, points.
 const MIN_VIEWPORT: [f32; 2] = [760.0, 300.0];
 
-/// A view and its picture, rows top first.
+/// A view and its image, rows top first.
 struct DrawnTile {
     now: NowView,
-    picture: Option<([u32; 2], Vec<[u8; 4]>)>,
+    image: Option<([u32; 2], Vec<[u8; 4]>)>,
 }
 
 struct Tile {
@@ -51,7 +51,7 @@ pub(crate) struct NowShowing {
     tiles: [TileState; NowItem::ALL.len()],
 }
 
-/// Takes the finished picture and requests the next, one at a time. Called only while the row is visible.
+/// Takes the finished image and requests the next, one at a time. Called only while the row is visible.
 fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     if interface.shown().is_none() {
         return;
@@ -74,23 +74,23 @@ fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWor
     }
 }
 
-/// Draws the picture of an item; `None` if its view does not exist now.
+/// Draws the image of an item; `None` if its view does not exist now.
 fn draw(session: &crate::session::Session, item: NowItem, now: crate::time::Instant, base_view: &ViewState) -> Option<DrawnTile> {
     let now = item.view(session, now, base_view)?;
     let [width, height] = SIZE.map(|points| (points * DENSITY) as u32);
-    // The picture for the Shader panel shows the eclipse term.
+    // The image for the Shader panel shows the eclipse term.
     let pixels = if item == NowItem::Shader { PixelView::Eclipse } else { PixelView::Final };
     // A dome or a stereo pair would be illegible at this size.
     let view = ViewState { pixels, composition: CompositionState::default(), ..now.view.clone() };
-    let picture = view.request(session.catalog(), session.ephemeris(), width, height).ok().and_then(|request| {
+    let image = view.request(session.catalog(), session.ephemeris(), width, height).ok().and_then(|request| {
         let frame = session.draw_in_background(&request, SamplingQuality::of(request.quality), false).ok()?.frame;
         Some(([frame.width, frame.height], frame.display))
     });
-    Some(DrawnTile { now, picture })
+    Some(DrawnTile { now, image })
 }
 
 fn tile(ctx: &egui::Context, drawn: DrawnTile) -> Tile {
-    let texture = drawn.picture.map(|([width, height], rows)| {
+    let texture = drawn.image.map(|([width, height], rows)| {
         let name = format!("now: {}", drawn.now.title);
         ctx.load_texture(name, colour_image(width, height, rows), TextureOptions::LINEAR)
     });
@@ -104,7 +104,7 @@ pub(crate) fn open_panels(interface: &Interface) -> OpenPanels {
     ([interface.tab, interface.kept_tab], interface.bodies_shown)
 }
 
-/// Hides the row for good once the user has moved, selected or opened something. `panels_before`: [`open_panels`] before this frame's
+/// Hides the row permanently once the user has moved, selected or opened something. `panels_before`: [`open_panels`] before this frame's
 /// input.
 pub(crate) fn hide_after_input(interface: &mut Interface, panels_before: OpenPanels, actions: &[Action]) {
     // Pausing time does not hide the row, because the user may still be looking at it.
@@ -142,7 +142,7 @@ pub(crate) fn over_viewport(interface: &mut Interface, ui: &Ui, worker: &dyn Ren
     }
 }
 
-/// Shows the pictures as buttons; returns whether a picture was clicked.
+/// Shows the images as buttons; returns whether an image was clicked.
 pub(crate) fn row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) -> bool {
     update(interface, ui.ctx(), worker);
     let mut clicked = None;
@@ -181,20 +181,20 @@ fn button(ui: &mut Ui, item: NowItem, tile: Option<&Tile>) -> bool {
     let about = tile.map_or("", |t| t.now.about.as_str());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("{title}: {about}")));
     let response = response.on_hover_text(if about.is_empty() { title } else { about });
-    let picture = Rect::from_min_size(rect.min, SIZE.into());
+    let image = Rect::from_min_size(rect.min, SIZE.into());
     let painter = ui.painter();
-    painter.rect_filled(picture, 4.0, Color32::BLACK);
+    painter.rect_filled(image, 4.0, Color32::BLACK);
     match tile.and_then(|t| t.texture.as_ref()) {
         Some(texture) => {
             let full_uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-            painter.image(texture.id(), picture, full_uv, Color32::WHITE);
+            painter.image(texture.id(), image, full_uv, Color32::WHITE);
         }
-        None if tile.is_none() => egui::Spinner::new().paint_at(ui, Rect::from_center_size(picture.center(), Vec2::splat(16.0))),
+        None if tile.is_none() => egui::Spinner::new().paint_at(ui, Rect::from_center_size(image.center(), Vec2::splat(16.0))),
         None => {}
     }
     let visuals = ui.visuals();
     if response.hovered() || response.has_focus() {
-        painter.rect_stroke(picture, 4.0, Stroke::new(2.0, visuals.selection.bg_fill), egui::StrokeKind::Outside);
+        painter.rect_stroke(image, 4.0, Stroke::new(2.0, visuals.selection.bg_fill), egui::StrokeKind::Outside);
     }
     let line = |at: f32, text: &str, colour| {
         let galley = egui::WidgetText::from(RichText::new(text).small().color(colour)).into_galley(
@@ -205,7 +205,7 @@ fn button(ui: &mut Ui, item: NowItem, tile: Option<&Tile>) -> bool {
         );
         painter.galley(pos2(rect.left(), at), galley, colour);
     };
-    line(picture.bottom() + 3.0, title, visuals.strong_text_color());
-    line(picture.bottom() + 3.0 + small, about, visuals.text_color());
+    line(image.bottom() + 3.0, title, visuals.strong_text_color());
+    line(image.bottom() + 3.0 + small, about, visuals.text_color());
     response.clicked()
 }

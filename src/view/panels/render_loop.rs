@@ -43,7 +43,7 @@ pub(super) struct Viewport {
     pub(super) resolution: AdaptiveResolution,
     /// Size of the viewport, pixels.
     pub(super) size_px: [u32; 2],
-    /// The last clicked pixel, in a picture of `size_px`.
+    /// The last clicked pixel, in an image of `size_px`.
     pub(super) picked_px: Option<[u32; 2]>,
     /// Number of images shown so far.
     pub(super) images_shown: u64,
@@ -56,7 +56,7 @@ pub(super) struct Viewport {
     pub(super) caption_height: f32,
     /// The last right-clicked body.
     pub(super) menu_body: Option<NaifId>,
-    /// The position of the last right click, pixels of the picture.
+    /// The position of the last right click, pixels of the image.
     pub(super) menu_px: Option<DVec2>,
     /// Index in the catalogue of the last star that was clicked or found.
     pub(super) star: Option<usize>,
@@ -138,7 +138,7 @@ impl Interface {
         }
     }
 
-    /// Records why there is no picture of this view. Before the first picture, the reason also goes to standard error, in English.
+    /// Records why there is no image of this view. Before the first image, the reason also goes to standard error, in English.
     fn fail(&mut self, why: &(dyn std::error::Error + 'static), worker: &dyn RenderWorker) {
         let text = fault_text(why);
         if self.viewport.shown.is_none() && self.failure_reason.as_ref() != Some(&text) {

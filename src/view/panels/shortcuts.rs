@@ -62,7 +62,7 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
         interface.quit_requested = true;
     }
     if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::S)) {
-        interface.share.wants_picture = true;
+        interface.share.wants_image = true;
     }
     // Letters typed into a text field are not shortcuts.
     if ctx.egui_wants_keyboard_input() {

@@ -37,12 +37,12 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
     from_another(interface, ui, selected, actions);
     let standpoint = &mut interface.standpoint;
     Grid::new("place").num_columns(2).spacing([6.0, 3.0]).show(ui, |ui| {
-        for (label, value, most) in [
+        for (label, value, limit) in [
             (text!("camera-latitude"), &mut standpoint.latitude_deg, 90.0),
             (text!("camera-longitude"), &mut standpoint.longitude_deg, 180.0),
         ] {
             ui.label(label);
-            let field = DragValue::new(value).range(-most..=most).speed(0.2).suffix("°");
+            let field = DragValue::new(value).range(-limit..=limit).speed(0.2).suffix("°");
             accessible::number(ui, field, &text!("camera-degrees", label = label));
             ui.end_row();
         }
@@ -55,8 +55,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
         CameraPose::Orbit { fixed, .. } => (true, fixed),
         _ => (false, false),
     };
-    let turn = ui.add_enabled(orbits, Checkbox::new(&mut fixed, text!("camera-rotate")));
-    if turn.on_hover_text(text!("camera-rotate-hint")).clicked() {
+    let rotate = ui.add_enabled(orbits, Checkbox::new(&mut fixed, text!("camera-rotate")));
+    if rotate.on_hover_text(text!("camera-rotate-hint")).clicked() {
         actions.push(Action::RotateWithBody(fixed));
     }
     let mut tracks = interface.viewer.view.tracks;
@@ -64,7 +64,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
         actions.push(Action::Track(tracks));
     }
     let view = &mut interface.viewer.view;
-    // The angle of a fisheye is set in the Effects panel; an equirectangular picture has no field of view.
+    // The angle of a fisheye is set in the Effects panel; an equirectangular image has no field of view.
     let perspective = view.composition.projection == Projection::Perspective;
     let fov = Slider::new(&mut view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG).custom_parser(typed_number).logarithmic(true).suffix("°");
     ui.add_enabled(perspective, fov).on_hover_text(text!("camera-fov-hint")).on_disabled_hover_text(text!("camera-fov-disabled"));

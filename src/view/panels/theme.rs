@@ -1,7 +1,7 @@
 //! Colours, text sizes and spacing of the panels, for each theme.
 //!
 //! Out: egui styles and fonts. Always: the contrast ratio of text to its background is at least 4.5 (WCAG 2.2, level AA);
-//! `tests/view/contrast` measures it on the painted output. Not here: colours over the picture (`scene::marks`) and of source code
+//! `tests/view/contrast` measures it on the painted output. Not here: colours over the image (`scene::marks`) and of source code
 //! (`shader::text`).
 
 use super::icons;

@@ -6,7 +6,7 @@ use super::{Interface, now, tour};
 use crate::catalog::NaifId;
 use crate::scene::Scene;
 use crate::scene::labels::{
-    self, FILLS_PICTURE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, body_at, snapped_px, star_at, star_px,
+    self, FILLS_IMAGE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, body_at, snapped_px, star_at, star_px,
 };
 use crate::view::app::orbit::ZOOM_PER_NOTCH;
 use crate::view::app::viewer::Action;
@@ -18,7 +18,7 @@ use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Ve
 use glam::DVec2;
 
 const NAME_POINTS: f32 = BODY;
-/// Part of the picture's height below which caption and scale bar are.
+/// Part of the image's height below which caption and scale bar are.
 const CAPTION_FROM: f64 = 0.85;
 /// Minimum width of the sky at which hints are shown, points.
 const HINTS_WIDTH: f32 = 440.0;
@@ -49,23 +49,23 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         return;
     };
     let placement = ImagePlacement::of(size_px, rect, interface.viewport.size_px);
-    let picture = interface.gpu_image().map(|_| ON_GPU).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
-    if let Some(picture) = picture {
-        let visible = placement.picture.intersect(rect);
-        ui.painter().image(picture, visible, placement.part(visible), Color32::WHITE);
+    let image = interface.gpu_image().map(|_| ON_GPU).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
+    if let Some(image) = image {
+        let visible = placement.image.intersect(rect);
+        ui.painter().image(image, visible, placement.part(visible), Color32::WHITE);
     }
     let metrics = LabelMetrics::of_size(f64::from(NAME_POINTS) / placement.points_per_px);
-    let in_picture = |covered: &Rect| {
-        let [min, max] = [covered.min, covered.max].map(|at| at - placement.picture.min).map(|at| DVec2::new(at.x.into(), at.y.into()));
+    let in_image = |covered: &Rect| {
+        let [min, max] = [covered.min, covered.max].map(|at| at - placement.image.min).map(|at| DVec2::new(at.x.into(), at.y.into()));
         labels::Rect { min: min / placement.points_per_px, max: max / placement.points_per_px }
     };
-    interface.refresh_labels(&metrics, overlays.iter().map(in_picture));
+    interface.refresh_labels(&metrics, overlays.iter().map(in_image));
     interface.viewport.caption_height = caption_height(interface, &placement);
     paint_marks(interface, ui, rect, &placement);
     paint_star(interface, ui, rect, &placement);
     if let Some(rendered) = interface.shown() {
         let scene = &rendered.scene;
-        let at = |px: DVec2| placement.picture.min + vec2(px * placement.points_per_px);
+        let at = |px: DVec2| placement.image.min + vec2(px * placement.points_per_px);
         interface.angle.paint(&ui.painter().with_clip_rect(rect), |direction| scene.geometry.pixel_of(&scene.camera, direction).map(at));
     }
     if let Some(click) = mouse(interface, ui, &response, rect, &placement, actions) {
@@ -86,44 +86,44 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     }
 }
 
-/// Position of the picture in the window. The field of view spans the picture's height. Therefore a picture with another aspect ratio than the
-/// viewport is scaled to the viewport's height, which puts its bodies where the next picture will show them. Such a picture is cropped at its sides or
+/// Position of the image in the window. The field of view spans the image's height. Therefore an image with another aspect ratio than the
+/// viewport is scaled to the viewport's height, which puts its bodies where the next image will show them. Such an image is cropped at its sides or
 /// leaves black margins; it is never stretched.
 struct ImagePlacement {
-    picture: Rect,
-    /// Points per pixel of the picture, which may be coarse.
+    image: Rect,
+    /// Points per pixel of the image, which may be coarse.
     points_per_px: f64,
 }
 
 impl ImagePlacement {
-    /// `viewport_px`: size of the viewport. The picture's size may be the viewport's size divided by an integer and rounded up.
+    /// `viewport_px`: size of the viewport. The image's size may be the viewport's size divided by an integer and rounded up.
     fn of([width, height]: [u32; 2], viewport: Rect, viewport_px: [u32; 2]) -> Self {
         let [viewport_width, viewport_height] = viewport_px.map(u64::from);
         let has_viewport_aspect =
             (u64::from(width) * viewport_height).abs_diff(u64::from(height) * viewport_width) <= viewport_width.max(viewport_height);
         if has_viewport_aspect {
-            return Self { picture: viewport, points_per_px: f64::from(viewport.width()) / f64::from(width) };
+            return Self { image: viewport, points_per_px: f64::from(viewport.width()) / f64::from(width) };
         }
         let points_per_px = viewport.height() / height as f32;
-        let picture = Rect::from_center_size(viewport.center(), Vec2::new(width as f32 * points_per_px, viewport.height()));
-        Self { picture, points_per_px: f64::from(points_per_px) }
+        let image = Rect::from_center_size(viewport.center(), Vec2::new(width as f32 * points_per_px, viewport.height()));
+        Self { image, points_per_px: f64::from(points_per_px) }
     }
 
-    /// The pixel of the picture under a point of the interface; in the right half of a side-by-side pair, the corresponding pixel of the left
+    /// The pixel of the image under a point of the interface; in the right half of a side-by-side pair, the corresponding pixel of the left
     /// half.
     fn px_of(&self, at: Pos2, scene: &Scene) -> DVec2 {
-        let in_picture = at - self.picture.min;
-        scene.geometry.left_eye_px(DVec2::new(f64::from(in_picture.x), f64::from(in_picture.y)) / self.points_per_px)
+        let in_image = at - self.image.min;
+        scene.geometry.left_eye_px(DVec2::new(f64::from(in_image.x), f64::from(in_image.y)) / self.points_per_px)
     }
 
-    /// The part of the picture inside a rectangle, as texture coordinates.
+    /// The part of the image inside a rectangle, as texture coordinates.
     fn part(&self, within: Rect) -> Rect {
-        let at = |p: Pos2| ((p - self.picture.min) / self.picture.size()).to_pos2();
+        let at = |p: Pos2| ((p - self.image.min) / self.image.size()).to_pos2();
         Rect::from_min_max(at(within.min), at(within.max))
     }
 }
 
-/// Height above the sky's lower edge that the picture's caption and scale bar take, points; messages are shown above them.
+/// Height above the sky's lower edge that the image's caption and scale bar take, points; messages are shown above them.
 fn caption_height(interface: &Interface, placement: &ImagePlacement) -> f32 {
     let Some(drawing) = interface.shown() else { return 0.0 };
     let (height, layers) = (f64::from(drawing.height), drawing.job.request.layers);
@@ -134,7 +134,7 @@ fn caption_height(interface: &Interface, placement: &ImagePlacement) -> f32 {
     (rects.map(|rect| height - rect.min.y).fold(0.0, f64::max) * placement.points_per_px) as f32
 }
 
-/// Shows the message line over the lower edge of the picture, so that the picture keeps its size.
+/// Shows the message line over the lower edge of the image, so that the image keeps its size.
 fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     let message = interface.message_line().to_owned();
     if message.is_empty() {
@@ -221,7 +221,7 @@ fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImageP
             interface.message = text!("link-copied").into();
         }
         if ui.button(text!("menu-save-image")).on_hover_text(text!("menu-save-image-hint")).clicked() {
-            interface.share.wants_picture = true;
+            interface.share.wants_image = true;
         }
     });
 }
@@ -230,7 +230,7 @@ fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImageP
 fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &ImagePlacement) {
     let painter = ui.painter().with_clip_rect(rect);
     for label in &interface.viewport.labels {
-        let at = placement.picture.min + vec2(label.centre_px * placement.points_per_px);
+        let at = placement.image.min + vec2(label.centre_px * placement.points_per_px);
         let radius = (label.radius_px * placement.points_per_px) as f32;
         let selected = label.body == interface.viewer.selected;
         let colour = if selected { SELECTED_COLOUR } else { NAME_COLOUR };
@@ -238,11 +238,11 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Ima
         if interface.settings.markers && radius < marker {
             painter.circle_stroke(at, marker, Stroke::new(1.0, colour.gamma_multiply(if selected { 1.0 } else { MARKER_OPACITY })));
         }
-        // A body that fills the picture is named in the title instead.
+        // A body that fills the image is named in the title instead.
         let side = label.name_side.or_else(|| selected.then_some(LabelSide::DEFAULT));
         if let Some(side) = side
             && interface.settings.names
-            && radius < FILLS_PICTURE as f32 * rect.height()
+            && radius < FILLS_IMAGE as f32 * rect.height()
         {
             let text_at = at + vec2(side.offset_px(LabelMetrics::of_size(f64::from(NAME_POINTS)).gap_px(f64::from(radius))));
             let end = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
@@ -257,7 +257,7 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Ima
 fn paint_star(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &ImagePlacement) {
     let at_px = interface.viewport.star.zip(interface.shown()).and_then(|(star, rendered)| star_px(&rendered.scene, star));
     if let Some(at_px) = at_px {
-        let at = placement.picture.min + vec2(at_px * placement.points_per_px);
+        let at = placement.image.min + vec2(at_px * placement.points_per_px);
         ui.painter().with_clip_rect(rect).circle_stroke(at, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, SELECTED_COLOUR));
     }
 }
@@ -284,17 +284,17 @@ fn measure(interface: &mut Interface, at_px: DVec2, body: Option<NaifId>) {
     let Some(rendered) = &interface.viewport.shown else { return };
     let found = body.and_then(|id| rendered.scene.body(id));
     let seen_body = found.map(|b| SeenBody { name: b.name.clone(), centre_km: b.placement.centre_km });
-    // Pixels outside the circle of a fisheye picture have no direction.
+    // Pixels outside the circle of a fisheye image have no direction.
     let Some(direction) = rendered.scene.geometry.direction(&rendered.scene.camera, at_px) else { return };
     interface.message = interface.angle.add(direction, seen_body);
 }
 
-/// A click on the picture.
+/// A click on the image.
 struct Click {
     pixel: [u32; 2],
     /// Index in the catalogue of the star at the click, if there is no body.
     star: Option<usize>,
-    /// Ctrl+click, to measure an angle: position in the picture, pixels, and the body there.
+    /// Ctrl+click, to measure an angle: position in the image, pixels, and the body there.
     measured: Option<(DVec2, Option<NaifId>)>,
 }
 
@@ -366,32 +366,32 @@ mod tests {
     use super::*;
     use egui::pos2;
 
-    /// Pictures with the viewport's aspect ratio fill the viewport at any coarseness; other pictures keep their aspect ratio, centred at the viewport's height.
+    /// Images with the viewport's aspect ratio fill the viewport at any coarseness; other images keep their aspect ratio, centred at the viewport's height.
     #[test]
-    fn a_picture_is_never_stretched() {
+    fn an_image_is_never_stretched() {
         let sides = [1_u32, 7, 200, 333, 640, 1279, 2560];
         for [across, down] in sides.iter().flat_map(|a| sides.map(|d| [*a, d])) {
             for scale in [1.0, 1.5, 2.0] {
                 let viewport = Rect::from_min_size(pos2(190.0, 30.0), Vec2::new(across as f32, down as f32) / scale);
                 for divisor in 1..=5 {
                     let size = [across.div_ceil(divisor), down.div_ceil(divisor)];
-                    assert_eq!(ImagePlacement::of(size, viewport, [across, down]).picture, viewport, "{size:?} in {across}x{down}");
+                    assert_eq!(ImagePlacement::of(size, viewport, [across, down]).image, viewport, "{size:?} in {across}x{down}");
                 }
                 for [width, height] in sides.iter().flat_map(|w| sides.map(|h| [*w, h])) {
                     let placement = ImagePlacement::of([width, height], viewport, [across, down]);
-                    if placement.picture == viewport {
+                    if placement.image == viewport {
                         // A difference of less than a pixel is rounding.
                         let [w, h, a, d] = [width, height, across, down].map(f64::from);
                         let off = (h - w * d / a).abs().min((w - h * a / d).abs());
                         assert!(off <= 1.0, "{width}x{height} in {across}x{down}: stretched by {off} pixels");
                     } else {
-                        let of_height = placement.picture.height() * width as f32 / height as f32;
-                        let off = (placement.picture.width() - of_height).abs();
+                        let of_height = placement.image.height() * width as f32 / height as f32;
+                        let off = (placement.image.width() - of_height).abs();
                         assert!(off < 1e-3 + 1e-5 * of_height, "{width}x{height} in {across}x{down}: {off} points too wide");
                     }
-                    assert!((placement.picture.height() - viewport.height()).abs() < 1e-3);
-                    assert!((placement.picture.center() - viewport.center()).length() < 1e-3 + 1e-6 * placement.picture.width());
-                    let part = placement.part(placement.picture.intersect(viewport));
+                    assert!((placement.image.height() - viewport.height()).abs() < 1e-3);
+                    assert!((placement.image.center() - viewport.center()).length() < 1e-3 + 1e-6 * placement.image.width());
+                    let part = placement.part(placement.image.intersect(viewport));
                     assert!(part.min.x >= -1e-4 && part.max.x <= 1.0001 && part.min.y.abs() < 1e-4 && (part.max.y - 1.0).abs() < 1e-4);
                 }
             }

@@ -59,8 +59,8 @@ impl Presenter {
     }
 
     /// Whether an image on a GPU can be presented, that is, whether it is on the GPU that presents this window.
-    pub(crate) fn holds(&self, picture: &GpuImage) -> bool {
-        matches!(&self.backend, Some(PresentBackend::Gpu(surface)) if surface.holds(picture))
+    pub(crate) fn holds(&self, image: &GpuImage) -> bool {
+        matches!(&self.backend, Some(PresentBackend::Gpu(surface)) if surface.holds(image))
     }
 
     /// Selects the backend that matches the renderer and the user's preference: the GPU that renders should also present. Returns a message

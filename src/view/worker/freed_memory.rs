@@ -3,7 +3,7 @@
 //! In: nothing. Out: pages given back to the operating system. Always: the rules of the GNU C library, and nothing with another one. Not here: what is kept on
 //! purpose, such as decoded maps (`image::maps`).
 
-/// Blocks of at least this size are mapped by themselves, bytes, so that they go back when they are freed: maps and what decoding them needs. Pictures of
+/// Blocks of at least this size are mapped by themselves, bytes, so that they go back when they are freed: maps and what decoding them needs. Images of
 /// up to a million pixels are smaller: each frame has several, and fresh pages for them took four milliseconds a frame.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const MAPPED_FROM_BYTES: libc::c_int = 4 << 20;

@@ -151,7 +151,7 @@ impl RenderWorker for InlineWorker<'_> {
     }
 }
 
-/// Time between two returns of freed pages, which hold up the next picture.
+/// Time between two returns of freed pages, which hold up the next image.
 const BETWEEN_RETURNS: Duration = Duration::from_secs(20);
 
 #[derive(Default)]

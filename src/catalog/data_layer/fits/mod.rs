@@ -177,7 +177,7 @@ mod tests {
         image.rgba.chunks(4).map(|p| p[0]).collect()
     }
 
-    /// Each number format is read; rows run up in the file and down in the picture.
+    /// Each number format is read; rows run up in the file and down in the image.
     #[test]
     fn numbers_of_every_form_are_read() {
         let forms: [(&str, Vec<u8>); 6] = [
@@ -231,10 +231,10 @@ mod tests {
 
     #[test]
     fn maps_of_bodies_have_edges() {
-        let of = |cards: &[(&str, &str)], size: &[(&str, &str)], data: &[u8]| {
+        let file_with = |cards: &[(&str, &str)], size: &[(&str, &str)], data: &[u8]| {
             read(&file(&[&[("BITPIX", "8")], size, cards], data), true, &full_range()).map(|i| (red(&i), i.wcs))
         };
-        let (_, globe) = of(&[], &[("NAXIS", "2"), ("NAXIS1", "2"), ("NAXIS2", "1")], &[1, 2]).expect("the globe");
+        let (_, globe) = file_with(&[], &[("NAXIS", "2"), ("NAXIS1", "2"), ("NAXIS2", "1")], &[1, 2]).expect("the globe");
         assert_eq!(globe, ImageWcs::PlateCarree { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
         let car = |dx: &'static str| {
             [
@@ -247,15 +247,15 @@ mod tests {
                 ("CDELT2", "10"),
             ]
         };
-        let (texels, part) = of(&car("10"), SIZE, &[0, 85, 170, 255]).expect("a part");
+        let (texels, part) = file_with(&car("10"), SIZE, &[0, 85, 170, 255]).expect("a part");
         assert_eq!(part, ImageWcs::PlateCarree { west_deg: 20.0, east_deg: 40.0, south_deg: 0.0, north_deg: 20.0, mirrored: false });
         assert_eq!(texels, [170, 255, 0, 85]);
-        let (texels, part) = of(&car("-10"), SIZE, &[0, 85, 170, 255]).expect("west to the right");
+        let (texels, part) = file_with(&car("-10"), SIZE, &[0, 85, 170, 255]).expect("west to the right");
         assert_eq!(part, ImageWcs::PlateCarree { west_deg: 20.0, east_deg: 40.0, south_deg: 0.0, north_deg: 20.0, mirrored: true });
         assert_eq!(texels, [255, 170, 85, 0]);
-        assert!(of(&car("1000"), SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("do not fit on a globe")));
-        assert!(of(&[], SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("plate carree")));
-        assert!(of(TAN, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("RA---TAN")));
+        assert!(file_with(&car("1000"), SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("do not fit on a globe")));
+        assert!(file_with(&[], SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("plate carree")));
+        assert!(file_with(TAN, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("RA---TAN")));
     }
 
     #[test]
@@ -268,7 +268,7 @@ mod tests {
         assert!(why(&[bits, &[("NAXIS", "0")]], &[]).1.starts_with("no image in it"));
         let cut = block(SIMPLE, &[bits, &[("NAXIS", "2"), ("NAXIS1", "100"), ("NAXIS2", "100")], TAN]);
         assert!(read(&cut, false, &full_range()).is_err_and(|(_, w)| w.starts_with("10000 bytes of data announced, 0 in the file")));
-        for (from, to, card, said) in [
+        for (from, to, card, expected) in [
             ("RA---TAN", "RA---SIN", 6, "CTYPE1: `RA---SIN`: on the sky only"),
             ("RA---TAN", "RA---TAN-SIP", 6, "CTYPE1: `RA---TAN-SIP`"),
             ("83.633", "x", 8, "CRVAL1: `x` is no number"),
@@ -277,7 +277,7 @@ mod tests {
             let changed: Vec<(&str, String)> = TAN.iter().map(|(k, v)| (*k, v.replace(from, to))).collect();
             let changed: Vec<(&str, &str)> = changed.iter().map(|(k, v)| (*k, v.as_str())).collect();
             let (at, why) = why(&[bits, SIZE, &changed], &data);
-            assert!(at == card && why.starts_with(said), "{at}: {why}");
+            assert!(at == card && why.starts_with(expected), "{at}: {why}");
         }
         assert!(why(&[bits, SIZE, TAN, &[("RADESYS", "'FK4'")]], &data).1.starts_with("RADESYS: `FK4`"));
         assert!(why(&[bits, SIZE, TAN, &[("EQUINOX", "1950.0")]], &data).1.starts_with("EQUINOX: `1950.0`"));

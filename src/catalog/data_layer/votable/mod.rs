@@ -94,10 +94,10 @@ impl ElementHandler for Table {
         let Some(element) = path.last().filter(|_| !self.has_ended) else { return Ok(()) };
         match element.name.as_str() {
             "FIELD" => {
-                let of = |name: &str| element.attribute(name).unwrap_or_default().to_owned();
-                let (name, ucd) = (if of("name").is_empty() { of("ID") } else { of("name") }, of("ucd"));
+                let attribute = |name: &str| element.attribute(name).unwrap_or_default().to_owned();
+                let (name, ucd) = (if attribute("name").is_empty() { attribute("ID") } else { attribute("name") }, attribute("ucd"));
                 let unit = element.attribute("unit").map(str::to_owned);
-                let (data_type, arraysize) = (of("datatype"), of("arraysize"));
+                let (data_type, arraysize) = (attribute("datatype"), attribute("arraysize"));
                 self.fields.push(Field { name, ucd, unit, data_type, arraysize, null: None, line: element.line });
             }
             "VALUES" if path.iter().rev().nth(1).is_some_and(|parent| parent.name == "FIELD") => {

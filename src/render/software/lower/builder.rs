@@ -3,7 +3,7 @@
 //! A value's rate states how often it is computed: constant; per draw (once, on the draw tape); uniform (one value for all lanes, on the lane tape
 //! because it may change in a loop); per lane. An operation has the highest rate among its operands.
 
-use super::step::{JumpLabel, SsaStep, Val, Vals};
+use super::step::{JumpLabel, SsaStep, SsaValue, SsaValues};
 use crate::render::software::kernels;
 use crate::render::software::program::Constant;
 use crate::render::software::tape::{Op, TextureOp, WordKind};
@@ -12,11 +12,11 @@ use rustc_hash::FxHashMap as HashMap;
 /// What a value is computed from; equal computations share one value.
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum Computation {
-    Op(Op, Vals),
+    Op(Op, SsaValues),
     /// Offset, count, whether it is an integer, index.
-    Uniform(u32, u32, bool, Option<Val>),
+    Uniform(u32, u32, bool, Option<SsaValue>),
     /// Texture, axis, level.
-    Size(u16, u8, Val),
+    Size(u16, u8, SsaValue),
 }
 
 #[derive(Default)]
@@ -27,12 +27,12 @@ pub(crate) struct SsaBuilder {
     pub code: Vec<SsaStep>,
     last_value: u32,
     last_label: JumpLabel,
-    draw_available: HashMap<Computation, Val>,
+    draw_available: HashMap<Computation, SsaValue>,
     /// The operands of each `select` between lanes, by its result.
-    selects: HashMap<Val, [Val; 3]>,
+    selects: HashMap<SsaValue, [SsaValue; 3]>,
     /// Available expressions of each open region, innermost last. They are kept by region, because a value from a region that may be skipped must not
     /// be used outside it.
-    available: Vec<HashMap<Computation, Val>>,
+    available: Vec<HashMap<Computation, SsaValue>>,
 }
 
 impl SsaBuilder {
@@ -40,7 +40,7 @@ impl SsaBuilder {
         Self { available: vec![HashMap::default()], ..Self::default() }
     }
 
-    pub(crate) fn constant(&mut self, c: Constant) -> Val {
+    pub(crate) fn constant(&mut self, c: Constant) -> SsaValue {
         let key = match c {
             Constant::Float(x) => (0, x.to_bits()),
             Constant::Int(i) => (1, u64::from(i)),
@@ -50,45 +50,45 @@ impl SsaBuilder {
             self.constants.push(c);
             self.constants.len() as u32 - 1
         });
-        Val::Const(index)
+        SsaValue::Const(index)
     }
 
-    pub(crate) fn float(&mut self, x: f64) -> Val {
+    pub(crate) fn float(&mut self, x: f64) -> SsaValue {
         self.constant(Constant::Float(x))
     }
-    pub(crate) fn int(&mut self, i: u32) -> Val {
+    pub(crate) fn int(&mut self, i: u32) -> SsaValue {
         self.constant(Constant::Int(i))
     }
-    pub(crate) fn bool(&mut self, b: bool) -> Val {
+    pub(crate) fn bool(&mut self, b: bool) -> SsaValue {
         self.constant(Constant::Bool(b))
     }
 
-    pub(crate) fn known_constant(&self, v: Val) -> Option<Constant> {
+    pub(crate) fn known_constant(&self, v: SsaValue) -> Option<Constant> {
         match v {
-            Val::Const(i) => Some(self.constants[i as usize]),
+            SsaValue::Const(i) => Some(self.constants[i as usize]),
             _ => None,
         }
     }
-    pub(crate) fn known_bool(&self, v: Val) -> Option<bool> {
+    pub(crate) fn known_bool(&self, v: SsaValue) -> Option<bool> {
         match self.known_constant(v) {
             Some(Constant::Bool(b)) => Some(b),
             _ => None,
         }
     }
-    pub(crate) fn known_int(&self, v: Val) -> Option<u32> {
+    pub(crate) fn known_int(&self, v: SsaValue) -> Option<u32> {
         match self.known_constant(v) {
             Some(Constant::Int(i)) => Some(i),
             _ => None,
         }
     }
 
-    pub(crate) fn fresh_lane(&mut self) -> Val {
+    pub(crate) fn fresh_lane(&mut self) -> SsaValue {
         self.last_value += 1;
-        Val::Lane(self.last_value)
+        SsaValue::Lane(self.last_value)
     }
-    pub(crate) fn fresh_uniform(&mut self) -> Val {
+    pub(crate) fn fresh_uniform(&mut self) -> SsaValue {
         self.last_value += 1;
-        Val::Uniform(self.last_value)
+        SsaValue::Uniform(self.last_value)
     }
     pub(crate) fn label(&mut self) -> JumpLabel {
         self.last_label += 1;
@@ -102,24 +102,24 @@ impl SsaBuilder {
         self.available.pop();
     }
 
-    fn find(&self, key: &Computation) -> Option<Val> {
+    fn find(&self, key: &Computation) -> Option<SsaValue> {
         self.draw_available.get(key).or_else(|| self.available.iter().rev().find_map(|region| region.get(key))).copied()
     }
 
     /// A new value at the highest rate of its operands.
-    fn fresh_for(&mut self, args: &[Val]) -> Val {
+    fn fresh_for(&mut self, args: &[SsaValue]) -> SsaValue {
         self.last_value += 1;
-        if args.iter().any(|a| matches!(a, Val::Lane(_))) {
-            Val::Lane(self.last_value)
-        } else if args.iter().any(|a| matches!(a, Val::Uniform(_))) {
-            Val::Uniform(self.last_value)
+        if args.iter().any(|a| matches!(a, SsaValue::Lane(_))) {
+            SsaValue::Lane(self.last_value)
+        } else if args.iter().any(|a| matches!(a, SsaValue::Uniform(_))) {
+            SsaValue::Uniform(self.last_value)
         } else {
-            Val::Draw(self.last_value)
+            SsaValue::Draw(self.last_value)
         }
     }
 
-    fn emit(&mut self, dst: Val, key: Option<Computation>, step: SsaStep) -> Val {
-        if matches!(dst, Val::Draw(_)) {
+    fn emit(&mut self, dst: SsaValue, key: Option<Computation>, step: SsaStep) -> SsaValue {
+        if matches!(dst, SsaValue::Draw(_)) {
             self.draw.push(step);
             if let Some(k) = key {
                 self.draw_available.insert(k, dst);
@@ -133,14 +133,14 @@ impl SsaBuilder {
         dst
     }
 
-    pub(crate) fn op(&mut self, op: Op, args: &[Val]) -> Val {
+    pub(crate) fn op(&mut self, op: Op, args: &[SsaValue]) -> SsaValue {
         if let Some(folded) = self.fold(op, args) {
             return folded;
         }
         if let Some(simple) = self.simplify(op, args) {
             return simple;
         }
-        let mut args = Vals::from_slice(args);
+        let mut args = SsaValues::from_slice(args);
         if matches!(op, Op::Add | Op::Mul | Op::FEq | Op::FNe | Op::IAdd | Op::IMul | Op::IEq | Op::INe | Op::And | Op::Or | Op::Xor) {
             args.sort();
         }
@@ -149,26 +149,26 @@ impl SsaBuilder {
             return v;
         }
         let dst = self.fresh_for(&args);
-        if let (Op::Select, Val::Lane(_), &[cond, yes, no]) = (op, dst, &args[..]) {
+        if let (Op::Select, SsaValue::Lane(_), &[cond, yes, no]) = (op, dst, &args[..]) {
             self.selects.insert(dst, [cond, yes, no]);
         }
         self.emit(dst, Some(key), SsaStep::Op { dst, op, args })
     }
 
-    pub(crate) fn un(&mut self, op: Op, a: Val) -> Val {
+    pub(crate) fn un(&mut self, op: Op, a: SsaValue) -> SsaValue {
         self.op(op, &[a])
     }
-    pub(crate) fn bin(&mut self, op: Op, a: Val, b: Val) -> Val {
+    pub(crate) fn bin(&mut self, op: Op, a: SsaValue, b: SsaValue) -> SsaValue {
         self.op(op, &[a, b])
     }
-    pub(crate) fn select(&mut self, cond: Val, yes: Val, no: Val) -> Val {
+    pub(crate) fn select(&mut self, cond: SsaValue, yes: SsaValue, no: SsaValue) -> SsaValue {
         self.op(Op::Select, &[cond, yes, no])
     }
-    pub(crate) fn not(&mut self, a: Val) -> Val {
+    pub(crate) fn not(&mut self, a: SsaValue) -> SsaValue {
         self.op(Op::BNot, &[a])
     }
 
-    fn fold(&mut self, op: Op, args: &[Val]) -> Option<Val> {
+    fn fold(&mut self, op: Op, args: &[SsaValue]) -> Option<SsaValue> {
         if matches!(op, Op::Copy) {
             return None;
         }
@@ -199,8 +199,8 @@ impl SsaBuilder {
         })
     }
 
-    fn simplify(&mut self, op: Op, args: &[Val]) -> Option<Val> {
-        let is_constant = |b: &Self, v: Val, c: Constant| b.known_constant(v) == Some(c);
+    fn simplify(&mut self, op: Op, args: &[SsaValue]) -> Option<SsaValue> {
+        let is_constant = |b: &Self, v: SsaValue, c: Constant| b.known_constant(v) == Some(c);
         let (one, zero) = (Constant::Float(1.0), Constant::Float(0.0));
         match (op, args) {
             (Op::Mul, &[a, b]) if is_constant(self, b, one) => Some(a),
@@ -275,7 +275,7 @@ impl SsaBuilder {
         }
     }
 
-    pub(crate) fn uniform(&mut self, kind: WordKind, offset: u32, index: Option<(Val, u32)>) -> Val {
+    pub(crate) fn uniform(&mut self, kind: WordKind, offset: u32, index: Option<(SsaValue, u32)>) -> SsaValue {
         let (index, count) = match index {
             Some((i, n)) => match self.known_int(i) {
                 Some(k) => return self.uniform(kind, offset + 4 * k.min(n.max(1) - 1), None),
@@ -291,15 +291,15 @@ impl SsaBuilder {
         self.emit(dst, Some(key), SsaStep::LoadUniform { dst, kind, offset, index, stride: 4, count })
     }
 
-    pub(crate) fn texture(&mut self, op: TextureOp, texture: u16, args: &[Val], mask: Val) -> [Val; 4] {
+    pub(crate) fn texture(&mut self, op: TextureOp, texture: u16, args: &[SsaValue], mask: SsaValue) -> [SsaValue; 4] {
         let dst = [(); 4].map(|()| self.fresh_lane());
-        self.code.push(SsaStep::Texture { op, texture, dst, args: Vals::from_slice(args), mask });
+        self.code.push(SsaStep::Texture { op, texture, dst, args: SsaValues::from_slice(args), mask });
         dst
     }
 
     /// The size of a texture's level along an axis; `None` if the level differs between lanes.
-    pub(crate) fn texture_size(&mut self, texture: u16, axis: u8, level: Val) -> Option<Val> {
-        if matches!(level, Val::Lane(_)) {
+    pub(crate) fn texture_size(&mut self, texture: u16, axis: u8, level: SsaValue) -> Option<SsaValue> {
+        if matches!(level, SsaValue::Lane(_)) {
             return None;
         }
         let key = Computation::Size(texture, axis, level);

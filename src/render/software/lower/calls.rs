@@ -2,19 +2,19 @@
 
 use super::error::Result;
 use super::lowerer::{CallFrame, Lowerer};
-use super::step::Val;
+use super::step::SsaValue;
 use super::value::Value;
 use naga::valid::FunctionInfo;
 use naga::{Expression, Function, Handle, Statement};
 use rustc_hash::FxHashMap as HashMap;
 
 impl<'m> Lowerer<'m> {
-    pub(crate) fn entry(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Vec<Val>>) -> Result<Vec<Val>> {
+    pub(crate) fn entry(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Vec<SsaValue>>) -> Result<Vec<SsaValue>> {
         self.call(function, info, arguments.into_iter().map(Value::Scalars).collect())
     }
 
     /// Inlines a call; returns the scalars of its result.
-    pub(crate) fn call(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Value>) -> Result<Vec<Val>> {
+    pub(crate) fn call(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Value>) -> Result<Vec<SsaValue>> {
         let base = self.env.len();
         let no = self.builder.bool(false);
         self.env.push(no);
@@ -83,7 +83,7 @@ impl<'m> Lowerer<'m> {
         result.map_or(Ok(()), |r| self.set_result(r, scalars))
     }
 
-    fn set_result(&mut self, result: Handle<Expression>, scalars: Vec<Val>) -> Result<()> {
+    fn set_result(&mut self, result: Handle<Expression>, scalars: Vec<SsaValue>) -> Result<()> {
         let value = Value::Scalars(scalars);
         self.capture_expression(result, &value)?;
         self.frame_mut().values.insert(result, value);

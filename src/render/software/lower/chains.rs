@@ -3,7 +3,7 @@
 //! In: the steps after all other passes. Out: the same steps with chains, and with as few kernels as `kernels/chains.rs` allows. Always: a chain
 //! replaces its last operation; its operations come from one basic block, and no loop variable that they read is assigned between them.
 
-use super::step::{SsaStep, Val, Vals, reads};
+use super::step::{SsaStep, SsaValue, SsaValues, reads};
 use crate::render::software::kernels::chains::{MAX_CHAIN_OPS, MAX_OPERANDS, find};
 use crate::render::software::tape::{FusedOp, Op};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
@@ -15,23 +15,23 @@ struct ChainOp {
     /// Index in the code.
     index: usize,
     op: FusedOp,
-    args: Vals,
+    args: SsaValues,
 }
 
-pub(crate) fn fuse_chains(code: &mut Vec<SsaStep>, outputs: &[Val]) {
+pub(crate) fn fuse_chains(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
     fold_negations(code, outputs);
     let uses = use_counts(code, outputs);
     // Chains of this basic block to which an operation may still be appended. Key: the chain's result, which exactly one operation reads.
-    let mut open_chains: HashMap<Val, Vec<ChainOp>> = HashMap::default();
+    let mut open_chains: HashMap<SsaValue, Vec<ChainOp>> = HashMap::default();
     let mut closed_chains: Vec<Vec<ChainOp>> = Vec::new();
     for (index, step) in code.iter().enumerate() {
         match step {
             SsaStep::Assign { dst, .. } => {
-                let stale: Vec<Val> =
+                let stale: Vec<SsaValue> =
                     open_chains.iter().filter(|(_, c)| c.iter().any(|op| op.args.contains(dst))).map(|(v, _)| *v).collect();
                 closed_chains.extend(stale.iter().filter_map(|v| open_chains.remove(v)));
             }
-            SsaStep::Op { dst: dst @ Val::Lane(_), op, args } => {
+            SsaStep::Op { dst: dst @ SsaValue::Lane(_), op, args } => {
                 let candidates = args.iter().enumerate().filter_map(|(position, v)| {
                     let mut chain = open_chains.get(v)?.clone();
                     let (op, args) = commuted(FusedOp { op: *op, chained_operand: position as u8 }, args);
@@ -82,8 +82,8 @@ pub(crate) fn fuse_chains(code: &mut Vec<SsaStep>, outputs: &[Val]) {
     });
 }
 
-fn use_counts(code: &[SsaStep], outputs: &[Val]) -> HashMap<Val, u32> {
-    let mut uses: HashMap<Val, u32> = HashMap::default();
+fn use_counts(code: &[SsaStep], outputs: &[SsaValue]) -> HashMap<SsaValue, u32> {
+    let mut uses: HashMap<SsaValue, u32> = HashMap::default();
     for v in code.iter().flat_map(reads).chain(outputs.iter().copied()) {
         *uses.entry(v).or_default() += 1;
     }
@@ -91,18 +91,18 @@ fn use_counts(code: &[SsaStep], outputs: &[Val]) -> HashMap<Val, u32> {
 }
 
 /// Folds the negation of a factor into the fused multiply-add that reads it, because -a * b + c is exactly c - a * b.
-fn fold_negations(code: &mut Vec<SsaStep>, outputs: &[Val]) {
+fn fold_negations(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
     let uses = use_counts(code, outputs);
     // Index of the negation and its operand, by result.
-    let mut negated: HashMap<Val, (usize, Val)> = HashMap::default();
+    let mut negated: HashMap<SsaValue, (usize, SsaValue)> = HashMap::default();
     let mut removed = HashSet::default();
     for (index, step) in code.iter_mut().enumerate() {
         match step {
             SsaStep::Assign { dst, .. } => negated.retain(|_, (_, a)| *a != *dst),
-            SsaStep::Op { dst: dst @ Val::Lane(_), op: Op::Neg, args } if uses.get(dst) == Some(&1) => {
+            SsaStep::Op { dst: dst @ SsaValue::Lane(_), op: Op::Neg, args } if uses.get(dst) == Some(&1) => {
                 negated.insert(*dst, (index, args[0]));
             }
-            SsaStep::Op { dst: dst @ Val::Lane(_), op: Op::Fma, args } => {
+            SsaStep::Op { dst: dst @ SsaValue::Lane(_), op: Op::Fma, args } => {
                 let found = (0..2).find_map(|position| Some((position, *negated.get(&args[position])?)));
                 let Some((position, (negation, factor))) = found else { continue };
                 // A value common to all lanes comes first, as in the table of chains.
@@ -130,8 +130,8 @@ fn fold_negations(code: &mut Vec<SsaStep>, outputs: &[Val]) {
 }
 
 /// Swaps the operands of a commutative operation so that the chain's result is second, which halves the number of kernels.
-fn commuted(op: FusedOp, args: &[Val]) -> (FusedOp, Vals) {
-    let mut args = Vals::from_slice(args);
+fn commuted(op: FusedOp, args: &[SsaValue]) -> (FusedOp, SsaValues) {
+    let mut args = SsaValues::from_slice(args);
     if op.chained_operand == 0 && matches!(op.op, Op::Mul | Op::Add | Op::And | Op::Or | Op::Fma | Op::Fms | Op::Fnma) {
         args.swap(0, 1);
         return (FusedOp { chained_operand: 1, ..op }, args);
@@ -140,7 +140,7 @@ fn commuted(op: FusedOp, args: &[Val]) -> (FusedOp, Vals) {
 }
 
 /// The operands of a piece of a chain, and their kinds. The operands of the first operation come first, then the others of each further operation.
-fn operands(piece: &[ChainOp]) -> Option<(Vals, u8)> {
+fn operands(piece: &[ChainOp]) -> Option<(SsaValues, u8)> {
     let mut all = piece.first()?.args.clone();
     for op in &piece[1..] {
         all.extend(op.args.iter().enumerate().filter(|(k, _)| *k != usize::from(op.op.chained_operand)).map(|(_, v)| *v));
@@ -148,7 +148,7 @@ fn operands(piece: &[ChainOp]) -> Option<(Vals, u8)> {
     if all.len() > MAX_OPERANDS {
         return None;
     }
-    let kinds = all.iter().enumerate().map(|(k, v)| u8::from(matches!(v, Val::Lane(_))) << k).sum();
+    let kinds = all.iter().enumerate().map(|(k, v)| u8::from(matches!(v, SsaValue::Lane(_))) << k).sum();
     Some((all, kinds))
 }
 

@@ -5,7 +5,7 @@
 
 use super::error::Result;
 use super::lowerer::{LoopFlags, Lowerer, OpenLoop};
-use super::step::{JumpLabel, SsaStep, Val};
+use super::step::{JumpLabel, SsaStep, SsaValue};
 use crate::render::software::tape::Op;
 use naga::{Block, Expression, Handle, SwitchValue};
 use rustc_hash::FxHashMap as HashMap;
@@ -29,7 +29,7 @@ impl<'m> Lowerer<'m> {
     }
 
     /// Leaves the innermost loop by a jump if the (uniform) flag `exited` is set. Afterwards no flag is set.
-    pub(super) fn leave_loop_if(&mut self, exited: Val) {
+    pub(super) fn leave_loop_if(&mut self, exited: SsaValue) {
         let no_exit = self.builder.label();
         self.builder.code.push(SsaStep::JumpIf { cond: exited, when: false, label: no_exit });
         let env = self.env.clone();
@@ -44,12 +44,13 @@ impl<'m> Lowerer<'m> {
     }
 
     /// Assigns loop variables their next values from `env`, with the effect of a parallel assignment.
-    fn assign(&mut self, variables: &[(usize, Val)], env: &[Val]) {
-        let mut moves: Vec<(Val, Val)> = variables.iter().map(|&(scalar, phi)| (phi, env[scalar])).filter(|(phi, v)| phi != v).collect();
+    fn assign(&mut self, variables: &[(usize, SsaValue)], env: &[SsaValue]) {
+        let mut moves: Vec<(SsaValue, SsaValue)> =
+            variables.iter().map(|&(scalar, phi)| (phi, env[scalar])).filter(|(phi, v)| phi != v).collect();
         for i in 0..moves.len() {
             let from = moves[i].1;
             if moves[..i].iter().any(|(phi, _)| *phi == from) {
-                let copy = if matches!(from, Val::Lane(_)) { self.builder.fresh_lane() } else { self.builder.fresh_uniform() };
+                let copy = if matches!(from, SsaValue::Lane(_)) { self.builder.fresh_lane() } else { self.builder.fresh_uniform() };
                 moves[i].1 = copy;
                 self.builder.code.push(SsaStep::Assign { dst: copy, from });
             }
@@ -59,33 +60,33 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// The exit of the innermost loop, if no scalar has changed yet in this iteration but for the flag of `break`. If no lane remains here, the iteration has no
+    /// The exit of the innermost loop, if this iteration has changed no scalar yet except the flag of `break`. If no lane remains here, the iteration has no
     /// effect, and no further one runs.
     pub(super) fn exit_of_unchanged_iteration(&self) -> Option<JumpLabel> {
         let open_loop = self.open_loops.last()?;
         let break_flag = self.frame().loops.last()?.break_flag;
         let (start, depth) = &open_loop.iteration_start;
-        let is_unchanged = |(scalar, (now, before)): (usize, (&Val, &Val))| now == before || scalar == break_flag;
+        let is_unchanged = |(scalar, (now, before)): (usize, (&SsaValue, &SsaValue))| now == before || scalar == break_flag;
         let is_at_top = *depth == self.condition_depth && start.len() == self.env.len();
         (is_at_top && self.env.iter().zip(start).enumerate().all(is_unchanged)).then_some(open_loop.exit)
     }
 
     /// Lowers `body` for the lanes where `cond` holds, after a jump that skips it if there are no such lanes, and merges the scalars that it changed.
-    pub(super) fn conditional(&mut self, cond: Val, body: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
+    pub(super) fn conditional(&mut self, cond: SsaValue, body: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
         self.conditional_or_jump(cond, None, body)
     }
 
     /// As [`Lowerer::conditional`]; if no lane satisfies the condition, the jump is to `elsewhere`.
     pub(super) fn conditional_or_jump(
         &mut self,
-        cond: Val,
+        cond: SsaValue,
         elsewhere: Option<JumpLabel>,
         body: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
         let before = self.env.clone();
         let (outer_mask, was_directly_in_loop) = (self.active_mask, std::mem::replace(&mut self.is_directly_in_loop, false));
         let label = self.builder.label();
-        if matches!(cond, Val::Lane(_)) {
+        if matches!(cond, SsaValue::Lane(_)) {
             self.active_mask = self.builder.bin(Op::And, outer_mask, cond);
             self.builder.code.push(SsaStep::SkipIfNoLane { mask: self.active_mask, label: elsewhere.unwrap_or(label) });
         } else {
@@ -99,7 +100,7 @@ impl<'m> Lowerer<'m> {
         self.builder.close_region();
         let region = &self.builder.code[start..];
         let needs_no_skip = region.len() < MIN_SKIPPED_STEPS && region.iter().all(|s| matches!(s, SsaStep::Op { op, .. } if is_cheap(*op)));
-        if needs_no_skip && matches!(cond, Val::Lane(_)) {
+        if needs_no_skip && matches!(cond, SsaValue::Lane(_)) {
             self.builder.code.remove(start - 1);
         } else {
             self.builder.code.push(SsaStep::Label(label));
@@ -117,7 +118,7 @@ impl<'m> Lowerer<'m> {
     /// Lowers both sides of a branch from the same environment; scalars that differ are merged by a `select`.
     pub(super) fn branch(
         &mut self,
-        cond: Val,
+        cond: SsaValue,
         accept: impl FnOnce(&mut Self) -> Result<()>,
         reject: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
@@ -255,7 +256,7 @@ impl<'m> Lowerer<'m> {
         let mut variables = Vec::new();
         let return_flag = self.frame().return_flag;
         for scalar in scalars {
-            let is_per_lane = changing[&scalar].is_per_lane || matches!(self.env[scalar], Val::Lane(_));
+            let is_per_lane = changing[&scalar].is_per_lane || matches!(self.env[scalar], SsaValue::Lane(_));
             let phi = if is_per_lane { self.builder.fresh_lane() } else { self.builder.fresh_uniform() };
             self.builder.code.push(SsaStep::Assign { dst: phi, from: self.env[scalar] });
             // If `return` always leaves the loop by a jump, its flag is never set inside the loop.
@@ -316,12 +317,13 @@ impl<'m> Lowerer<'m> {
         let exited = self.exited();
         let end_env = self.env.clone();
         let remaining = self.builder.not(exited);
-        let repeat_condition = if matches!(exited, Val::Lane(_)) { self.builder.bin(Op::And, outer_mask, remaining) } else { remaining };
+        let repeat_condition =
+            if matches!(exited, SsaValue::Lane(_)) { self.builder.bin(Op::And, outer_mask, remaining) } else { remaining };
         self.assign(&variables, &end_env);
         match (self.builder.known_bool(exited), repeat_condition) {
             (Some(false), _) => self.builder.code.push(SsaStep::Jump { label: head }),
             (Some(true), _) => {}
-            (None, Val::Lane(_)) => {
+            (None, SsaValue::Lane(_)) => {
                 self.builder.code.push(SsaStep::SkipIfNoLane { mask: repeat_condition, label: exit });
                 self.builder.code.push(SsaStep::Jump { label: head });
             }
@@ -337,7 +339,7 @@ impl<'m> Lowerer<'m> {
             for (scalar, v) in env.iter().enumerate().take(start_env.len()) {
                 let is_own_flag = !when_repeating && (scalar == break_flag || scalar == continue_flag);
                 if *v != start_env[scalar] && !is_own_flag {
-                    changes.push((scalar, ScalarChange { is_per_lane: matches!(v, Val::Lane(_)), when_repeating }));
+                    changes.push((scalar, ScalarChange { is_per_lane: matches!(v, SsaValue::Lane(_)), when_repeating }));
                 }
             }
         }

@@ -4,14 +4,14 @@
 //! remaining lanes only: no texture is read for discarded lanes, and a batch without remaining lanes skips the rest.
 
 use super::lowerer::{DISCARDED, Lowerer};
-use super::step::Val;
+use super::step::SsaValue;
 use naga::valid::UniformityRequirements;
 use naga::{Block, Expression, SampleLevel, Span, Statement};
 
 impl<'m> Lowerer<'m> {
     /// Whether `rest` may run for the remaining lanes only. Never inside loops, because discarded lanes would not leave them.
     pub(crate) fn can_skip_discarded(&self, rest: &[(&'m Statement, Span)]) -> bool {
-        matches!(self.env[DISCARDED], Val::Lane(_))
+        matches!(self.env[DISCARDED], SsaValue::Lane(_))
             && !rest.is_empty()
             && self.frames.iter().all(|f| f.loops.is_empty())
             && !rest.iter().any(|(s, _)| self.uses_derivatives(s))

@@ -3,7 +3,7 @@
 use super::error::Result;
 use super::lowerer::Lowerer;
 use super::place::{scalar_kind_of, supported};
-use super::step::Val;
+use super::step::SsaValue;
 use super::value::{Place, Value};
 use crate::render::software::program::{Constant, TextureUse};
 use crate::render::software::tape::{Op, TextureOp};
@@ -25,14 +25,14 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    pub(crate) fn scalars_of(&mut self, handle: Handle<Expression>) -> Result<Vec<Val>> {
+    pub(crate) fn scalars_of(&mut self, handle: Handle<Expression>) -> Result<Vec<SsaValue>> {
         match self.value_of(handle)? {
             Value::Scalars(scalars) => Ok(scalars),
             _ => Err(self.unsupported("a value is needed here".into())),
         }
     }
 
-    pub(crate) fn scalar_of(&mut self, handle: Handle<Expression>) -> Result<Val> {
+    pub(crate) fn scalar_of(&mut self, handle: Handle<Expression>) -> Result<SsaValue> {
         let scalars = self.scalars_of(handle)?;
         scalars.first().copied().ok_or_else(|| self.unsupported("a scalar is needed here".into()))
     }
@@ -44,7 +44,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    fn literal(&mut self, literal: Literal) -> Result<Val> {
+    fn literal(&mut self, literal: Literal) -> Result<SsaValue> {
         Ok(match literal {
             Literal::F32(x) => self.builder.float(f64::from(x)),
             Literal::AbstractFloat(x) => self.builder.float(x),
@@ -57,7 +57,7 @@ impl<'m> Lowerer<'m> {
     }
 
     /// Evaluates a constant expression of the module.
-    pub(crate) fn global_expression(&mut self, handle: Handle<Expression>) -> Result<Vec<Val>> {
+    pub(crate) fn global_expression(&mut self, handle: Handle<Expression>) -> Result<Vec<SsaValue>> {
         let module: &'m naga::Module = self.module;
         match &module.global_expressions[handle] {
             Expression::Literal(l) => Ok(vec![self.literal(*l)?]),
@@ -208,18 +208,18 @@ impl<'m> Lowerer<'m> {
     }
 
     /// Applies one operation to every scalar of a value.
-    pub(crate) fn map_scalars(&mut self, expr: Handle<Expression>, op: Op) -> Result<Vec<Val>> {
+    pub(crate) fn map_scalars(&mut self, expr: Handle<Expression>, op: Op) -> Result<Vec<SsaValue>> {
         let v = self.scalars_of(expr)?;
         Ok(v.into_iter().map(|x| self.builder.un(op, x)).collect())
     }
 
-    fn fold_scalars(&mut self, expr: Handle<Expression>, op: Op) -> Result<Val> {
+    fn fold_scalars(&mut self, expr: Handle<Expression>, op: Op) -> Result<SsaValue> {
         let v = self.scalars_of(expr)?;
         v.into_iter().reduce(|a, b| self.builder.bin(op, a, b)).ok_or_else(|| self.unsupported("an empty vector".into()))
     }
 
-    pub(crate) fn derivative(&mut self, axis: DerivativeAxis, x: Val) -> Val {
-        if !matches!(x, Val::Lane(_)) {
+    pub(crate) fn derivative(&mut self, axis: DerivativeAxis, x: SsaValue) -> SsaValue {
+        if !matches!(x, SsaValue::Lane(_)) {
             return self.builder.float(0.0);
         }
         match axis {
@@ -242,7 +242,7 @@ impl<'m> Lowerer<'m> {
     }
 
     /// The element of a value at an index that may differ between lanes.
-    fn select_element(&mut self, inner: &TypeInner, scalars: &[Val], index: Val) -> Result<Vec<Val>> {
+    fn select_element(&mut self, inner: &TypeInner, scalars: &[SsaValue], index: SsaValue) -> Result<Vec<SsaValue>> {
         let count = self.children(inner)? as usize;
         let element_length = scalars.len() / count;
         if let Some(k) = self.builder.known_int(index) {
@@ -260,7 +260,7 @@ impl<'m> Lowerer<'m> {
         Ok(selected)
     }
 
-    pub(crate) fn dot(&mut self, a: &[Val], b: &[Val], float: bool) -> Val {
+    pub(crate) fn dot(&mut self, a: &[SsaValue], b: &[SsaValue], float: bool) -> SsaValue {
         let (mul, add) = if float { (Op::Mul, Op::Add) } else { (Op::IMul, Op::IAdd) };
         let mut sum = self.builder.bin(mul, a[0], b[0]);
         for (x, y) in a.iter().zip(b).skip(1) {
@@ -270,7 +270,7 @@ impl<'m> Lowerer<'m> {
         sum
     }
 
-    fn binary(&mut self, op: BinaryOperator, left: Handle<Expression>, right: Handle<Expression>) -> Result<Vec<Val>> {
+    fn binary(&mut self, op: BinaryOperator, left: Handle<Expression>, right: Handle<Expression>) -> Result<Vec<SsaValue>> {
         let (left_type, right_type) = (self.type_of(left), self.type_of(right));
         let kind = self.kind_of_any(left)?;
         let (a, b) = (self.scalars_of(left)?, self.scalars_of(right)?);
@@ -287,20 +287,20 @@ impl<'m> Lowerer<'m> {
             }
         }
         let n = a.len().max(b.len());
-        let component = |v: &[Val], i: usize| if v.len() == 1 { v[0] } else { v[i] };
+        let component = |v: &[SsaValue], i: usize| if v.len() == 1 { v[0] } else { v[i] };
         Ok((0..n).map(|i| self.binary_scalar(op, kind, component(&a, i), component(&b, i))).collect())
     }
 
-    fn matrix_times(&mut self, m: &[Val], v: &[Val], rows: usize) -> Vec<Val> {
+    fn matrix_times(&mut self, m: &[SsaValue], v: &[SsaValue], rows: usize) -> Vec<SsaValue> {
         (0..rows)
             .map(|r| {
-                let row: Vec<Val> = m.chunks(rows).map(|column| column[r]).collect();
+                let row: Vec<SsaValue> = m.chunks(rows).map(|column| column[r]).collect();
                 self.dot(&row, v, true)
             })
             .collect()
     }
 
-    fn binary_scalar(&mut self, op: BinaryOperator, kind: ScalarKind, a: Val, b: Val) -> Val {
+    fn binary_scalar(&mut self, op: BinaryOperator, kind: ScalarKind, a: SsaValue, b: SsaValue) -> SsaValue {
         use BinaryOperator as B;
         let pick = |float: Op, signed: Op, unsigned: Op| match kind {
             ScalarKind::Float => float,
@@ -334,7 +334,7 @@ impl<'m> Lowerer<'m> {
         if swap { self.builder.bin(op, b, a) } else { self.builder.bin(op, a, b) }
     }
 
-    fn convert(&mut self, expr: Handle<Expression>, kind: ScalarKind, width: Option<u8>) -> Result<Vec<Val>> {
+    fn convert(&mut self, expr: Handle<Expression>, kind: ScalarKind, width: Option<u8>) -> Result<Vec<SsaValue>> {
         use ScalarKind as K;
         let from = self.kind_of_any(expr)?;
         let v = self.scalars_of(expr)?;
@@ -403,7 +403,7 @@ impl<'m> Lowerer<'m> {
         sampler: Handle<Expression>,
         coordinate: Handle<Expression>,
         level: SampleLevel,
-    ) -> Result<Vec<Val>> {
+    ) -> Result<Vec<SsaValue>> {
         let texture = self.texture_use(image, Some(sampler))?;
         let uv = self.scalars_of(coordinate)?;
         let (u, v) = (uv[0], uv[1]);
@@ -436,7 +436,7 @@ impl<'m> Lowerer<'m> {
                 g
             }
         };
-        let args: Vec<Val> = [u, v].into_iter().chain(gradients).collect();
+        let args: Vec<SsaValue> = [u, v].into_iter().chain(gradients).collect();
         Ok(self.builder.texture(TextureOp::Gradients, texture, &args, self.active_mask).to_vec())
     }
 }

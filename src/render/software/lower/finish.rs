@@ -5,7 +5,7 @@
 
 use super::builder::SsaBuilder;
 use super::error::LowerError;
-use super::step::{JumpLabel, SsaStep, Val, reads, writes};
+use super::step::{JumpLabel, SsaStep, SsaValue, reads, writes};
 use crate::render::software::tape::{Instr, Op, Operand};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use smallvec::smallvec;
@@ -19,8 +19,8 @@ pub(crate) struct FinishedTapes {
 }
 
 /// Dead-code elimination. Iterates to a fixed point, because a loop variable may be used before its assignment in code order.
-fn eliminate_dead_code(b: &mut SsaBuilder, outputs: &[Val]) {
-    let mut live: HashSet<Val> = outputs.iter().copied().collect();
+fn eliminate_dead_code(b: &mut SsaBuilder, outputs: &[SsaValue]) {
+    let mut live: HashSet<SsaValue> = outputs.iter().copied().collect();
     loop {
         let before = live.len();
         for step in b.code.iter().rev().chain(b.draw.iter().rev()) {
@@ -62,16 +62,16 @@ struct Product {
     /// Index in the code.
     index: usize,
     region: u32,
-    factors: [Val; 2],
+    factors: [SsaValue; 2],
 }
 
 /// Fuses a*b+c, a*b-c and c-a*b if the product has no other use and is in the same region.
-fn fuse_multiply_add(b: &mut SsaBuilder, outputs: &[Val]) {
-    let mut uses: HashMap<Val, u32> = HashMap::default();
+fn fuse_multiply_add(b: &mut SsaBuilder, outputs: &[SsaValue]) {
+    let mut uses: HashMap<SsaValue, u32> = HashMap::default();
     for v in b.code.iter().flat_map(reads).chain(outputs.iter().copied()) {
         *uses.entry(v).or_default() += 1;
     }
-    let mut products: HashMap<Val, Product> = HashMap::default();
+    let mut products: HashMap<SsaValue, Product> = HashMap::default();
     let mut removed = HashSet::default();
     // Every jump starts a new region, because operands that a loop reassigns must not be read later than the original product.
     let mut region = 0u32;
@@ -95,11 +95,11 @@ fn fuse_multiply_add(b: &mut SsaBuilder, outputs: &[Val]) {
                 last_region += 1;
                 region = last_region;
             }
-            SsaStep::Op { dst: dst @ Val::Lane(_), op: Op::Mul, args } if uses.get(dst) == Some(&1) => {
+            SsaStep::Op { dst: dst @ SsaValue::Lane(_), op: Op::Mul, args } if uses.get(dst) == Some(&1) => {
                 products.insert(*dst, Product { index: i, region, factors: [args[0], args[1]] });
             }
-            SsaStep::Op { dst: dst @ Val::Lane(_), op: op @ (Op::Add | Op::Sub), args } => {
-                let product_of = |v: Val| products.get(&v).filter(|p| p.region == region).copied();
+            SsaStep::Op { dst: dst @ SsaValue::Lane(_), op: op @ (Op::Add | Op::Sub), args } => {
+                let product_of = |v: SsaValue| products.get(&v).filter(|p| p.region == region).copied();
                 let (product, op, addend) = match (op, product_of(args[0]), product_of(args[1])) {
                     (Op::Add, Some(p), _) => (p, Op::Fma, args[1]),
                     (Op::Add, None, Some(p)) => (p, Op::Fma, args[0]),
@@ -122,9 +122,9 @@ fn fuse_multiply_add(b: &mut SsaBuilder, outputs: &[Val]) {
 }
 
 /// Live range of every value: its first and last position, extended to the end of loops that use it.
-fn live_ranges(code: &[SsaStep], inputs: &[Val], outputs: &[Val]) -> HashMap<Val, (usize, usize)> {
+fn live_ranges(code: &[SsaStep], inputs: &[SsaValue], outputs: &[SsaValue]) -> HashMap<SsaValue, (usize, usize)> {
     // Inputs are live from the start of the program.
-    let mut ranges: HashMap<Val, (usize, usize)> = inputs.iter().map(|v| (*v, (0, 0))).collect();
+    let mut ranges: HashMap<SsaValue, (usize, usize)> = inputs.iter().map(|v| (*v, (0, 0))).collect();
     let mut loops: Vec<(usize, usize)> = Vec::new();
     let mut open_loops: Vec<usize> = Vec::new();
     for (i, step) in code.iter().enumerate() {
@@ -172,7 +172,7 @@ impl NumberPool {
 
 /// Optimises the steps and assembles the tapes. `inputs`: lane values that occupy the slots from 0 on at the start. `outputs` must be lane values.
 /// `chains`: whether to fuse operations into chains.
-pub(crate) fn finish(mut b: SsaBuilder, inputs: &[Val], outputs: &[Val], chains: bool) -> Result<FinishedTapes, LowerError> {
+pub(crate) fn finish(mut b: SsaBuilder, inputs: &[SsaValue], outputs: &[SsaValue], chains: bool) -> Result<FinishedTapes, LowerError> {
     eliminate_dead_code(&mut b, outputs);
     fuse_multiply_add(&mut b, outputs);
     super::loops::merge_jumps(&mut b.code);
@@ -182,11 +182,11 @@ pub(crate) fn finish(mut b: SsaBuilder, inputs: &[Val], outputs: &[Val], chains:
         super::chains::fuse_chains(&mut b.code, outputs);
     }
     let live_ranges = live_ranges(&b.code, inputs, outputs);
-    let mut allocation: HashMap<Val, Operand> = HashMap::default();
+    let mut allocation: HashMap<SsaValue, Operand> = HashMap::default();
     let mut registers = NumberPool { free: Vec::new(), count: b.constants.len() as u32 };
     let mut slots = NumberPool { free: Vec::new(), count: inputs.len() as u32 };
     for i in 0..b.constants.len() {
-        allocation.insert(Val::Const(i as u32), Operand::Reg(i as u16));
+        allocation.insert(SsaValue::Const(i as u32), Operand::Reg(i as u16));
     }
     // Per step, the slots whose value is last used by it.
     let mut freed_after: Vec<Vec<u16>> = vec![Vec::new(); b.code.len() + 1];
@@ -200,7 +200,7 @@ pub(crate) fn finish(mut b: SsaBuilder, inputs: &[Val], outputs: &[Val], chains:
             allocation.insert(v, Operand::Reg(registers.allocate()?));
         }
     }
-    let operand_of = |allocation: &HashMap<Val, Operand>, v: Val| allocation.get(&v).copied().unwrap_or(Operand::Reg(0));
+    let operand_of = |allocation: &HashMap<SsaValue, Operand>, v: SsaValue| allocation.get(&v).copied().unwrap_or(Operand::Reg(0));
     let mut draw_tape = Vec::new();
     for step in &b.draw {
         draw_tape.push(scalar_instr(step, &|v| operand_of(&allocation, v)));
@@ -213,8 +213,8 @@ pub(crate) fn finish(mut b: SsaBuilder, inputs: &[Val], outputs: &[Val], chains:
                 continue;
             }
             // A copy of a value that nothing reads later takes over its slot.
-            if let SsaStep::Assign { from: from @ Val::Lane(_), .. } = step
-                && matches!(v, Val::Lane(_))
+            if let SsaStep::Assign { from: from @ SsaValue::Lane(_), .. } = step
+                && matches!(v, SsaValue::Lane(_))
                 && let Some(Operand::Slot(s)) = allocation.get(from).copied()
                 && let Some(at) = freed_after[i].iter().position(|freed| *freed == s)
             {
@@ -224,7 +224,7 @@ pub(crate) fn finish(mut b: SsaBuilder, inputs: &[Val], outputs: &[Val], chains:
                 continue;
             }
             match v {
-                Val::Lane(_) => {
+                SsaValue::Lane(_) => {
                     let s = slots.allocate()?;
                     allocation.insert(v, Operand::Slot(s));
                     freed_after[live_ranges.get(&v).map_or(i, |l| l.1)].push(s);
@@ -234,18 +234,18 @@ pub(crate) fn finish(mut b: SsaBuilder, inputs: &[Val], outputs: &[Val], chains:
                 }
             }
         }
-        let operand = |v: Val| operand_of(&allocation, v);
-        let operands = |vs: &[Val]| vs.iter().map(|v| operand(*v)).collect::<Vec<_>>();
+        let operand = |v: SsaValue| operand_of(&allocation, v);
+        let operands = |vs: &[SsaValue]| vs.iter().map(|v| operand(*v)).collect::<Vec<_>>();
         match step {
-            SsaStep::Op { dst: dst @ Val::Lane(_), op, args } => {
+            SsaStep::Op { dst: dst @ SsaValue::Lane(_), op, args } => {
                 lane_tape.push(Instr::Lane { op: *op, dst: number(operand(*dst)), args: operands(args) })
             }
-            SsaStep::Assign { dst: dst @ Val::Lane(_), from } => {
+            SsaStep::Assign { dst: dst @ SsaValue::Lane(_), from } => {
                 if operand(*dst) != operand(*from) {
                     lane_tape.push(Instr::Lane { op: Op::Copy, dst: number(operand(*dst)), args: vec![operand(*from)] });
                 }
             }
-            SsaStep::LoadUniform { dst: dst @ Val::Lane(_), kind, offset, index: Some(k), stride, count } => {
+            SsaStep::LoadUniform { dst: dst @ SsaValue::Lane(_), kind, offset, index: Some(k), stride, count } => {
                 lane_tape.push(Instr::GatherUniform {
                     dst: number(operand(*dst)),
                     kind: *kind,
@@ -300,7 +300,7 @@ fn number(o: Operand) -> u16 {
 }
 
 /// The instruction of a step whose result is a register.
-fn scalar_instr(step: &SsaStep, operand: &dyn Fn(Val) -> Operand) -> Instr {
+fn scalar_instr(step: &SsaStep, operand: &dyn Fn(SsaValue) -> Operand) -> Instr {
     match step {
         SsaStep::Op { dst, op, args } => {
             Instr::Scalar { op: *op, dst: number(operand(*dst)), args: args.iter().map(|v| operand(*v)).collect() }

@@ -2,29 +2,29 @@
 
 use super::error::Result;
 use super::lowerer::Lowerer;
-use super::step::Val;
+use super::step::SsaValue;
 use crate::render::software::tape::Op;
 use naga::{Expression, Handle, MathFunction, ScalarKind, TypeInner};
 
 impl Lowerer<'_> {
     /// Applies `op` to each pair of components; a scalar is paired with every component.
-    fn map_pairs(&mut self, op: Op, a: &[Val], b: &[Val]) -> Vec<Val> {
-        let component = |v: &[Val], i: usize| if v.len() == 1 { v[0] } else { v[i] };
+    fn map_pairs(&mut self, op: Op, a: &[SsaValue], b: &[SsaValue]) -> Vec<SsaValue> {
+        let component = |v: &[SsaValue], i: usize| if v.len() == 1 { v[0] } else { v[i] };
         (0..a.len().max(b.len())).map(|i| self.builder.bin(op, component(a, i), component(b, i))).collect()
     }
 
-    fn scale(&mut self, v: &[Val], s: Val) -> Vec<Val> {
+    fn scale(&mut self, v: &[SsaValue], s: SsaValue) -> Vec<SsaValue> {
         v.iter().map(|x| self.builder.bin(Op::Mul, *x, s)).collect()
     }
 
-    fn clamp01(&mut self, x: Val) -> Val {
+    fn clamp01(&mut self, x: SsaValue) -> SsaValue {
         let (zero, one) = (self.builder.float(0.0), self.builder.float(1.0));
         let x = self.builder.bin(Op::Max, x, zero);
         self.builder.bin(Op::Min, x, one)
     }
 
     /// a*b+c, fused if the kernel class supports it.
-    fn fma(&mut self, a: Val, b: Val, c: Val) -> Val {
+    fn fma(&mut self, a: SsaValue, b: SsaValue, c: SsaValue) -> SsaValue {
         self.builder.op(Op::Fma, &[a, b, c])
     }
 
@@ -33,13 +33,13 @@ impl Lowerer<'_> {
         fun: MathFunction,
         arg: Handle<Expression>,
         more_args: [Option<Handle<Expression>>; 3],
-    ) -> Result<Vec<Val>> {
+    ) -> Result<Vec<SsaValue>> {
         use MathFunction as M;
         let kind = self.kind_of_any(arg)?;
         let is_float = kind == ScalarKind::Float;
         let is_signed = kind == ScalarKind::Sint;
         let a = self.scalars_of(arg)?;
-        let mut more_scalars: [Vec<Val>; 3] = Default::default();
+        let mut more_scalars: [Vec<SsaValue>; 3] = Default::default();
         for (scalars, handle) in more_scalars.iter_mut().zip(more_args) {
             if let Some(handle) = handle {
                 *scalars = self.scalars_of(handle)?;
@@ -220,7 +220,7 @@ impl Lowerer<'_> {
         }
     }
 
-    fn length(&mut self, v: &[Val]) -> Val {
+    fn length(&mut self, v: &[SsaValue]) -> SsaValue {
         if let [x] = v {
             return self.builder.un(Op::Abs, *x);
         }
@@ -229,7 +229,7 @@ impl Lowerer<'_> {
     }
 
     /// WGSL `refract`: zero for total internal reflection.
-    fn refract(&mut self, incident: &[Val], normal: &[Val], eta: Val) -> Vec<Val> {
+    fn refract(&mut self, incident: &[SsaValue], normal: &[SsaValue], eta: SsaValue) -> Vec<SsaValue> {
         let (zero, one) = (self.builder.float(0.0), self.builder.float(1.0));
         let cosine = self.dot(normal, incident, true);
         let cosine_squared = self.builder.bin(Op::Mul, cosine, cosine);
@@ -251,13 +251,13 @@ impl Lowerer<'_> {
     }
 
     /// Determinant of a column-major matrix, by cofactor expansion along the first column.
-    fn determinant(&mut self, m: &[Val], n: usize) -> Val {
+    fn determinant(&mut self, m: &[SsaValue], n: usize) -> SsaValue {
         if n == 1 {
             return m[0];
         }
         let mut sum = None;
         for r in 0..n {
-            let minor: Vec<Val> = m.iter().enumerate().skip(n).filter(|(i, _)| i % n != r).map(|(_, v)| *v).collect();
+            let minor: Vec<SsaValue> = m.iter().enumerate().skip(n).filter(|(i, _)| i % n != r).map(|(_, v)| *v).collect();
             let minor = self.determinant(&minor, n - 1);
             let term = self.builder.bin(Op::Mul, m[r], minor);
             sum = Some(match sum {
@@ -269,7 +269,7 @@ impl Lowerer<'_> {
         sum.unwrap_or(m[0])
     }
 
-    fn extract_bits(&mut self, x: Val, offset: Val, count: Val, signed: bool) -> Val {
+    fn extract_bits(&mut self, x: SsaValue, offset: SsaValue, count: SsaValue, signed: bool) -> SsaValue {
         let (zero, word_bits) = (self.builder.int(0), self.builder.int(32));
         let offset = self.builder.bin(Op::UMin, offset, word_bits);
         let available = self.builder.bin(Op::ISub, word_bits, offset);
@@ -283,7 +283,7 @@ impl Lowerer<'_> {
         self.builder.select(is_empty, zero, y)
     }
 
-    fn insert_bits(&mut self, x: Val, new: Val, offset: Val, count: Val) -> Val {
+    fn insert_bits(&mut self, x: SsaValue, new: SsaValue, offset: SsaValue, count: SsaValue) -> SsaValue {
         let (zero, word_bits, all_ones) = (self.builder.int(0), self.builder.int(32), self.builder.int(u32::MAX));
         let offset = self.builder.bin(Op::UMin, offset, word_bits);
         let available = self.builder.bin(Op::ISub, word_bits, offset);
@@ -300,7 +300,7 @@ impl Lowerer<'_> {
         self.builder.select(is_empty, x, y)
     }
 
-    fn pack(&mut self, v: &[Val], bits: u32, scale: f64, signed: bool) -> Val {
+    fn pack(&mut self, v: &[SsaValue], bits: u32, scale: f64, signed: bool) -> SsaValue {
         let minimum = self.builder.float(if signed { -1.0 } else { 0.0 });
         let (one, half, scale) = (self.builder.float(1.0), self.builder.float(0.5), self.builder.float(scale));
         let mask = self.builder.int((1u32 << bits) - 1);
@@ -319,7 +319,7 @@ impl Lowerer<'_> {
         word
     }
 
-    fn unpack(&mut self, x: Val, bits: u32, scale: f64, signed: bool) -> Vec<Val> {
+    fn unpack(&mut self, x: SsaValue, bits: u32, scale: f64, signed: bool) -> Vec<SsaValue> {
         let (scale, minus_one) = (self.builder.float(scale), self.builder.float(-1.0));
         let width = self.builder.int(bits);
         (0..32 / bits)

@@ -4,7 +4,7 @@
 //! with one jump instead of two at exits from loops. Only steps that every iteration runs are moved. A step that may be skipped is not moved, since
 //! running it once for every loop may cost more than running it only when it is needed.
 
-use super::step::{JumpLabel, SsaStep, Val, reads, writes};
+use super::step::{JumpLabel, SsaStep, SsaValue, reads, writes};
 use crate::render::software::tape::Op;
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 
@@ -28,7 +28,7 @@ pub(crate) fn hoist(code: &mut [SsaStep]) {
 
 /// Hoists steps out of the loop that begins at `start` and ends at `end`. They are placed directly before the loop, so `end` does not change.
 fn hoist_from_loop(code: &mut [SsaStep], start: usize, end: usize) {
-    let mut changing: HashSet<Val> = code[start..end].iter().flat_map(writes).collect();
+    let mut changing: HashSet<SsaValue> = code[start..end].iter().flat_map(writes).collect();
     let labels_inside: HashSet<JumpLabel> =
         code[start..end].iter().filter_map(|step| if let SsaStep::Label(l) = step { Some(*l) } else { None }).collect();
     // Labels of the skips over the current step. A jump out of the loop is not a skip: every iteration that continues runs the steps after it.
@@ -64,14 +64,14 @@ fn hoist_from_loop(code: &mut [SsaStep], start: usize, end: usize) {
 
 /// Replaces a conditional jump over a jump by one jump with the opposite condition, and a jump on `!x` by the opposite jump on `x`.
 pub(crate) fn merge_jumps(code: &mut Vec<SsaStep>) {
-    let operand_of_not: HashMap<Val, Val> = code
+    let operand_of_not: HashMap<SsaValue, SsaValue> = code
         .iter()
         .filter_map(|step| match step {
-            SsaStep::Op { dst: dst @ Val::Uniform(_), op: Op::BNot, args } => Some((*dst, args[0])),
+            SsaStep::Op { dst: dst @ SsaValue::Uniform(_), op: Op::BNot, args } => Some((*dst, args[0])),
             _ => None,
         })
         .collect();
-    let assigned: HashSet<Val> =
+    let assigned: HashSet<SsaValue> =
         code.iter().filter_map(|step| if let SsaStep::Assign { dst, .. } = step { Some(*dst) } else { None }).collect();
     for step in code.iter_mut() {
         if let SsaStep::JumpIf { cond, when, .. } = step

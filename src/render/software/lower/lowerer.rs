@@ -5,7 +5,7 @@
 
 use super::builder::SsaBuilder;
 use super::error::{LowerError, Result};
-use super::step::{JumpLabel, Val};
+use super::step::{JumpLabel, SsaValue};
 use super::value::{Place, Value};
 use crate::render::software::program::TextureUse;
 use naga::valid::{FunctionInfo, ModuleInfo};
@@ -38,25 +38,25 @@ pub(crate) struct LoopFlags {
 pub(crate) struct OpenLoop {
     pub exit: JumpLabel,
     /// For each scalar that changes in the loop: its index in the environment, and the variable that carries it from one iteration to the next.
-    pub variables: Vec<(usize, Val)>,
+    pub variables: Vec<(usize, SsaValue)>,
     /// The environment at each exit by jump.
-    pub exit_envs: Vec<Vec<Val>>,
+    pub exit_envs: Vec<Vec<SsaValue>>,
     /// The environment at the start of an iteration, and the depth of the conditions there.
-    pub iteration_start: (Vec<Val>, usize),
+    pub iteration_start: (Vec<SsaValue>, usize),
 }
 
 pub(crate) struct Lowerer<'m> {
     pub module: &'m naga::Module,
     pub info: &'m ModuleInfo,
     pub builder: SsaBuilder,
-    pub env: Vec<Val>,
+    pub env: Vec<SsaValue>,
     pub frames: Vec<CallFrame<'m>>,
     pub textures: Vec<TextureUse>,
     pub uniform_size: u32,
     /// Source position of the statement or expression being lowered.
     pub span: Span,
     /// Mask of the lanes that are active here.
-    pub active_mask: Val,
+    pub active_mask: SsaValue,
     pub globals: HashMap<Handle<naga::GlobalVariable>, Value>,
     pub open_loops: Vec<OpenLoop>,
     /// Whether the current statement is at the top level of the innermost loop's body, where a uniform exit may be a jump.
@@ -116,7 +116,7 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    pub(crate) fn new(module: &'m naga::Module, info: &'m ModuleInfo, mut builder: SsaBuilder, active: Val) -> Result<Self> {
+    pub(crate) fn new(module: &'m naga::Module, info: &'m ModuleInfo, mut builder: SsaBuilder, active: SsaValue) -> Result<Self> {
         let discarded = builder.bool(false);
         let mut this = Self {
             module,
@@ -171,7 +171,7 @@ impl<'m> Lowerer<'m> {
     }
 
     /// The mask of discarded lanes, if the program discards.
-    pub(crate) fn discarded(&self) -> Option<Val> {
+    pub(crate) fn discarded(&self) -> Option<SsaValue> {
         let mask = self.env[DISCARDED];
         (self.builder.known_bool(mask) != Some(false)).then_some(mask)
     }

@@ -40,7 +40,7 @@ use error::Result;
 use lowerer::Lowerer;
 use naga::valid::ModuleInfo;
 use naga::{Binding, BuiltIn, Interpolation, Span, TypeInner};
-use step::Val;
+use step::SsaValue;
 use watch::NamedValueCapture;
 
 /// Lowers one entry point, vertex or fragment. `info`: the result of validating `module`.
@@ -103,7 +103,7 @@ fn lower_entry_point(
     let result = lowerer.entry(&entry_point.function, info.get_entry_point(index), arguments)?;
     let discarded_mask = lowerer.discarded();
     let mut builder = lowerer.builder;
-    let mut outputs: Vec<Val> = result.into_iter().take(interface.outputs.len()).collect();
+    let mut outputs: Vec<SsaValue> = result.into_iter().take(interface.outputs.len()).collect();
     let named_values = lowerer.named_values;
     if let Some(named_values) = &named_values {
         named_values.initialise(&mut builder);
@@ -114,7 +114,7 @@ fn lower_entry_point(
     // Each output must be a separate lane value, so inputs, values common to all lanes, and repeated outputs are copied.
     let mut seen = rustc_hash::FxHashSet::default();
     for v in &mut outputs {
-        if !matches!(v, Val::Lane(_)) || interface.input_values.contains(v) || !seen.insert(*v) {
+        if !matches!(v, SsaValue::Lane(_)) || interface.input_values.contains(v) || !seen.insert(*v) {
             let dst = builder.fresh_lane();
             builder.code.push(step::SsaStep::Op { dst, op: super::tape::Op::Copy, args: smallvec::smallvec![*v] });
             *v = dst;
@@ -208,7 +208,7 @@ fn stage_of(point: &naga::EntryPoint) -> Result<ShaderStage> {
 struct EntryPointInterface {
     inputs: Vec<LaneInput>,
     /// The value of each input, in order.
-    input_values: Vec<Val>,
+    input_values: Vec<SsaValue>,
     outputs: Vec<LaneOutput>,
 }
 
@@ -229,7 +229,12 @@ fn is_flat(interpolation: Option<Interpolation>, inner: &TypeInner) -> Result<bo
 
 impl EntryPointInterface {
     /// The inputs and outputs of an entry point, and the values of each argument.
-    fn of(module: &naga::Module, point: &naga::EntryPoint, stage: ShaderStage, builder: &mut SsaBuilder) -> Result<(Self, Vec<Vec<Val>>)> {
+    fn of(
+        module: &naga::Module,
+        point: &naga::EntryPoint,
+        stage: ShaderStage,
+        builder: &mut SsaBuilder,
+    ) -> Result<(Self, Vec<Vec<SsaValue>>)> {
         let mut interface = Self { inputs: Vec::new(), input_values: Vec::new(), outputs: Vec::new() };
         let mut arguments = Vec::new();
         for arg in &point.function.arguments {
@@ -249,7 +254,7 @@ impl EntryPointInterface {
         ty: naga::Handle<naga::Type>,
         binding: Option<&Binding>,
         name: &Option<String>,
-    ) -> Result<Vec<Val>> {
+    ) -> Result<Vec<SsaValue>> {
         let inner = &module.types[ty].inner;
         let span = module.types.get_span(ty);
         if let (TypeInner::Struct { members, .. }, None) = (inner, binding) {

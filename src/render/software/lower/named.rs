@@ -7,7 +7,7 @@
 
 use super::error::Result;
 use super::lowerer::Lowerer;
-use super::step::{SsaStep, Val};
+use super::step::{SsaStep, SsaValue};
 use super::value::Value;
 use super::watch::CapturedValue;
 use crate::render::software::tape::Op;
@@ -60,7 +60,7 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    fn capture_value(&mut self, name: String, inner: &TypeInner, scalars: &[Val]) -> Result<()> {
+    fn capture_value(&mut self, name: String, inner: &TypeInner, scalars: &[SsaValue]) -> Result<()> {
         if let TypeInner::Struct { members, .. } = inner {
             let mut member_start = 0;
             for m in members {
@@ -77,7 +77,7 @@ impl<'m> Lowerer<'m> {
         }
         let Some(kind) = inner.scalar_kind().filter(|_| scalars.len() <= MAX_SCALARS) else { return Ok(()) };
         let (one, zero) = (self.builder.float(1.0), self.builder.float(0.0));
-        let numbers: Vec<Val> = scalars
+        let numbers: Vec<SsaValue> = scalars
             .iter()
             .map(|v| match kind {
                 ScalarKind::Bool => self.builder.select(*v, one, zero),
@@ -86,7 +86,7 @@ impl<'m> Lowerer<'m> {
                 _ => *v,
             })
             .collect();
-        let fresh: Vec<Val> = numbers.iter().map(|_| self.builder.fresh_lane()).collect();
+        let fresh: Vec<SsaValue> = numbers.iter().map(|_| self.builder.fresh_lane()).collect();
         let Some(named_values) = &mut self.named_values else { return Ok(()) };
         let name = named_values.call_path.iter().cloned().chain([name]).collect::<Vec<_>>().join("/");
         let index = *named_values.index_of.entry(name.clone()).or_insert_with(|| {

@@ -8,7 +8,7 @@
 use super::builder::SsaBuilder;
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
-use super::step::{SsaStep, Val};
+use super::step::{SsaStep, SsaValue};
 use super::value::Value;
 use crate::render::software::program::Constant;
 use crate::render::software::tape::TextureOp;
@@ -26,7 +26,7 @@ const RESOURCES: &str = "@group(0) @binding(0) var shipped_map: texture_2d<f32>;
 struct Body {
     /// Steps that run once per draw, and steps that run per batch of lanes.
     steps: [Vec<SsaStep>; 2],
-    result: Vec<Val>,
+    result: Vec<SsaValue>,
 }
 
 /// Lowers a function on its own. `constants` are numbered first, so that equal steps refer to equal constants. `resources`: the function's textures
@@ -85,7 +85,7 @@ fn shipped_body() -> Option<&'static (Body, Vec<Constant>)> {
 
 impl Lowerer<'_> {
     /// The call as one native operation; `None` if the function has another name, or another body than the shipped fragment.
-    pub(crate) fn native_call(&mut self, function: Handle<Function>, arguments: &[Handle<Expression>]) -> Result<Option<Vec<Val>>> {
+    pub(crate) fn native_call(&mut self, function: Handle<Function>, arguments: &[Handle<Expression>]) -> Result<Option<Vec<SsaValue>>> {
         let callee = &self.module.functions[function];
         let (Some(NATIVE_FUNCTION), &[image, sampler, uv, dx, dy, max_taps]) = (callee.name.as_deref(), arguments) else { return Ok(None) };
         if !self.is_shipped(function, [image, sampler])? {

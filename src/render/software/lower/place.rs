@@ -2,7 +2,7 @@
 
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
-use super::step::Val;
+use super::step::SsaValue;
 use super::value::{Place, VariableIndex};
 use crate::render::software::tape::{Op, WordKind};
 use naga::{ArraySize, ScalarKind, Span, TypeInner};
@@ -87,7 +87,7 @@ impl Lowerer<'_> {
         })
     }
 
-    pub(crate) fn place_indexed(&mut self, place: &Place, index: Val) -> Result<Place> {
+    pub(crate) fn place_indexed(&mut self, place: &Place, index: SsaValue) -> Result<Place> {
         let count = self.children(place.inner())?;
         if let Some(k) = self.builder.known_int(index) {
             return self.place_child(place, k.min(count - 1));
@@ -112,7 +112,7 @@ impl Lowerer<'_> {
         })
     }
 
-    pub(crate) fn load(&mut self, place: &Place) -> Result<Vec<Val>> {
+    pub(crate) fn load(&mut self, place: &Place) -> Result<Vec<SsaValue>> {
         match place {
             Place::Local { base, indices, inner } => {
                 let n = self.scalar_count(inner)?;
@@ -133,7 +133,7 @@ impl Lowerer<'_> {
         }
     }
 
-    fn load_local(&mut self, base: usize, indices: &[VariableIndex], n: usize) -> Result<Vec<Val>> {
+    fn load_local(&mut self, base: usize, indices: &[VariableIndex], n: usize) -> Result<Vec<SsaValue>> {
         let Some((index, rest)) = indices.split_first() else {
             return Ok(self.env[base..base + n].to_vec());
         };
@@ -150,7 +150,7 @@ impl Lowerer<'_> {
         Ok(selected)
     }
 
-    pub(crate) fn store(&mut self, place: &Place, values: &[Val]) -> Result<()> {
+    pub(crate) fn store(&mut self, place: &Place, values: &[SsaValue]) -> Result<()> {
         match place {
             Place::Local { base, indices, .. } => {
                 let always = self.builder.bool(true);
@@ -161,7 +161,7 @@ impl Lowerer<'_> {
         }
     }
 
-    fn store_local(&mut self, base: usize, indices: &[VariableIndex], values: &[Val], when: Val) {
+    fn store_local(&mut self, base: usize, indices: &[VariableIndex], values: &[SsaValue], when: SsaValue) {
         let Some((index, rest)) = indices.split_first() else {
             for (k, v) in values.iter().enumerate() {
                 self.env[base + k] = self.builder.select(when, *v, self.env[base + k]);
@@ -189,14 +189,14 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    pub(crate) fn zeros(&mut self, inner: &TypeInner) -> Result<Vec<Val>> {
+    pub(crate) fn zeros(&mut self, inner: &TypeInner) -> Result<Vec<SsaValue>> {
         let n = self.scalar_count(inner)?;
         let mut zeros = Vec::with_capacity(n);
         self.zero_scalars(inner, &mut zeros)?;
         Ok(zeros)
     }
 
-    fn zero_scalars(&mut self, inner: &TypeInner, out: &mut Vec<Val>) -> Result<()> {
+    fn zero_scalars(&mut self, inner: &TypeInner, out: &mut Vec<SsaValue>) -> Result<()> {
         if let TypeInner::Scalar(s) = inner {
             out.push(match supported(*s, self.span)? {
                 ScalarKind::Float => self.builder.float(0.0),

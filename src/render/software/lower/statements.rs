@@ -5,13 +5,13 @@
 
 use super::error::Result;
 use super::lowerer::{DISCARDED, Lowerer};
-use super::step::Val;
+use super::step::SsaValue;
 use crate::render::software::tape::Op;
 use naga::{Block, Span, Statement};
 
 impl<'m> Lowerer<'m> {
     /// The mask of the lanes that have exited from the block being lowered.
-    pub(super) fn exited(&mut self) -> Val {
+    pub(super) fn exited(&mut self) -> SsaValue {
         let frame = self.frame();
         let (return_flag, innermost_loop) = (frame.return_flag, frame.loops.last().copied());
         let mut exited = self.env[return_flag];
@@ -70,7 +70,7 @@ impl<'m> Lowerer<'m> {
             if rest.is_empty() {
                 return Ok(());
             }
-            if self.is_directly_in_loop && !matches!(exited, Val::Lane(_)) && !self.may_continue() {
+            if self.is_directly_in_loop && !matches!(exited, SsaValue::Lane(_)) && !self.may_continue() {
                 self.leave_loop_if(exited);
                 continue;
             }

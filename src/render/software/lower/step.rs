@@ -5,7 +5,7 @@ use smallvec::{SmallVec, smallvec};
 
 /// A scalar value during lowering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) enum Val {
+pub(crate) enum SsaValue {
     /// Index into the constants.
     Const(u32),
     /// Computed once per draw.
@@ -18,54 +18,54 @@ pub(crate) enum Val {
 pub(crate) type JumpLabel = u32;
 
 /// Values of one step. Up to four are stored inline, because with heap vectors allocation took most of the lowering time.
-pub(crate) type Vals = SmallVec<[Val; 4]>;
+pub(crate) type SsaValues = SmallVec<[SsaValue; 4]>;
 
 /// One step before slots and registers are assigned. The rate of `dst` (see `builder.rs`) determines how often the step runs.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum SsaStep {
     Op {
-        dst: Val,
+        dst: SsaValue,
         op: Op,
-        args: Vals,
+        args: SsaValues,
     },
     /// Several operations as one instruction; created by the last pass, `chains.rs`.
     FusedKernel {
-        dst: Val,
+        dst: SsaValue,
         ops: Vec<FusedOp>,
-        args: Vals,
+        args: SsaValues,
     },
     /// Assigns a loop variable its next value. No other step has a `dst` that may be written more than once.
     Assign {
-        dst: Val,
-        from: Val,
+        dst: SsaValue,
+        from: SsaValue,
     },
     LoadUniform {
-        dst: Val,
+        dst: SsaValue,
         kind: WordKind,
         offset: u32,
-        index: Option<Val>,
+        index: Option<SsaValue>,
         stride: u32,
         count: u32,
     },
     Texture {
         op: TextureOp,
         texture: u16,
-        dst: [Val; 4],
-        args: Vals,
-        mask: Val,
+        dst: [SsaValue; 4],
+        args: SsaValues,
+        mask: SsaValue,
     },
     TextureSize {
-        dst: Val,
+        dst: SsaValue,
         texture: u16,
         axis: u8,
-        level: Val,
+        level: SsaValue,
     },
     SkipIfNoLane {
-        mask: Val,
+        mask: SsaValue,
         label: JumpLabel,
     },
     JumpIf {
-        cond: Val,
+        cond: SsaValue,
         when: bool,
         label: JumpLabel,
     },
@@ -78,7 +78,7 @@ pub(crate) enum SsaStep {
 }
 
 /// The values that a step reads.
-pub(crate) fn reads(step: &SsaStep) -> Vals {
+pub(crate) fn reads(step: &SsaStep) -> SsaValues {
     match step {
         SsaStep::Op { args, .. } | SsaStep::FusedKernel { args, .. } => args.clone(),
         SsaStep::Assign { from, .. } => smallvec![*from],
@@ -92,14 +92,14 @@ pub(crate) fn reads(step: &SsaStep) -> Vals {
 }
 
 /// The values that a step writes.
-pub(crate) fn writes(step: &SsaStep) -> Vals {
+pub(crate) fn writes(step: &SsaStep) -> SsaValues {
     match step {
         SsaStep::Op { dst, .. }
         | SsaStep::FusedKernel { dst, .. }
         | SsaStep::Assign { dst, .. }
         | SsaStep::LoadUniform { dst, .. }
         | SsaStep::TextureSize { dst, .. } => smallvec![*dst],
-        SsaStep::Texture { dst, .. } => Vals::from_slice(dst),
+        SsaStep::Texture { dst, .. } => SsaValues::from_slice(dst),
         _ => smallvec![],
     }
 }

@@ -1,12 +1,12 @@
 //! The value of an expression during lowering: scalars, a place to which a pointer refers, or a texture or sampler.
 
-use super::step::Val;
+use super::step::SsaValue;
 use naga::TypeInner;
 
 /// An index that is not a constant, into an array, matrix or vector.
 #[derive(Clone, Copy, Debug)]
 pub struct VariableIndex {
-    pub value: Val,
+    pub value: SsaValue,
     /// Scalars from one element to the next.
     pub stride: usize,
     /// Number of elements.
@@ -20,13 +20,13 @@ pub enum Place {
     /// with an index out of range has no effect.
     Local { base: usize, indices: Vec<VariableIndex>, inner: TypeInner },
     /// Byte `offset` of the uniform block plus `dynamic` scalars.
-    Uniform { offset: u32, dynamic: Option<Val>, inner: TypeInner },
+    Uniform { offset: u32, dynamic: Option<SsaValue>, inner: TypeInner },
 }
 
 /// The value of an expression during lowering.
 #[derive(Clone, Debug)]
 pub(crate) enum Value {
-    Scalars(Vec<Val>),
+    Scalars(Vec<SsaValue>),
     Place(Place),
     /// A texture or a sampler.
     Resource(naga::Handle<naga::GlobalVariable>),

@@ -1,7 +1,7 @@
 //! Collects the named values that a program outputs in addition to its own outputs.
 
 use super::builder::SsaBuilder;
-use super::step::{SsaStep, Val};
+use super::step::{SsaStep, SsaValue};
 use crate::render::software::program::LaneOutput;
 use crate::render::software::tape::Op;
 use std::collections::HashMap;
@@ -13,7 +13,7 @@ pub(crate) const FIRST_NAMED_LOCATION: u32 = 1000;
 #[derive(Debug)]
 pub(crate) struct CapturedValue {
     pub name: String,
-    pub lanes: Vec<Val>,
+    pub lanes: Vec<SsaValue>,
 }
 
 /// The named values captured so far.
@@ -37,7 +37,7 @@ impl NamedValueCapture {
         b.code.splice(0..0, copies);
     }
     /// The lanes of all named values.
-    pub(crate) fn lanes(&self) -> impl Iterator<Item = Val> {
+    pub(crate) fn lanes(&self) -> impl Iterator<Item = SsaValue> {
         self.captured.iter().flat_map(|c| c.lanes.iter().copied())
     }
     pub(crate) fn outputs(&self) -> impl Iterator<Item = LaneOutput> {

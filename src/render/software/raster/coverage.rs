@@ -292,9 +292,9 @@ mod tests {
         let pixels = TilePixels::new();
         let mut seen = vec![false; (TILE * TILE) as usize];
         for (x, y) in pixels.x.iter().zip(&pixels.y) {
-            let at = (*y as u32 * TILE + *x as u32) as usize;
-            assert!(!seen[at]);
-            seen[at] = true;
+            let index = (*y as u32 * TILE + *x as u32) as usize;
+            assert!(!seen[index]);
+            seen[index] = true;
         }
         assert!(seen.iter().all(|s| *s));
         for block in 0..TILE_BLOCKS {

@@ -72,9 +72,9 @@ pub(crate) fn disc_fraction_beside_circle(separation_rad: f64, body_radius_rad: 
 pub(crate) fn limb_towards(body: &Placement, towards: DVec3) -> (f64, f64) {
     let distance_km = body.centre_km.length();
     let middle = body.centre_km / distance_km;
-    let aside = (towards - middle * towards.dot(middle)).try_normalize().unwrap_or_else(|| middle.any_orthonormal_vector());
+    let perpendicular = (towards - middle * towards.dot(middle)).try_normalize().unwrap_or_else(|| middle.any_orthonormal_vector());
     // In the unit-sphere frame the ray a + u b, with u the tangent of the angle, touches the limb if its squared distance from the centre is 1.
-    let (a, b) = (body.direction_in_unit_sphere(middle), body.direction_in_unit_sphere(aside));
+    let (a, b) = (body.direction_in_unit_sphere(middle), body.direction_in_unit_sphere(perpendicular));
     let (aa, ab, bb) = (a.dot(a), a.dot(b), b.dot(b));
     let distance_radii = distance_km / body.radii_km.x;
     // Solves the equation quadratic * u^2 - 2 ab u - aa = 0.
@@ -82,10 +82,10 @@ pub(crate) fn limb_towards(body: &Placement, towards: DVec3) -> (f64, f64) {
     let angle = (ab + (ab * ab + quadratic * aa).max(0.0).sqrt()).atan2(quadratic);
     // The gradient of the squared distance is normal to the limb.
     let (sin, cos) = angle.sin_cos();
-    let (c, d) = (body.camera_in_unit_sphere(), body.direction_in_unit_sphere(middle * cos + aside * sin));
+    let (c, d) = (body.camera_in_unit_sphere(), body.direction_in_unit_sphere(middle * cos + perpendicular * sin));
     let limb_normal =
         body.body_from_icrf.transpose() * ((d * (c.length_squared() - 1.0) - c * c.dot(d)) * (body.radii_km.x / body.radii_km));
-    (angle, limb_normal.normalize_or_zero().dot(aside * cos - middle * sin).clamp(0.0, 1.0))
+    (angle, limb_normal.normalize_or_zero().dot(perpendicular * cos - middle * sin).clamp(0.0, 1.0))
 }
 
 /// Fraction of a disc that a body leaves visible. The disc has the angular radius `radius_rad` around the unit vector `towards`, and lies behind the body.

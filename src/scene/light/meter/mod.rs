@@ -48,9 +48,9 @@ const SUN_WEIGHT: f64 = 256.0;
 const RADIANCE_WEIGHT_EXPONENT: f64 = 2.0 / 3.0;
 /// Radiance above which the weight no longer increases: a white plane in full sunlight. Without this limit a Sun of a few pixels would outweigh a planet.
 const WEIGHT_RADIANCE_CAP: f64 = 1.0;
-/// Shares of the frame below which the Sun's disc is no longer the subject of a picture but a light in it: if the Sun is the target, and if it is not.
+/// Shares of the frame below which the Sun's disc is no longer the subject of an image but a light in it: if the Sun is the target, and if it is not.
 const MIN_SUN_SHARES: [f64; 2] = [1e-3, 1e-2];
-/// Weight of the dark sky: if all points of light have less weight, the picture is exposed for the dark sky.
+/// Weight of the dark sky: if all points of light have less weight, the image is exposed for the dark sky.
 const DARK_SKY_WEIGHT: f64 = 1e-6;
 /// Fraction of daylight that the drawn sky keeps in totality, scattered from outside the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs).
 /// Measured skies keep a fifth of this (Dandekar and Turtle 1971, Applied Optics 10, 1220); up to an obscuration of 99.8 % the sky dims in proportion to
@@ -145,7 +145,7 @@ impl Meter<'_, '_> {
         f64::from(self.camera.width) * f64::from(self.camera.height)
     }
 
-    /// Meters everything in the frame. `night`: the radiance that a picture of the dark sky shows as white.
+    /// Meters everything in the frame. `night`: the radiance that an image of the dark sky shows as white.
     pub(crate) fn read(&self, night: f64) -> MeterReading {
         let glare =
             VeilingGlare::of(self.camera, self.placed).filter(|_| self.context.request.effects.override_of(Effect::Glow) != Some(false));
@@ -350,8 +350,9 @@ impl MeteredFrame<'_, '_> {
     ) {
         let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();
         let alpha = crate::ephemeris::angle_rad(viewer, ground.sun);
-        let aside = (ground.sun - viewer * ground.sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
-        let up = viewer.cross(aside);
+        let perpendicular =
+            (ground.sun - viewer * ground.sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
+        let up = viewer.cross(perpendicular);
         let terminator = alpha - FRAC_PI_2;
         let (columns, rows) = if diameter_px < 4.0 { (6, 3) } else { (14, 8) };
         for (from, to) in [(-FRAC_PI_2, terminator), (terminator, FRAC_PI_2)] {
@@ -359,7 +360,7 @@ impl MeteredFrame<'_, '_> {
                 let midpoint = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
                 let (sin, cos) = (from + (to - from) * midpoint(k % columns, columns)).sin_cos();
                 let (sin_lat, cos_lat) = (PI * (midpoint(k / columns, rows) - 0.5)).sin_cos();
-                let n = (viewer * cos + aside * sin) * cos_lat + up * sin_lat;
+                let n = (viewer * cos + perpendicular * sin) * cos_lat + up * sin_lat;
                 let area = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
                 if area > 0.0 {
                     add(area, ground.radiance(n, n, viewer, shadow));

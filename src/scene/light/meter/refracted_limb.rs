@@ -25,7 +25,7 @@ impl MeteredFrame<'_, '_> {
             let mut tally = LogMean::default();
             for segment in refracted_limb::segments(p, sun, camera.pixel_tangent()) {
                 let Some(clip) = camera.clip(segment.direction) else { continue };
-                // Segments are thin, so the frame's edge is softened over a hundredth of the picture instead of a segment's width.
+                // Segments are thin, so the frame's edge is softened over a hundredth of the image instead of a segment's width.
                 let edge = (1.0 - clip.abs()) * 50.0 + 0.5;
                 let inside = smoothstep(edge.x) * smoothstep(edge.y) * frame_position_weight(clip.abs().max_element().min(1.0));
                 let visible = inside * self.ray_visibility(p, segment.direction, camera.pixel_tangent());

@@ -148,11 +148,11 @@ fn zoom_on_the_ground_changes_the_angle_that_the_projection_shows() {
     assert!(v.view.composition.fisheye_deg < 180.0 && v.view.fov_deg == before);
     for (notches, angle_deg) in [(-1e4, 360.0), (1e4, 1.0)] {
         apply(&mut v, Action::ChangeFov(notches));
-        assert_eq!((v.view.composition.fisheye_deg, v.view.picture_fov_deg()), (angle_deg, angle_deg));
+        assert_eq!((v.view.composition.fisheye_deg, v.view.image_fov_deg()), (angle_deg, angle_deg));
     }
     v.view.composition.projection = Projection::Equirectangular;
     apply(&mut v, Action::Zoom(3.0));
-    assert_eq!((v.view.fov_deg, v.view.composition.fisheye_deg, v.view.picture_fov_deg()), (before, 1.0, 180.0));
+    assert_eq!((v.view.fov_deg, v.view.composition.fisheye_deg, v.view.image_fov_deg()), (before, 1.0, 180.0));
 }
 
 #[test]

@@ -61,7 +61,7 @@ invented-the-northern-half-which-no-spacecraft-saw-lit = die Nordhälfte, die ke
 invented-named-craters-and-the-bluer-side-stand-where-published-all-ground-between-is-made-by-chance = benannte Krater und die bläulichere Seite liegen, wo sie veröffentlicht sind, aller Boden dazwischen ist zufällig gemacht
 invented-craters-and-ringed-basins-stand-where-the-gazetteer-has-them-their-looks-and-all-ground-between-are-made-by-chance = Krater und Ringbecken liegen nach dem Namensverzeichnis, ihr Aussehen und aller Boden dazwischen sind zufällig gemacht
 invented-the-dark-region-and-named-craters-stand-where-published-their-looks-and-all-ground-between-are-made-by-chance = das dunkle Gebiet und benannte Krater liegen, wo sie veröffentlicht sind, ihr Aussehen und aller Boden dazwischen sind zufällig gemacht
-invented-two-tone-after-published-descriptions-of-voyager-2-s-pictures = zweifarbig nach veröffentlichten Beschreibungen der Bilder von Voyager 2
+invented-two-tone-after-published-descriptions-of-voyager-2-s-images = zweifarbig nach veröffentlichten Beschreibungen der Bilder von Voyager 2
 invented-edges-streaks-and-all-ground-between-are-made-by-chance = Ränder, Streifen und aller Boden dazwischen sind zufällig gemacht
 # Composition of atmospheres.
 species-hydrogen-and-helium = Wasserstoff und Helium

@@ -1,4 +1,4 @@
-# The Share panel: links, pictures, animations, bookmarks, appearance.
+# The Share panel: links, images, animations, bookmarks, appearance.
 
 share-view = Diese Ansicht
 share-copy-link = Link kopieren
@@ -53,13 +53,13 @@ dialog-choose-view = Wählen: Ansichtsdatei
 dialog-choose-image = Wählen: Bilddatei
 dialog-choose-animation = Wählen: Animationsdatei
 dialog-choose-tour = Wählen: Tourdatei
-picture-labels = Beschriftung
-picture-labels-hint = Namen und Markierungen der Körper in das Gespeicherte zeichnen
-picture-folder = Ordner: { $folder }/
+image-labels = Beschriftung
+image-labels-hint = Namen und Markierungen der Körper in das Gespeicherte zeichnen
+image-folder = Ordner: { $folder }/
 images = Bilder
 images-file-hint = Bilddatei: .png oder .exr. Keine Datei wird ersetzt: der Name erhält die nächste freie Nummer. %05d steht für die Bildnummer einer Folge
-picture-width = Breite, Pixel
-picture-height = Höhe, Pixel
+image-width = Breite, Pixel
+image-height = Höhe, Pixel
 images-save = Bild speichern
 images-save-hint = Ein Bild speichern (Strg+S)
 frames = Bilder über die Zeit

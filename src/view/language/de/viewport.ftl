@@ -1,4 +1,4 @@
-# Shown over the picture: messages, hints, menu, warnings.
+# Shown over the image: messages, hints, menu, warnings.
 
 sky-of = Der Himmel: { $body }
 drawing = wird gezeichnet …

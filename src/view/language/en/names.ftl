@@ -87,4 +87,4 @@ model-sphere = sphere
 model-ellipsoid-penumbra = ellipsoid-penumbra
 pass-light = light
 pass-glow = glow
-pass-picture = picture
+pass-picture = image

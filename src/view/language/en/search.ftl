@@ -18,5 +18,5 @@ search-hint = Bodies, stars, craters, cities, moments, dates, events (eclipse 20
 search = Search
 search-nothing = Nothing is called “{ $typed }”{ $hint }
 search-did-you-mean = Did you mean { $name }?
-search-city-chosen = { $city }, { $country }: events, rise and set are told for this place from now on
+search-city-chosen = { $city }, { $country }: events, rise and set now refer to this place
 search-star-outside = HIP { $hip }: outside the range of the ephemeris of { $body }

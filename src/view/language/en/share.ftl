@@ -1,4 +1,4 @@
-# The Share panel: links, pictures, animations, bookmarks, appearance.
+# The Share panel: links, images, animations, bookmarks, appearance.
 
 share-view = This view
 share-copy-link = Copy link
@@ -53,13 +53,13 @@ dialog-choose-view = Choose: view file
 dialog-choose-image = Choose: image file
 dialog-choose-animation = Choose: animation file
 dialog-choose-tour = Choose: tour file
-picture-labels = Labels
-picture-labels-hint = Draw names and markers of bodies into what is saved
-picture-folder = Folder: { $folder }/
+image-labels = Labels
+image-labels-hint = Draw names and markers of bodies into what is saved
+image-folder = Folder: { $folder }/
 images = Images
 images-file-hint = Image file: .png or .exr. No file is replaced: the next free number is added to the name. %05d stands for the frame number of a sequence
-picture-width = Width, pixels
-picture-height = Height, pixels
+image-width = Width, pixels
+image-height = Height, pixels
 images-save = Save image
 images-save-hint = Save an image (Ctrl+S)
 frames = Frames over time

@@ -1,6 +1,6 @@
-//! Error bounds of the left picture relative to reference quality, as colours: each doubling of the bound has its own colour.
+//! Error bounds of the left image relative to reference quality, as colours: each doubling of the bound has its own colour.
 //!
-//! In: a request. Out: a picture of the bounds and the fraction of pixels of each colour. Always: the bounds are those of `render --error`,
+//! In: a request. Out: an image of the bounds and the fraction of pixels of each colour. Always: the bounds are those of `render --error`,
 //! computed on the query worker and only while they are shown; while the view moves the last computed bounds stay visible.
 
 use super::pair;
@@ -39,7 +39,7 @@ fn name_of(step: usize) -> String {
     }
 }
 
-/// Error bounds of a picture, in steps of 1/255.
+/// Error bounds of an image, in steps of 1/255.
 pub(crate) struct ErrorBounds {
     width: u32,
     height: u32,
@@ -89,7 +89,7 @@ impl BoundView {
         }));
     }
 
-    /// Shows the last computed bounds. `name`: of the picture.
+    /// Shows the last computed bounds. `name`: of the image.
     pub(crate) fn show(&mut self, ui: &mut Ui, name: &str) {
         if let Some(done) = self.pending.as_ref().and_then(Pending::take) {
             self.pending = None;
@@ -109,7 +109,7 @@ impl BoundView {
             Some(Ok((bounds, texture))) => {
                 legend(ui, bounds);
                 let size = Vec2::new(bounds.width as f32, bounds.height as f32);
-                pair::picture(ui, texture.id(), size, &text!("bound-picture", name = name));
+                pair::image(ui, texture.id(), size, &text!("bound-image", name = name));
                 ui.label(text!("bound-statistics", mean = decimal(bounds.mean, 1), max = bounds.max));
             }
             Some(Err(why)) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),

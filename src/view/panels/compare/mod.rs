@@ -1,13 +1,13 @@
 //! The Compare panel: the current view drawn in two variants, which may differ in quality, effects, pixel view and renderer.
 //!
-//! In: the view, two variants. Out: their pictures, the difference and statistics. Always: both are drawn on the query worker from one
+//! In: the view, two variants. Out: their images, the difference and statistics. Always: both are drawn on the query worker from one
 //! request, except for what the variants change; while the view moves the last pair stays visible.
 
 mod bound;
 pub mod pair;
 
 use self::bound::BoundView;
-use self::pair::{ComparedPicture, Pair, PairView};
+use self::pair::{ComparedImage, Pair, PairView};
 use super::{Interface, accessible};
 use crate::image::DisplayImage;
 use crate::render::plan::SamplingQuality;
@@ -181,7 +181,7 @@ impl ComparePanel {
     }
 }
 
-/// Maximum length of the longer side of a compared picture, pixels.
+/// Maximum length of the longer side of a compared image, pixels.
 const MAX_PX: f32 = 1024.0;
 
 /// The request at the panel's size, with the aspect ratio of the viewport.
@@ -231,7 +231,7 @@ fn name_of(variant: &Variant) -> String {
     words.join(" ")
 }
 
-fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<ComparedPicture, String> {
+fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<ComparedImage, String> {
     let sampling = SamplingQuality::of(request.quality);
     let failed = |e: crate::session::SessionError| fault_text(&e);
     // Planning loads modules and maps, so that the measured time does not include loading.
@@ -247,9 +247,5 @@ fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<C
         (renderer.render(&plan, session.library(), false).map_err(|e| fault_text(&e))?.0, "software")
     };
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
-    Ok(ComparedPicture {
-        picture: DisplayImage { width: frame.width, height: frame.height, rgba: frame.display },
-        by: by.to_owned(),
-        took_ms,
-    })
+    Ok(ComparedImage { image: DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }, by: by.to_owned(), took_ms })
 }

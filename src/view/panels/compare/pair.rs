@@ -1,6 +1,6 @@
-//! Display of two pictures of one size: side by side, split by a line, or as their difference, with statistics.
+//! Display of two images of one size: side by side, split by a line, or as their difference, with statistics.
 //!
-//! In: drawn pictures. Out: egui shapes. Always: everything shown belongs to one pair; differences are between display bytes, as in
+//! In: drawn images. Out: egui shapes. Always: everything shown belongs to one pair; differences are between display bytes, as in
 //! `orrery compare`.
 
 use crate::image::{self, DisplayImage};
@@ -11,29 +11,29 @@ use crate::view::panels::theme::BODY;
 use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOptions, Vec2, pos2};
 use std::sync::Arc;
 
-/// One drawn picture.
-pub(crate) struct ComparedPicture {
-    pub picture: DisplayImage,
-    /// The renderer or device that drew the picture.
+/// One drawn image.
+pub(crate) struct ComparedImage {
+    pub image: DisplayImage,
+    /// The renderer or device that drew the image.
     pub by: String,
     pub took_ms: f64,
 }
 
-/// Two pictures and their difference.
+/// Two images and their difference.
 pub(crate) struct Pair {
-    pub halves: [ComparedPicture; 2],
+    pub halves: [ComparedImage; 2],
     pub statistics: image::Difference,
     pub difference: DisplayImage,
 }
 
 impl Pair {
     /// # Errors
-    /// If a picture could not be drawn, or the sizes differ.
-    pub(crate) fn of(left: Result<ComparedPicture, String>, right: Result<ComparedPicture, String>) -> Result<Self, String> {
+    /// If an image could not be drawn, or the sizes differ.
+    pub(crate) fn of(left: Result<ComparedImage, String>, right: Result<ComparedImage, String>) -> Result<Self, String> {
         let left = left.map_err(|e| text!("pair-left-failed", e = e))?;
         let right = right.map_err(|e| text!("pair-right-failed", e = e))?;
-        let statistics = left.picture.difference(&right.picture).map_err(|e| fault_text(&e))?;
-        let difference = left.picture.difference_picture(&right.picture).map_err(|e| fault_text(&e))?;
+        let statistics = left.image.difference(&right.image).map_err(|e| fault_text(&e))?;
+        let difference = left.image.difference_image(&right.image).map_err(|e| fault_text(&e))?;
         Ok(Self { halves: [left, right], statistics, difference })
     }
 }
@@ -57,7 +57,7 @@ impl DisplayMode {
     ];
 }
 
-/// Function that shows the error bounds of the picture with a name.
+/// Function that shows the error bounds of the image with a name.
 pub(crate) type ShowBound<'a> = &'a mut dyn FnMut(&mut egui::Ui, &str);
 
 /// State of the display of a pair.
@@ -68,24 +68,24 @@ pub(crate) struct PairView {
     /// Left, right, difference.
     textures: Vec<TextureHandle>,
     mode: DisplayMode,
-    /// Fraction of the width that shows the left picture.
+    /// Fraction of the width that shows the left image.
     split: Option<f32>,
 }
 
-/// Height of the buttons above and the statistics below a picture.
+/// Height of the buttons above and the statistics below an image.
 const CONTROLS_POINTS: f32 = 70.0;
-/// Height that a picture may always have, even if the panel must then scroll.
+/// Height that an image may always have, even if the panel must then scroll.
 const MIN_POINTS: f32 = 330.0;
-/// Texture coordinates of the entire picture.
+/// Texture coordinates of the entire image.
 const FULL_UV: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
 
 impl PairView {
-    /// Whether error bounds are shown instead of the pictures.
+    /// Whether error bounds are shown instead of the images.
     pub(crate) fn shows_bound(&self) -> bool {
         self.mode == DisplayMode::Bound
     }
 
-    /// `names`: of the left and the right picture; `bound`: shows the error bounds of the left picture, if available.
+    /// `names`: of the left and the right image; `bound`: shows the error bounds of the left image, if available.
     pub(crate) fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], bound: Option<ShowBound<'_>>) {
         self.load_textures(ui.ctx(), pair);
         ui.horizontal(|ui| {
@@ -107,13 +107,13 @@ impl PairView {
             DisplayMode::SideBySide => {
                 ui.columns(2, |columns| {
                     for ((ui, texture), name) in columns.iter_mut().zip([a, b]).zip([left, right]) {
-                        picture(ui, texture, size, name);
+                        image(ui, texture, size, name);
                         ui.weak(name);
                     }
                 });
             }
             DisplayMode::Bound => return bound.map_or((), |show| show(ui, left)),
-            DisplayMode::Difference => picture(ui, d, size, &text!("pair-difference-of", left = left, right = right)),
+            DisplayMode::Difference => image(ui, d, size, &text!("pair-difference-of", left = left, right = right)),
         }
         statistics(ui, pair);
     }
@@ -124,7 +124,7 @@ impl PairView {
         }
         let load = |p: &DisplayImage| ctx.load_texture("pair", colour_image(p.width, p.height, p.rgba.clone()), TextureOptions::LINEAR);
         let [left, right] = &pair.halves;
-        self.textures = vec![load(&left.picture), load(&right.picture), load(&pair.difference)];
+        self.textures = vec![load(&left.image), load(&right.image), load(&pair.difference)];
         self.loaded = Some(Arc::clone(pair));
     }
 
@@ -151,7 +151,7 @@ impl PairView {
         let painter = ui.painter().with_clip_rect(rect);
         let font = egui::FontId::proportional(BODY);
         for (at, align, name) in [(-6.0, egui::Align2::RIGHT_TOP, left), (6.0, egui::Align2::LEFT_TOP, right)] {
-            // The name has a dark background, since the picture below may be white.
+            // The name has a dark background, since the image below may be white.
             let words = painter.layout_no_wrap(name.to_owned(), font.clone(), Color32::from_gray(230));
             let place = align.anchor_size(pos2(x + at, rect.top() + 4.0), words.size());
             painter.rect_filled(place.expand(2.0), 2.0, Color32::from_black_alpha(190));
@@ -160,7 +160,7 @@ impl PairView {
     }
 }
 
-/// The size of a picture scaled to the panel's width, but no higher than the panel.
+/// The size of an image scaled to the panel's width, but no higher than the panel.
 pub(crate) fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
     let width = ui.available_width();
     let most = (ui.available_height() - CONTROLS_POINTS).max(MIN_POINTS);
@@ -168,12 +168,12 @@ pub(crate) fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
     size * scale
 }
 
-/// Shows a picture with an accessible name.
-pub(crate) fn picture(ui: &mut egui::Ui, texture: egui::TextureId, size: Vec2, name: &str) {
+/// Shows an image with an accessible name.
+pub(crate) fn image(ui: &mut egui::Ui, texture: egui::TextureId, size: Vec2, name: &str) {
     let size = fitted(ui, size);
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, name));
-    // A column is stretched to its full width; the picture keeps its aspect ratio.
+    // A column is stretched to its full width; the image keeps its aspect ratio.
     ui.painter().image(texture, Rect::from_center_size(rect.center(), size), FULL_UV, Color32::WHITE);
 }
 

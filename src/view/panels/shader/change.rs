@@ -1,4 +1,4 @@
-//! The difference between two keys: whether views can need them, the changed source lines by feature, cost, pictures.
+//! The difference between two keys: whether views can need them, the changed source lines by feature, cost, images.
 
 use super::queries::{KeySwap, LoadedModule, ShaderQueries};
 use super::text::{feature_colour, layout_job};
@@ -113,14 +113,14 @@ pub(crate) fn registers(m: &LoadedModule) -> usize {
     m.tapes.iter().filter(|t| t.stage == "fragment").map(|t| (t.slots + t.registers) as usize).sum()
 }
 
-/// Shows pictures, cost and source of both keys.
+/// Shows images, cost and source of both keys.
 pub(crate) fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some((keys, names)) = compared_keys(panel, inspected) else { return };
     if keys[0] == keys[1] {
         return;
     }
     let ids = keys.map(ModuleId::Planet);
-    pictures(panel, ui, inspected, &keys, names);
+    images(panel, ui, inspected, &keys, names);
     in_view(panel, ui, inspected);
     let Some((first, second)) = both_modules(&mut panel.queries, inspected.worker, &ids) else { return };
     CollapsingHeader::new(text!("change-cost")).default_open(true).show(ui, |ui| {
@@ -134,7 +134,7 @@ pub(crate) fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
     }
 }
 
-fn pictures(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, keys: &[ShaderKey; 2], names: [&str; 2]) {
+fn images(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, keys: &[ShaderKey; 2], names: [&str; 2]) {
     ui.horizontal(|ui| {
         for (key, name) in keys.iter().zip(names) {
             ui.vertical(|ui| {
@@ -159,7 +159,7 @@ fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>
     if let Some(drawn) = panel.queries.swap(inspected.worker, &swap, &request) {
         change.last = Some((key, drawn));
     }
-    // The last picture of this key stays until the next picture arrives.
+    // The last image of this key stays until the next image arrives.
     match change.last.as_ref().filter(|(of, _)| *of == key) {
         Some((_, Ok(pair))) => change.pair.show(ui, pair, [text!("change-drawn-key"), text!("change-this-key")], None),
         Some((_, Err(why))) => drop(ui.colored_label(ui.visuals().warn_fg_color, why)),

@@ -18,7 +18,7 @@ pub(crate) fn is_switch(d: &Dimension) -> bool {
     d.texts.len() == 2 && d.texts[0].is_empty()
 }
 
-/// The effect of a value on the picture.
+/// The effect of a value on the image.
 pub(crate) fn meaning(d: &Dimension, value: usize) -> &'static str {
     let words: &[&str] = match d.name {
         "surface" => &[
@@ -96,8 +96,8 @@ pub(crate) fn meaning(d: &Dimension, value: usize) -> &'static str {
         "absorption" => &[text!("meaning-no-absorbing-layer"), text!("meaning-an-absorbing-layer-such-as-ozone")],
         "air-pass" => &[
             text!("meaning-air-evaluated-for-each-pixel"),
-            text!("meaning-air-interpolated-from-a-coarse-picture"),
-            text!("meaning-the-coarse-picture-of-the-air-itself"),
+            text!("meaning-air-interpolated-from-a-coarse-image"),
+            text!("meaning-the-coarse-image-of-the-air-itself"),
         ],
         "shape" => &[text!("meaning-ray-traced-sphere"), text!("meaning-ray-traced-ellipsoid"), text!("meaning-triangle-mesh")],
         "twosided" => &[text!("meaning-front-faces-only"), text!("meaning-both-faces-of-the-mesh-are-lit")],

@@ -1,4 +1,4 @@
-//! The Gallery page: keys that differ from the current key in one dimension, each with a sample picture.
+//! The Gallery page: keys that differ from the current key in one dimension, each with a sample image.
 
 use super::descriptions::{is_switch, value_text};
 use super::queries::{SAMPLE_PX, ShaderQueries};
@@ -95,7 +95,7 @@ fn tiles(base: &DrawFeatures, dimension: Option<&str>) -> Vec<Tile> {
     all
 }
 
-/// Shows the sample picture of a key as a button.
+/// Shows the sample image of a key as a button.
 pub(crate) fn sample(
     queries: &mut ShaderQueries,
     ui: &mut egui::Ui,

@@ -1,7 +1,7 @@
 //! The Shader panel: the module that draws the selected body, with its key, source, uniforms, cost, the values of one pixel, and sample
-//! pictures of other keys.
+//! images of other keys.
 //!
-//! In: the last picture, the selected body. Out: egui shapes. A key changed by hand affects only this panel, not the picture on screen.
+//! In: the last image, the selected body. Out: egui shapes. A key changed by hand affects only this panel, not the image on screen.
 //! Always: slow queries run on the query worker; everything shown belongs to the module named at the top.
 
 mod change;
@@ -84,7 +84,7 @@ struct Inspected<'a> {
     rendered: &'a RenderedView,
     /// The draw; `None` for a module that all bodies share.
     draw: Option<&'a Draw>,
-    /// The draw's key in the picture.
+    /// The draw's key in the image.
     drawn: Option<ShaderKey>,
     /// The displayed module: the drawn module, or the module of the key changed by hand.
     id: ModuleId,

@@ -1,4 +1,4 @@
-//! Queries of the Shader panel: modules with their costs, texts, differences, sample pictures.
+//! Queries of the Shader panel: modules with their costs, texts, differences, sample images.
 //!
 //! Always: each query runs once, on the query worker; when the fragments change, all results are dropped.
 
@@ -18,7 +18,7 @@ use crate::shader::translate::Language;
 use crate::shader::{Emitted, ModuleId, ShaderModule};
 use crate::view::faults::fault_text;
 use crate::view::language::text;
-use crate::view::panels::compare::pair::{ComparedPicture, Pair};
+use crate::view::panels::compare::pair::{ComparedImage, Pair};
 use crate::view::panels::render_loop::colour_image;
 use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
@@ -67,9 +67,9 @@ pub(crate) struct MapFacts {
     pub bytes: usize,
 }
 
-/// Side of a sample picture, pixels.
+/// Side of a sample image, pixels.
 pub(crate) const SAMPLE_PX: u32 = 96;
-/// Side of a timed picture, pixels.
+/// Side of a timed image, pixels.
 const TIMED_PX: u32 = 250;
 
 type Sample = Result<egui::ColorImage, String>;
@@ -95,7 +95,7 @@ pub(crate) struct ShaderQueries {
     timed: QueryCache<ModuleId, Result<Option<f64>, String>>,
     maps: QueryCache<(MapRole, String), Result<MapFacts, String>>,
     samples: QueryCache<ShaderKey, Sample>,
-    pictures: HashMap<ShaderKey, TextureHandle>,
+    images: HashMap<ShaderKey, TextureHandle>,
     swaps: QueryCache<KeySwap, Result<Arc<Pair>, String>>,
     swap_view: u64,
 }
@@ -174,14 +174,14 @@ impl ShaderQueries {
             .cloned()
     }
 
-    /// The picture of the sample body drawn by a key's module.
+    /// The image of the sample body drawn by a key's module.
     pub(crate) fn sample(
         &mut self,
         ctx: &egui::Context,
         worker: &dyn RenderWorker,
         key: &ShaderKey,
     ) -> Option<Result<TextureHandle, String>> {
-        if let Some(texture) = self.pictures.get(key) {
+        if let Some(texture) = self.images.get(key) {
             return Some(Ok(texture.clone()));
         }
         let of = *key;
@@ -189,15 +189,15 @@ impl ShaderQueries {
         let texture =
             drawn.as_ref().map(|image| ctx.load_texture(key.to_string(), image.clone(), TextureOptions::LINEAR)).map_err(Clone::clone);
         if let Ok(texture) = &texture {
-            self.pictures.insert(*key, texture.clone());
+            self.images.insert(*key, texture.clone());
         }
         Some(texture)
     }
 
-    /// A pair of pictures of the view: unchanged, and with the key of one draw replaced.
+    /// A pair of images of the view: unchanged, and with the key of one draw replaced.
     pub(crate) fn swap(&mut self, worker: &dyn RenderWorker, of: &KeySwap, request: &ViewRequest) -> Option<Result<Arc<Pair>, String>> {
         if self.swap_view != of.view {
-            // Pictures of earlier views are large and no longer needed.
+            // Images of earlier views are large and no longer needed.
             self.swap_view = of.view;
             self.swaps.forget();
         }
@@ -225,7 +225,7 @@ fn draw_sample(session: &Session, key: &ShaderKey) -> Sample {
 }
 
 /// Draws the view, with the key of one draw replaced if `swap` is given.
-fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>) -> Result<ComparedPicture, String> {
+fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>) -> Result<ComparedImage, String> {
     let sampling = SamplingQuality::of(request.quality);
     let mut scene = session.scene(request).map_err(|e| fault_text(&e))?;
     for draw in &mut scene.draws {
@@ -237,6 +237,6 @@ fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>
     let start = WallInstant::now();
     let (frame, _) = session.background_renderer().render(&plan, session.library(), false).map_err(|e| fault_text(&e))?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
-    let picture = DisplayImage { width: frame.width, height: frame.height, rgba: frame.display };
-    Ok(ComparedPicture { picture, by: "software".into(), took_ms })
+    let image = DisplayImage { width: frame.width, height: frame.height, rgba: frame.display };
+    Ok(ComparedImage { image, by: "software".into(), took_ms })
 }

@@ -85,7 +85,7 @@ fn is_of(name: &str, word: &str) -> bool {
 }
 
 impl SourcePage {
-    /// Requests a jump to the lines of a feature as soon as a module with this feature is shown. The jump is repeated if a finer picture uses
+    /// Requests a jump to the lines of a feature as soon as a module with this feature is shown. The jump is repeated if a finer image uses
     /// another module.
     pub(crate) fn request_feature(&mut self, feature: &str) {
         (self.language, self.feature, self.only_feature) = (None, None, false);

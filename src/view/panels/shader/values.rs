@@ -1,6 +1,6 @@
 //! The Values page: the uniforms of a draw with their names and byte offsets, and its textures with their files.
 //!
-//! Always: the numbers are those of the last picture; for a key changed by hand, the uniforms of the same draw in the layout of that key.
+//! Always: the numbers are those of the last image; for a key changed by hand, the uniforms of the same draw in the layout of that key.
 
 use super::{Inspected, ShaderPanel};
 use crate::render::plan::{RING_PROFILE, role_of, uniforms_of};

@@ -30,7 +30,7 @@ pub type FileDialog = fn(FileRequest) -> Pending<Option<PathBuf>>;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileField {
     View,
-    Picture,
+    Image,
     Animation,
     Tour,
 }
@@ -49,7 +49,7 @@ impl FileField {
     fn button_name(self) -> &'static str {
         match self {
             Self::View => text!("dialog-choose-view"),
-            Self::Picture => text!("dialog-choose-image"),
+            Self::Image => text!("dialog-choose-image"),
             Self::Animation => text!("dialog-choose-animation"),
             Self::Tour => text!("dialog-choose-tour"),
         }
@@ -58,7 +58,7 @@ impl FileField {
     fn request(self, name: &str) -> FileRequest {
         let (title, endings, opens): (_, &'static [&'static str], _) = match self {
             Self::View => (text!("share-view-file"), &["json"], false),
-            Self::Picture => (text!("dialog-image"), &["png", "exr"], false),
+            Self::Image => (text!("dialog-image"), &["png", "exr"], false),
             Self::Animation => (text!("dialog-animation"), &["gif", "apng"], false),
             Self::Tour => (text!("tours-file"), &["json"], true),
         };
@@ -70,7 +70,7 @@ impl FileField {
 fn text(interface: &mut Interface, field: FileField) -> &mut String {
     match field {
         FileField::View => &mut interface.share.file,
-        FileField::Picture => &mut interface.share.picture,
+        FileField::Image => &mut interface.share.image,
         FileField::Animation => &mut interface.share.animation.file,
         FileField::Tour => &mut interface.tour.file,
     }

@@ -1,6 +1,6 @@
-//! Export of pictures, sequences and animations to files.
+//! Export of images, sequences and animations to files.
 //!
-//! In: a view or a tour, file names, picture sizes. Out: files. Always: no existing file is overwritten; frames are drawn in the background
+//! In: a view or a tour, file names, image sizes. Out: files. Always: no existing file is overwritten; frames are drawn in the background
 //! one after the other, so that the export can be stopped between frames; the export continues when the panel is closed; the file of an
 //! animation is written only after its last frame.
 
@@ -9,7 +9,7 @@ use crate::image::{AnimationWriter, MAX_ANIMATION_PIXELS as MAX_PIXELS, SharedBy
 use crate::render::plan::SamplingQuality;
 use crate::scene::legend::legend_of;
 use crate::scene::request::{Purpose, ViewRequest};
-use crate::session::{DrawnFrame, PROVENANCE_CHUNK, Session, is_exr, write_new_picture};
+use crate::session::{DrawnFrame, PROVENANCE_CHUNK, Session, is_exr, write_new_image};
 use crate::view::app::file_names::{NumberedName, free_names};
 use crate::view::app::tour::Tour;
 use crate::view::app::view_state::ViewState;
@@ -20,9 +20,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Size and content of a written picture.
+/// Size and content of a written image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PictureFormat {
+pub(crate) struct ImageOptions {
     pub size: [u32; 2],
     /// Draw the names of bodies.
     pub names: bool,
@@ -68,7 +68,7 @@ type FrameResult = Result<(Option<PathBuf>, Option<Box<AnimationInProgress>>), S
 pub(crate) struct Export {
     frames: Arc<FrameViews>,
     output: ExportOutput,
-    format: PictureFormat,
+    format: ImageOptions,
     done: u32,
     count: u32,
     began_s: f64,
@@ -80,7 +80,7 @@ impl Export {
     ///
     /// # Errors
     /// If the name has no valid place for the frame number; the message explains how to write one.
-    pub(crate) fn of_files(frames: FrameViews, name: &str, count: u32, format: PictureFormat) -> Result<Self, String> {
+    pub(crate) fn of_files(frames: FrameViews, name: &str, count: u32, format: ImageOptions) -> Result<Self, String> {
         let files = NumberedName::of_sequence(name, count).map_err(|e| fault_text(&e))?;
         Ok(Self::of(frames, ExportOutput::Files(files), count, format))
     }
@@ -89,7 +89,7 @@ impl Export {
     ///
     /// # Errors
     /// If the extension is not that of an animation format, or the format does not support the size or the rate.
-    pub(crate) fn of_animation(frames: FrameViews, name: &str, count: u32, rate: u32, format: PictureFormat) -> Result<Self, String> {
+    pub(crate) fn of_animation(frames: FrameViews, name: &str, count: u32, rate: u32, format: ImageOptions) -> Result<Self, String> {
         let form = animation_format(Path::new(name)).ok_or_else(|| text!("export-ending", name = name))?;
         let [width, height] = format.size;
         if f64::from(width) * f64::from(height) * f64::from(count) > MAX_PIXELS {
@@ -101,7 +101,7 @@ impl Export {
         Ok(Self::of(frames, ExportOutput::Animation(Some(Box::new(animation))), count, format))
     }
 
-    fn of(frames: FrameViews, output: ExportOutput, count: u32, format: PictureFormat) -> Self {
+    fn of(frames: FrameViews, output: ExportOutput, count: u32, format: ImageOptions) -> Self {
         Self { frames: Arc::new(frames), output, format, done: 0, count, began_s: f64::NAN, frame: Pending::default() }
     }
 
@@ -180,7 +180,7 @@ fn add_frame(
     session: &Session,
     mut animation: Box<AnimationInProgress>,
     view: &ViewState,
-    format: PictureFormat,
+    format: ImageOptions,
     is_last: bool,
 ) -> FrameResult {
     let (_, drawn) = draw(session, view, format, false)?;
@@ -196,8 +196,8 @@ fn add_frame(
     Ok((Some(path), None))
 }
 
-/// Draws one picture with the renderer for background work.
-fn draw(session: &Session, view: &ViewState, format: PictureFormat, is_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
+/// Draws one image with the renderer for background work.
+fn draw(session: &Session, view: &ViewState, format: ImageOptions, is_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
     let [width, height] = format.size;
     let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| fault_text(&e))?;
     request.layers.labels = format.names;
@@ -210,7 +210,7 @@ fn draw(session: &Session, view: &ViewState, format: PictureFormat, is_exr: bool
 pub(crate) fn save(
     session: &Session,
     view: &ViewState,
-    format: PictureFormat,
+    format: ImageOptions,
     files: impl Iterator<Item = PathBuf>,
 ) -> Result<PathBuf, String> {
     let mut files = files.peekable();
@@ -229,7 +229,7 @@ pub(crate) fn save(
         (PROVENANCE_CHUNK, session.provenance(&request).to_text()),
     ];
     let files = files.map(|file| std::path::absolute(&file).unwrap_or(file));
-    write_new_picture(files, is_exr(&path), &drawn.frame, &text).map_err(|e| fault_text(&e))
+    write_new_image(files, is_exr(&path), &drawn.frame, &text).map_err(|e| fault_text(&e))
 }
 
 #[cfg(test)]

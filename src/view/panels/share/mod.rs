@@ -1,14 +1,14 @@
-//! The Share panel: links, view files, bookmarks, pictures, sequences of frames, animations; and the appearance of the window.
+//! The Share panel: links, view files, bookmarks, images, sequences of frames, animations; and the appearance of the window.
 //!
 //! In: the view, file names. Out: files, and their paths. Always: no existing file is overwritten; exports continue when the panel is
 //! closed. Not here: drawing and writing of frames (`export`).
 
 pub mod dialog;
 mod export;
-mod pictures;
+mod images;
 
 use self::dialog::FileField;
-use self::export::{Export, FrameViews, PictureFormat};
+use self::export::{Export, FrameViews, ImageOptions};
 use super::Interface;
 use super::icons::{self, Icon};
 use crate::files::{FileAccess, read_text, write_new};
@@ -31,24 +31,24 @@ pub(crate) struct SharePanel {
     link: String,
     file: String,
     bookmark: String,
-    picture: String,
-    picture_format: PictureFormat,
+    image: String,
+    image_options: ImageOptions,
     frames: u32,
     step_s: f64,
     animation: Animation,
-    /// The picture that is being drawn and written.
+    /// The image that is being drawn and written.
     saving: Option<Pending<Result<PathBuf, String>>>,
     export: Option<Export>,
     dialog: Option<dialog::OpenDialog>,
-    /// The user asked for a picture.
-    pub wants_picture: bool,
+    /// The user asked for an image.
+    pub wants_image: bool,
     requested_export: Option<ExportKind>,
 }
 
 /// Settings of an animation.
 struct Animation {
     file: String,
-    format: PictureFormat,
+    format: ImageOptions,
     /// Frames per second.
     rate: u32,
     /// The displayed time is in the middle of the animation, not at its start.
@@ -69,27 +69,27 @@ impl Default for SharePanel {
             link: String::new(),
             file: "view.json".into(),
             bookmark: String::new(),
-            picture: "orrery.png".into(),
-            picture_format: PictureFormat { size: [1920, 1080], names: false },
+            image: "orrery.png".into(),
+            image_options: ImageOptions { size: [1920, 1080], names: false },
             frames: 60,
             step_s: 60.0,
             animation: Animation {
                 file: "orrery.gif".into(),
-                format: PictureFormat { size: [640, 360], names: false },
+                format: ImageOptions { size: [640, 360], names: false },
                 rate: 25,
                 is_centred: true,
             },
             saving: None,
             export: None,
             dialog: None,
-            wants_picture: false,
+            wants_image: false,
             requested_export: None,
         }
     }
 }
 
 impl SharePanel {
-    /// Whether a picture or sequence is being exported.
+    /// Whether an image or sequence is being exported.
     pub(crate) fn is_busy(&self) -> bool {
         self.saving.is_some() || self.export.is_some()
     }
@@ -104,11 +104,11 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         links(interface, ui, worker.session(), actions);
         ui.separator();
-        pictures::images(interface, ui);
+        images::single_image(interface, ui);
         ui.separator();
-        pictures::frames(interface, ui);
-        pictures::animation(interface, ui);
-        pictures::progress(interface, ui);
+        images::frames(interface, ui);
+        images::animation(interface, ui);
+        images::progress(interface, ui);
         ui.separator();
         bookmarks(interface, ui, actions);
         ui.separator();
@@ -174,13 +174,13 @@ fn saved(path: &Path) -> String {
 pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     dialog::update(interface, ctx);
     let panel = &mut interface.share;
-    let (picture, kind) = (std::mem::take(&mut panel.wants_picture), panel.requested_export.take());
-    if (picture || kind.is_some()) && panel.is_busy() {
+    let (image, kind) = (std::mem::take(&mut panel.wants_image), panel.requested_export.take());
+    if (image || kind.is_some()) && panel.is_busy() {
         interface.message = text!("share-busy").into();
-    } else if picture {
-        match free_names(&panel.picture) {
+    } else if image {
+        match free_names(&panel.image) {
             Ok(files) => {
-                let (view, format) = (interface.viewer.shareable(), panel.picture_format);
+                let (view, format) = (interface.viewer.shareable(), panel.image_options);
                 panel.saving = Some(ask(worker, move |session| export::save(session, &view, format, files)));
                 interface.message = text!("share-saving", width = format.size[0], height = format.size[1]);
             }
@@ -211,7 +211,7 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
     let view = interface.viewer.shareable();
     let steps = |view: ViewState| FrameViews::Steps { view: Box::new(view), step_s: panel.step_s };
     match kind {
-        ExportKind::Sequence => Export::of_files(steps(view), &panel.picture, panel.frames, panel.picture_format),
+        ExportKind::Sequence => Export::of_files(steps(view), &panel.image, panel.frames, panel.image_options),
         ExportKind::Animation => {
             let before_s = if *is_centred { 0.5 * f64::from(panel.frames - 1) * panel.step_s } else { 0.0 };
             let first = ViewState { tdb_s: view.tdb_s - before_s, ..view };

@@ -18,7 +18,8 @@ pub use crate::scene::constants::{MULTIPLE_HEIGHTS as HEIGHTS, MULTIPLE_SUNS as 
 pub const NODES: usize = (HEIGHTS + 1) * SUNS;
 /// The source files that determine the table: an edit of one of them invalidates tables cached on disk. From the rest of the program they use only the
 /// body's numbers, which are part of the cache key too, and the narrowing to f32.
-pub(crate) const SOURCES: [&str; 3] = [include_str!("air_table.rs"), include_str!("extinction.rs"), include_str!("../constants.rs")];
+pub(crate) const SOURCES: [&str; 3] =
+    [include_str!("multi_scatter_table.rs"), include_str!("extinction.rs"), include_str!("../constants.rs")];
 
 /// Sampling with the Sun above the horizon.
 const BY_DAY: SampleCounts = SampleCounts { directions: 64, steps: 24 };
@@ -207,8 +208,8 @@ pub(crate) fn column_coordinate(cosine: f64) -> f64 {
 }
 
 /// Interpolates the square roots of a table at a fraction of the height to the top and a column coordinate; 0 for a truncated table.
-pub(crate) fn root_between(table: &[Vec4], part: f64, column_coordinate: f64) -> DVec3 {
-    between_nodes(part, column_coordinate, |k| table.get(k).map_or(DVec3::ZERO, |v| v.truncate().as_dvec3()))
+pub(crate) fn root_between(table: &[Vec4], height_fraction: f64, column_coordinate: f64) -> DVec3 {
+    between_nodes(height_fraction, column_coordinate, |k| table.get(k).map_or(DVec3::ZERO, |v| v.truncate().as_dvec3()))
 }
 
 /// Bilinear interpolation between the nodes of the table at a fraction of the height to the top and a column coordinate. `node`: the value of node

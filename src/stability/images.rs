@@ -1,10 +1,10 @@
-//! Complete pictures at every scale: the order of layers, and pictures of two sizes.
+//! Complete images at every scale: the order of layers, and images of two sizes.
 
 use super::difference::worst_of;
 use super::views::{SATURN, sunward, view_from_offset};
 use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::catalog::NaifId;
-use crate::measure::{LinearPicture, levels_apart};
+use crate::measure::{LinearImage, level_differences};
 use crate::render::plan::SamplingQuality;
 use crate::render::software::Precision;
 use crate::scene::effects::EffectOverrides;
@@ -17,7 +17,7 @@ use serde_json::json;
 
 /// Diameter of the disc, pixels.
 const DISC_PX: f64 = 24.0;
-/// Distance beyond which a picture must equal the picture from the next distance, because the perspective changes it by less than a level.
+/// Distance beyond which an image must equal the image from the next distance, because the perspective changes it by less than a level.
 const FLAT_RADII: f64 = 3e4;
 
 /// Layers of the Earth and of Saturn from 1.2 radii to 100 au: f32 against f64, 1 sample against 4, and at large distances each distance
@@ -33,7 +33,7 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
         let towards = (sunward(bench, body, left) + DVec3::new(0.1, -0.2, 0.3)).normalize();
         let far_km = 100.0 * KM_PER_AU;
         let steps = bench.pick(14, 60);
-        let mut before: Option<LinearPicture> = None;
+        let mut before: Option<LinearImage> = None;
         for k in 0..steps {
             let distance_km = 1.2 * radius_km * (far_km / (1.2 * radius_km)).powf(f64::from(k) / f64::from(steps - 1));
             let side = (1.5 * DISC_PX) as u32;
@@ -51,7 +51,7 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
                 )
             };
             // Only the draws of the body, because other bodies pass behind it.
-            let drawn = |samples: u8, precision| -> Result<LinearPicture, SessionError> {
+            let drawn = |samples: u8, precision| -> Result<LinearImage, SessionError> {
                 let mut view = bench.plan_view(&request, SamplingQuality { samples, ..SINGLE_SAMPLE })?;
                 let name = session.catalog().body(body).map_or("", |b| b.name.as_str());
                 view.plan.passes[0].draws.retain(|d| d.label.starts_with(name));
@@ -63,7 +63,7 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
                 pairs.push(("this distance against the one before", &one, before));
             }
             for (what, a, b) in pairs {
-                let (at, worst) = worst_of(&levels_apart(a, b));
+                let (at, worst) = worst_of(&level_differences(a, b));
                 found.add(worst, || {
                     let pixel = [at as u32 % side, at as u32 / side];
                     (json!({ "body": body.0, "distance_radii": distance_km / radius_km, "pixel": pixel }), what.to_owned())
@@ -75,7 +75,7 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
     Ok(found)
 }
 
-/// Standard scenes against downsampled larger pictures of themselves; without points, stars and glare, whose size is in pixels.
+/// Standard scenes against downsampled larger images of themselves; without points, stars and glare, whose size is in pixels.
 pub(super) fn scale(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
     let (side, finer) = bench.pick((64, 8), (256, 8));
@@ -88,9 +88,9 @@ pub(super) fn scale(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
         let sampling = SamplingQuality { samples: 4, anisotropy: 8 };
         let coarse = bench.light(&bench.dual.plan_target(&request, sampling)?, Precision::F32)?;
         let fine = bench.light(&bench.dual.plan_target(&fine, sampling)?, Precision::F32)?.downsampled(finer);
-        let apart = levels_apart(&coarse, &fine);
-        let mean = apart.iter().sum::<f64>() / apart.len() as f64;
-        let (at, worst) = worst_of(&apart);
+        let differences = level_differences(&coarse, &fine);
+        let mean = differences.iter().sum::<f64>() / differences.len() as f64;
+        let (at, worst) = worst_of(&differences);
         found.add(mean, || {
             let pixel = [at as u32 % side, at as u32 / side];
             (

@@ -1,15 +1,15 @@
 //! Renders Saturn with the library and writes a PNG, or an EXR if the file name ends in .exr:
 //!
-//!     cargo run --release --example render_picture -- saturn.png
+//!     cargo run --release --example render_image -- saturn.png
 
 use orrery::session::is_exr;
-use orrery::{Instant, NaifId, SamplingQuality, Session, Sources, ViewRequest, write_picture};
+use orrery::{Instant, NaifId, SamplingQuality, Session, Sources, ViewRequest, write_image};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = std::path::PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "saturn.png".into()));
     let session = Session::open(&Sources::default(), |line| eprintln!("{line}"))?;
     let request = ViewRequest { width: 640, height: 400, ..ViewRequest::of(NaifId(699), Instant::parse("2017-04-26T12:00:00Z")?) };
     let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, is_exr(&path))?;
-    write_picture(&path, &drawn.frame, &[])?;
+    write_image(&path, &drawn.frame, &[])?;
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! The controls of the Share panel for images, sequences and animations.
 
 use super::dialog::{self, FileField};
-use super::export::PictureFormat;
+use super::export::ImageOptions;
 use super::{ExportKind, Interface};
 use crate::view::app::file_names::absolute_path;
 use crate::view::language::text;
@@ -16,35 +16,33 @@ fn side_field(value: &mut u32) -> DragValue<'_> {
 }
 
 /// Fields for width, height and labels, and their accessible names.
-fn format_fields(ui: &mut Ui, format: &mut PictureFormat, [width, height, labels]: [&str; 3]) {
+fn format_fields(ui: &mut Ui, format: &mut ImageOptions, [width, height, labels]: [&str; 3]) {
     accessible::number(ui, side_field(&mut format.size[0]), width);
     ui.label("x");
     accessible::number(ui, side_field(&mut format.size[1]), height);
-    let labels = ui.checkbox(&mut format.names, text!("picture-labels")).accessible_name(labels);
-    labels.on_hover_text(text!("picture-labels-hint"));
+    let labels = ui.checkbox(&mut format.names, text!("image-labels")).accessible_name(labels);
+    labels.on_hover_text(text!("image-labels-hint"));
 }
 
 /// Shows the folder in which a file will be written.
 fn folder(ui: &mut Ui, file: &str) {
     let folder =
         absolute_path(Path::new(file)).rsplit_once(std::path::MAIN_SEPARATOR).map_or(String::new(), |(folder, _)| folder.to_owned());
-    ui.add(Label::new(RichText::new(text!("picture-folder", folder = folder)).small().weak()).truncate());
+    ui.add(Label::new(RichText::new(text!("image-folder", folder = folder)).small().weak()).truncate());
 }
 
-pub(crate) fn images(interface: &mut Interface, ui: &mut Ui) {
+pub(crate) fn single_image(interface: &mut Interface, ui: &mut Ui) {
     ui.strong(text!("images"));
     ui.horizontal(|ui| {
-        ui.add(TextEdit::singleline(&mut interface.share.picture).desired_width(150.0)).on_hover_text(text!("images-file-hint"));
-        dialog::button(interface, ui, FileField::Picture);
+        ui.add(TextEdit::singleline(&mut interface.share.image).desired_width(150.0)).on_hover_text(text!("images-file-hint"));
+        dialog::button(interface, ui, FileField::Image);
     });
     let panel = &mut interface.share;
-    ui.horizontal(|ui| {
-        format_fields(ui, &mut panel.picture_format, [text!("picture-width"), text!("picture-height"), text!("picture-labels")])
-    });
-    folder(ui, &panel.picture);
-    let save = icons::button(ui, Icon::Picture, text!("images-save"));
+    ui.horizontal(|ui| format_fields(ui, &mut panel.image_options, [text!("image-width"), text!("image-height"), text!("image-labels")]));
+    folder(ui, &panel.image);
+    let save = icons::button(ui, Icon::Image, text!("images-save"));
     if ui.add_enabled(!panel.is_busy(), save).on_hover_text(text!("images-save-hint")).clicked() {
-        panel.wants_picture = true;
+        panel.wants_image = true;
     }
 }
 

@@ -4,7 +4,7 @@
 //! from the lower end up, where 1 - w² is the density of the species with the largest scale height, relative to its density at the lower end. Always: an
 //! end outside the atmosphere is moved to its top.
 
-use crate::scene::atmosphere::air_table;
+use crate::scene::atmosphere::multi_scatter_table;
 use crate::scene::camera;
 use crate::scene::constants::ERFCX_SLOPE;
 use crate::scene::draw::AtmosphereUniforms;
@@ -108,7 +108,7 @@ const FIT_POINTS: usize = 48;
 
 /// The polynomials at the heights of `samples` samples: least-squares fits over the Sun's heights from the horizon to the zenith.
 pub(crate) fn multi_scatter(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
-    let place = |k: usize| (k as f64 + 0.5) / FIT_POINTS as f64 * air_table::column_coordinate(1.0);
+    let place = |k: usize| (k as f64 + 0.5) / FIT_POINTS as f64 * multi_scatter_table::column_coordinate(1.0);
     let mut all = Vec::with_capacity(POWERS * samples);
     let grid = Grid::of(air, samples);
     for (x, _) in &grid.nodes {
@@ -117,7 +117,7 @@ pub(crate) fn multi_scatter(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec
         let mut right_hand = [DVec3::ZERO; POWERS];
         for k in 0..FIT_POINTS {
             let coordinate = place(k);
-            let root = air_table::root_between(&air.multi_scatter, row.clamp(0.0, 1.0), coordinate);
+            let root = multi_scatter_table::root_between(&air.multi_scatter, row.clamp(0.0, 1.0), coordinate);
             for i in 0..POWERS {
                 right_hand[i] += root * coordinate.powi(i as i32);
                 for (j, n) in normal[i].iter_mut().enumerate() {
@@ -158,7 +158,7 @@ mod tests {
         let catalog = crate::catalog::Catalog::embedded();
         for name in ["Earth", "Mars", "Titan", "Venus"] {
             let body = catalog.bodies().iter().find(|b| b.name == name).expect(name);
-            let table = air_table::table(body).expect("air");
+            let table = multi_scatter_table::table(body).expect("air");
             let air = AtmosphereUniforms {
                 multi_scatter: std::sync::Arc::new(table.clone()),
                 ..crate::scene::atmosphere::air::uniforms(body, 1.0)
@@ -169,9 +169,9 @@ mod tests {
             for (k, (x, _)) in Grid::of(&air, 8).nodes.iter().enumerate() {
                 let row = (Grid::of(&air, 8).height(*x) * f64::from(air.multi_scatter_heights.y)).clamp(0.0, 1.0);
                 for step in 0..=20 {
-                    let coordinate = f64::from(step) / 20.0 * air_table::column_coordinate(1.0);
+                    let coordinate = f64::from(step) / 20.0 * multi_scatter_table::column_coordinate(1.0);
                     let root: DVec3 = (0..POWERS).map(|p| fits[POWERS * k + p].truncate().as_dvec3() * coordinate.powi(p as i32)).sum();
-                    let exact = air_table::root_between(&table, row, coordinate);
+                    let exact = multi_scatter_table::root_between(&table, row, coordinate);
                     let off = (root * root - exact * exact).abs().max_element();
                     assert!(off < 0.02 * f64::from(brightest), "{name}, sample {k}, {coordinate}: {off} of {brightest}");
                 }

@@ -1,7 +1,7 @@
 //! Multiply scattered light in the shadow of an eclipse: it is not zero in the umbra, because it comes from the sunlit air and ground around the umbra.
 //!
 //! In: a body with its atmosphere, and the occluders' outlines from an eclipse's uniforms. Out: for each occluder [`NODES`] factors on the table of
-//! [`crate::scene::atmosphere::air_table`]: a row of factors over the distance from the occluder's limb in solar radii for each of [`HEIGHTS`] heights, and
+//! [`crate::scene::atmosphere::multi_scatter_table`]: a row of factors over the distance from the occluder's limb in solar radii for each of [`HEIGHTS`] heights, and
 //! a row for the irradiance of level ground by the entire sky. Method: light of the second order comes from the sunlit air and ground on a straight path
 //! through the air. Its amounts and the distances of its sources are summed over directions as in the table. The light from each distance is multiplied by
 //! the fraction of the Sun's disc that is visible there, averaged over azimuths. Each further order spreads the light once more. Always: factors are
@@ -18,13 +18,13 @@ use crate::scene::draw::{EclipseUniforms, MAX_OCCLUDERS};
 use glam::{DVec2, DVec3, Vec4};
 use std::f64::consts::{PI, TAU};
 
-/// Rows of [`crate::scene::atmosphere::air_table`] from the ground up: 0, 2, 8 and 18 km in the Earth's 100 km of air. The values of the last row apply to
+/// Rows of [`crate::scene::atmosphere::multi_scatter_table`] from the ground up: 0, 2, 8 and 18 km in the Earth's 100 km of air. The values of the last row apply to
 /// all greater heights.
-pub use crate::scene::constants::SPREAD_HEIGHTS as HEIGHTS;
+pub use crate::scene::constants::IN_SHADOW_HEIGHTS as HEIGHTS;
 /// One row per height, then one for the irradiance of level ground.
 pub(crate) const ROWS: usize = HEIGHTS + 1;
 /// Columns: distances from the occluder's limb, densest in the middle of the shadow.
-pub use crate::scene::constants::SPREAD_COLUMNS as COLUMNS;
+pub use crate::scene::constants::IN_SHADOW_COLUMNS as COLUMNS;
 pub const NODES: usize = ROWS * COLUMNS;
 /// Index of the first vector that contains the range of an occluder's columns, and the total number of vectors.
 pub(crate) const FIRST_COLUMN_RANGE: usize = NODES * MAX_OCCLUDERS as usize;
@@ -104,9 +104,9 @@ impl Shadow {
         if edge >= 1.0 {
             return DVec3::ONE;
         }
-        let at = (0.5 * (edge + 1.0)).max(0.0) * (EDGE_NODES - 1) as f64;
-        let k = (at as usize).min(EDGE_NODES - 2);
-        self.visible_sun[k].lerp(self.visible_sun[k + 1], at - k as f64)
+        let node_position = (0.5 * (edge + 1.0)).max(0.0) * (EDGE_NODES - 1) as f64;
+        let k = (node_position as usize).min(EDGE_NODES - 2);
+        self.visible_sun[k].lerp(self.visible_sun[k + 1], node_position - k as f64)
     }
 
     /// Distance from the occluder's centre at a column.
@@ -175,10 +175,10 @@ struct Sources {
 impl Sources {
     const NONE: Self = Self { parts: [DVec3::ZERO; BINS], path_sums_km: [0.0; BINS] };
 
-    fn add(&mut self, path_km: f64, part: DVec3) {
+    fn add(&mut self, path_km: f64, light: DVec3) {
         let bin = (2.0 * (path_km / FIRST_KM).max(1.0).log2()).ceil().min((BINS - 1) as f64) as usize;
-        self.parts[bin] += part;
-        self.path_sums_km[bin] += path_km * part.y;
+        self.parts[bin] += light;
+        self.path_sums_km[bin] += path_km * light.y;
     }
 
     fn total(&self) -> DVec3 {
@@ -187,8 +187,8 @@ impl Sources {
 
     /// The light that arrives if each source is scaled by `what` at its distance from the occluder's centre.
     fn arriving(&self, shadow: &Shadow, distance: f64, what: impl Fn(f64) -> DVec3) -> DVec3 {
-        let bins = self.parts.iter().zip(&self.path_sums_km).filter(|(part, _)| part.max_element() > 0.0);
-        bins.map(|(part, path_sum_km)| *part * shadow.azimuth_mean(distance, path_sum_km / part.y.max(1e-300), &what)).sum()
+        let bins = self.parts.iter().zip(&self.path_sums_km).filter(|(light, _)| light.max_element() > 0.0);
+        bins.map(|(light, path_sum_km)| *light * shadow.azimuth_mean(distance, path_sum_km / light.y.max(1e-300), &what)).sum()
     }
 }
 
@@ -201,7 +201,7 @@ struct AirAndGround<'a> {
 
 impl AirAndGround<'_> {
     fn height_km(&self, row: usize) -> f64 {
-        self.air.top_km * (row as f64 / (crate::scene::atmosphere::air_table::HEIGHTS - 1) as f64).powi(2)
+        self.air.top_km * (row as f64 / (crate::scene::atmosphere::multi_scatter_table::HEIGHTS - 1) as f64).powi(2)
     }
 
     fn coefficient(&self, height_km: f64, what: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
@@ -248,9 +248,9 @@ impl AirAndGround<'_> {
     fn sources(&self, row: usize, sun_cosine: f64) -> (Sources, Sources) {
         let (mut second, mut rescattered) = (Sources::NONE, Sources::NONE);
         for (slope, weight) in slopes() {
-            let ground = self.integrate_path(self.height_km(row), slope, |path_km, h, part| {
-                second.add(path_km, part * self.sunlight(h, sun_cosine) * (weight / (4.0 * PI)));
-                rescattered.add(path_km, part * weight);
+            let ground = self.integrate_path(self.height_km(row), slope, |path_km, h, scattered| {
+                second.add(path_km, scattered * self.sunlight(h, sun_cosine) * (weight / (4.0 * PI)));
+                rescattered.add(path_km, scattered * weight);
             });
             if let Some((path_km, transmittance)) = ground {
                 second.add(path_km, transmittance * self.ground * self.sunlight(0.0, sun_cosine) * (weight * sun_cosine / PI));
@@ -326,12 +326,13 @@ fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sour
     let mut further = vec![Sources::NONE; HEIGHTS];
     for (slope, weight) in slopes().filter(|(slope, _)| *slope > 0.0) {
         let weight = weight * slope;
-        let scatters = |path_km: f64, h: f64, part: DVec3| {
-            single.add(path_km, part * air.sunlight(h, shadow.sun_cosine) * (weight / (4.0 * PI)));
-            let at = ((h / air.air.top_km).sqrt() * (crate::scene::atmosphere::air_table::HEIGHTS - 1) as f64).min((HEIGHTS - 1) as f64);
-            let (below, up) = ((at as usize).min(HEIGHTS - 2), at - (at as usize).min(HEIGHTS - 2) as f64);
-            further[below].add(path_km, part * multiple_scattering[below] * (weight * (1.0 - up)));
-            further[below + 1].add(path_km, part * multiple_scattering[below + 1] * (weight * up));
+        let scatters = |path_km: f64, h: f64, scattered: DVec3| {
+            single.add(path_km, scattered * air.sunlight(h, shadow.sun_cosine) * (weight / (4.0 * PI)));
+            let row_position = ((h / air.air.top_km).sqrt() * (crate::scene::atmosphere::multi_scatter_table::HEIGHTS - 1) as f64)
+                .min((HEIGHTS - 1) as f64);
+            let (below, up) = ((row_position as usize).min(HEIGHTS - 2), row_position - (row_position as usize).min(HEIGHTS - 2) as f64);
+            further[below].add(path_km, scattered * multiple_scattering[below] * (weight * (1.0 - up)));
+            further[below + 1].add(path_km, scattered * multiple_scattering[below + 1] * (weight * up));
         };
         air.integrate_path(0.0, slope, scatters);
     }

@@ -1,6 +1,6 @@
-//! Linear pictures and their differences.
+//! Linear images and their differences.
 //!
-//! In: views. Out: [`LinearPicture`]s and differences. Always: differences in levels are of the encoded value at the view's exposure, not rounded to bytes, so that
+//! In: views. Out: [`LinearImage`]s and differences. Always: differences in levels are of the encoded value at the view's exposure, not rounded to bytes, so that
 //! errors below a level can be distinguished; radiance above white counts as white.
 
 use super::timing::quantile;
@@ -14,9 +14,9 @@ use crate::session::{Session, SessionError};
 /// The finest sampling: samples per pixel, taps per footprint.
 const FINEST: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };
 
-/// A picture of linear light.
+/// An image of linear light.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct LinearPicture {
+pub(crate) struct LinearImage {
     /// Size in pixels.
     pub width: u32,
     /// Size in pixels.
@@ -27,7 +27,7 @@ pub(crate) struct LinearPicture {
     pub exposure_factor: f64,
 }
 
-impl LinearPicture {
+impl LinearImage {
     /// Downsampled: each pixel is the average of `factor` x `factor` pixels.
     #[must_use]
     pub(crate) fn downsampled(&self, factor: u32) -> Self {
@@ -44,10 +44,10 @@ impl LinearPicture {
         Self { width, height, light, exposure_factor: self.exposure_factor }
     }
 
-    /// Scaled to another size by bilinear interpolation of radiance between pixel centres, as a window shows a coarser picture.
+    /// Scaled to another size by bilinear interpolation of radiance between pixel centres, as a window shows a coarser image.
     #[must_use]
     pub(crate) fn upsampled(&self, width: u32, height: u32) -> Self {
-        // The two pixels around pixel `k` of the upsampled picture, and the weight of the second.
+        // The two pixels around pixel `k` of the upsampled image, and the weight of the second.
         let neighbours = |k: u32, from: u32, to: u32| {
             let position = ((f64::from(k) + 0.5) * f64::from(from) / f64::from(to) - 0.5).clamp(0.0, f64::from(from - 1));
             let first = position.floor() as u32;
@@ -72,8 +72,8 @@ impl LinearPicture {
 }
 
 /// For each pixel, the greatest difference of any channel, in display levels.
-pub(crate) fn levels_apart(a: &LinearPicture, b: &LinearPicture) -> Vec<f64> {
-    levels::levels_apart(a.exposed_pixels(), b.exposed_pixels())
+pub(crate) fn level_differences(a: &LinearImage, b: &LinearImage) -> Vec<f64> {
+    levels::level_differences(a.exposed_pixels(), b.exposed_pixels())
 }
 
 /// The 99.9th percentile; 0 for no values.
@@ -107,10 +107,10 @@ impl<'a> DualRenderer<'a> {
         Ok(PlannedView { scene, plan })
     }
 
-    pub(crate) fn light(&self, view: &PlannedView, precision: Precision) -> Result<LinearPicture, SessionError> {
+    pub(crate) fn light(&self, view: &PlannedView, precision: Precision) -> Result<LinearImage, SessionError> {
         let (frame, _) = self.renderer(precision).render(&view.plan, self.session.library(), true)?;
         let exposure_factor = view.scene.exposure.factor();
-        Ok(LinearPicture { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor })
+        Ok(LinearImage { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor })
     }
 
     /// Draws the view and discards the result, for timing.
@@ -120,7 +120,7 @@ impl<'a> DualRenderer<'a> {
     }
 
     /// Plans only the draws of the target (all bodies if there is no target). Smaller bodies are left out because they change from points
-    /// to discs as the picture grows.
+    /// to discs as the image grows.
     pub(crate) fn plan_target(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
         let mut scene = self.plan_view(request, sampling)?.scene;
         scene.draws.retain(|d| request.target.is_none_or(|target| d.body == target));
@@ -145,9 +145,9 @@ pub(crate) struct PlannedView {
 mod tests {
     use super::*;
 
-    fn grey(width: u32, height: u32, of: impl Fn(u32, u32) -> f32) -> LinearPicture {
+    fn grey(width: u32, height: u32, of: impl Fn(u32, u32) -> f32) -> LinearImage {
         let light = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| [of(x, y), 0.0, 0.0, 1.0]).collect();
-        LinearPicture { width, height, light, exposure_factor: 1.0 }
+        LinearImage { width, height, light, exposure_factor: 1.0 }
     }
 
     #[test]
@@ -165,10 +165,10 @@ mod tests {
     #[test]
     fn levels_follow_the_exposure() {
         let (black, white) = (grey(2, 1, |_, _| 0.0), grey(2, 1, |x, _| if x == 0 { 0.0 } else { 3.0 }));
-        let difference = levels_apart(&black, &white);
+        let difference = level_differences(&black, &white);
         assert!(difference[0] == 0.0 && (difference[1] - 255.0).abs() < 1e-9, "{difference:?}");
-        let dark = LinearPicture { exposure_factor: 0.0, ..white };
-        assert_eq!(p999(levels_apart(&black, &dark)), 0.0);
+        let dark = LinearImage { exposure_factor: 0.0, ..white };
+        assert_eq!(p999(level_differences(&black, &dark)), 0.0);
         assert_eq!(p999((0..=1000).map(f64::from).collect()), 999.0);
         assert_eq!(p999(Vec::new()), 0.0);
     }

@@ -1,7 +1,7 @@
 //! Writes frames to files.
 //!
 //! In: a frame and its metadata. Out: a PNG or an EXR, depending on the name's extension. Always: a file that exists is complete, because an interrupted
-//! run leaves no partial picture behind; a write under a new name replaces nothing, even with concurrent writers.
+//! run leaves no partial image behind; a write under a new name replaces nothing, even with concurrent writers.
 
 use crate::files::{FileAccess, WriteError, write_atomic, write_new};
 use crate::image;
@@ -23,24 +23,24 @@ pub fn is_exr(path: &Path) -> bool {
 ///
 /// # Errors
 /// The path and the reason.
-pub fn write_picture(path: &Path, frame: &Frame, text: &[(&'static str, String)]) -> Result<(), WriteError> {
-    write_atomic(path, FileAccess::All, |out| encode_picture(out, is_exr(path), frame, text))
+pub fn write_image(path: &Path, frame: &Frame, text: &[(&'static str, String)]) -> Result<(), WriteError> {
+    write_atomic(path, FileAccess::All, |out| encode_image(out, is_exr(path), frame, text))
 }
 
-/// As [`write_picture`], but under the first of `names` that is free. All names must have the same extension.
+/// As [`write_image`], but under the first of `names` that is free. All names must have the same extension.
 ///
 /// # Errors
 /// The path and the reason.
-pub fn write_new_picture(
+pub fn write_new_image(
     names: impl IntoIterator<Item = PathBuf>,
     is_exr: bool,
     frame: &Frame,
     text: &[(&'static str, String)],
 ) -> Result<PathBuf, WriteError> {
-    write_new(names, FileAccess::All, |out| encode_picture(out, is_exr, frame, text))
+    write_new(names, FileAccess::All, |out| encode_image(out, is_exr, frame, text))
 }
 
-fn encode_picture(out: &mut BufWriter<&mut File>, is_exr: bool, frame: &Frame, text: &[(&'static str, String)]) -> std::io::Result<()> {
+fn encode_image(out: &mut BufWriter<&mut File>, is_exr: bool, frame: &Frame, text: &[(&'static str, String)]) -> std::io::Result<()> {
     if is_exr {
         let legend = text.iter().find(|(k, _)| *k == "Legend").map_or("", |(_, v)| v.as_str());
         let provenance = text.iter().find(|(k, _)| *k == PROVENANCE_CHUNK).map(|(_, v)| v.as_str());
