@@ -6,6 +6,7 @@ mod contrast;
 mod dropped;
 mod events;
 mod failures;
+mod first_image;
 mod flights;
 mod input;
 mod inspect;

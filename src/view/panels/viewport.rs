@@ -2,6 +2,7 @@
 
 use super::angle::SeenBody;
 use super::icons::{self, Icon};
+use super::render_loop::MAX_SIDE_PX;
 use super::{Interface, now, tour};
 use crate::catalog::NaifId;
 use crate::scene::Scene;
@@ -32,8 +33,9 @@ const fn opaque([r, g, b]: [u8; 3]) -> Color32 {
 pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let rect = ui.available_rect_before_wrap();
     let scale = ui.ctx().pixels_per_point();
-    let pixels = |points: f32| ((points * scale).round() as u32).clamp(1, 16_384);
+    let pixels = |points: f32| ((points * scale).round() as u32).clamp(1, MAX_SIDE_PX);
     interface.viewport.size_px = [pixels(rect.width()), pixels(rect.height())];
+    interface.settings.panels.viewport_px = interface.viewport.size_px;
     let response = ui.interact(rect, ui.scope_id().with("sky"), Sense::click_and_drag());
     let description = text!("sky-of", body = interface.viewer.name(interface.viewer.view.target));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &description));
@@ -96,7 +98,7 @@ struct ImagePlacement {
 }
 
 impl ImagePlacement {
-    /// `viewport_px`: size of the viewport. The picture's size may be the viewport's size divided by an integer and rounded up.
+    /// `viewport_px`: size of the viewport. The picture's size may be the viewport's size divided by a factor and rounded up.
     fn of([width, height]: [u32; 2], viewport: Rect, viewport_px: [u32; 2]) -> Self {
         let [viewport_width, viewport_height] = viewport_px.map(u64::from);
         let has_viewport_aspect =
@@ -373,8 +375,8 @@ mod tests {
         for [across, down] in sides.iter().flat_map(|a| sides.map(|d| [*a, d])) {
             for scale in [1.0, 1.5, 2.0] {
                 let viewport = Rect::from_min_size(pos2(190.0, 30.0), Vec2::new(across as f32, down as f32) / scale);
-                for divisor in 1..=5 {
-                    let size = [across.div_ceil(divisor), down.div_ceil(divisor)];
+                for factor in [1.0, 1.125, 1.625, 2.0, 3.375, 5.0] {
+                    let size = [across, down].map(|side| (f64::from(side) / factor).ceil() as u32);
                     assert_eq!(ImagePlacement::of(size, viewport, [across, down]).picture, viewport, "{size:?} in {across}x{down}");
                 }
                 for [width, height] in sides.iter().flat_map(|w| sides.map(|h| [*w, h])) {
