@@ -11,6 +11,7 @@ mod flights;
 mod input;
 mod inspect;
 pub mod interface;
+mod labels;
 mod language;
 mod marked_texts;
 mod now;

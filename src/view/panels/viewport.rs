@@ -6,9 +6,7 @@ use super::render_loop::MAX_SIDE_PX;
 use super::{Interface, now, tour};
 use crate::catalog::NaifId;
 use crate::scene::Scene;
-use crate::scene::labels::{
-    self, FILLS_PICTURE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, body_at, snapped_px, star_at, star_px,
-};
+use crate::scene::labels::{self, FILLS_PICTURE, LabelMetrics, MARKER_OPACITY, MARKER_RADIUS, body_at, snapped_px, star_at, star_px};
 use crate::view::app::orbit::ZOOM_PER_NOTCH;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
@@ -241,12 +239,11 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Ima
             painter.circle_stroke(at, marker, Stroke::new(1.0, colour.gamma_multiply(if selected { 1.0 } else { MARKER_OPACITY })));
         }
         // A body that fills the picture is named in the title instead.
-        let side = label.name_side.or_else(|| selected.then_some(LabelSide::DEFAULT));
-        if let Some(side) = side
+        if let Some(side) = label.name_side
             && interface.settings.names
             && radius < FILLS_PICTURE as f32 * rect.height()
         {
-            let text_at = at + vec2(side.offset_px(LabelMetrics::of_size(f64::from(NAME_POINTS)).gap_px(f64::from(radius))));
+            let text_at = at + vec2(side.offset_px(&LabelMetrics::of_size(f64::from(NAME_POINTS)), f64::from(radius)));
             let end = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
             let font = FontId::proportional(NAME_POINTS);
             painter.text(text_at + Vec2::splat(1.0), end, &label.name, font.clone(), Color32::from_black_alpha(180));
