@@ -162,7 +162,7 @@ fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     }
     let area = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_TOP);
     let shown = area.fixed_pos(rect.center_top() + Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
-        egui::Frame::new().fill(Color32::from_black_alpha(235)).corner_radius(12.0).inner_margin(egui::Margin::symmetric(14, 6)).show(
+        egui::Frame::new().fill(Color32::from_black_alpha(190)).corner_radius(12.0).inner_margin(egui::Margin::symmetric(14, 6)).show(
             ui,
             |ui| {
                 ui.horizontal(|ui| {
