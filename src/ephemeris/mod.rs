@@ -29,6 +29,7 @@ pub mod series;
 #[doc(hidden)]
 pub mod spk;
 pub mod star_place;
+mod time_grid;
 pub mod topocentric;
 #[doc(hidden)]
 pub mod two_body;
@@ -163,6 +164,7 @@ pub struct Ephemeris {
     pck: orientation::Pck,
     /// The most recent centres of planets: a frame needs one at the same instant for each of the planet's moons.
     recent_centres: Mutex<VecDeque<(NaifId, Instant, LinkState)>>,
+    earth_rotation: orientation::EarthRotation,
 }
 
 /// Number of cached centres.
@@ -187,6 +189,7 @@ impl Ephemeris {
             names: catalog.bodies().iter().map(|b| (b.id, b.name.clone())).collect(),
             pck,
             recent_centres: Mutex::default(),
+            earth_rotation: orientation::EarthRotation::default(),
         })
     }
 
@@ -227,7 +230,7 @@ impl Ephemeris {
             return Err(unknown("the time is more than 20000 years away"));
         }
         match self.rotations.get(&body).ok_or_else(|| unknown("the catalog has no such body"))? {
-            Rotation::EarthIau2006 => Ok(orientation::earth_itrs_from_gcrs(t)),
+            Rotation::EarthIau2006 => Ok(self.earth_rotation.itrs_from_gcrs(t)),
             Rotation::Pck => {
                 let pole_and_meridian = self.pck.pole_and_meridian(body, t.tdb_seconds_past_j2000());
                 Ok(pole_and_meridian.ok_or_else(|| unknown("the PCK lacks it"))?.body_from_icrf())

@@ -68,6 +68,7 @@ use crate::memo::Memo;
 use crate::render::frame::Frame;
 use crate::render::plan::{self, GpuImage, Plan, PlanError, ResourceProvider, SamplingQuality, SimpleDraw};
 use crate::render::software::{RenderError, SoftwareRenderer};
+use crate::scene::draw::RingTable;
 use crate::scene::labels;
 use crate::scene::night_lights::NightLights;
 use crate::scene::request::ViewRequest;
@@ -103,6 +104,8 @@ const MAX_CATALOG_BYTES: u64 = 1 << 24;
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
 /// Characters that occur in coordinates, for the glyph atlas.
 const COORDINATE_LETTERS: &str = "0123456789+-.°'\"hmsNESW";
+/// Largest number of kept textures of ring tables: of the rings and shadows in a frame.
+const MAX_RING_PROFILES: usize = 6;
 /// Largest number of bodies whose city lights are in memory.
 const MAX_NIGHT_LIGHTS: usize = 16;
 
@@ -116,6 +119,8 @@ pub struct Session {
     meshes: meshes::Meshes,
     /// City lights by body, read when the light meter first needs them.
     night_lights: Memo<NaifId, Option<Arc<NightLights>>>,
+    /// The textures of the last tables of rings.
+    ring_profiles: Memo<Arc<RingTable>, SharedTexture>,
     /// The glyph atlas of the last requested size.
     glyphs: Memo<u64, Arc<GlyphAtlas>>,
     scene_caches: Caches,
@@ -232,6 +237,7 @@ impl Session {
             air_tables,
             meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
             night_lights: Memo::with_capacity(MAX_NIGHT_LIGHTS),
+            ring_profiles: Memo::with_capacity(MAX_RING_PROFILES),
             glyphs: Memo::with_capacity(1),
             scene_caches: Caches::with_ring_shines(RingShines::stored(ring_shines)),
             devices,
@@ -462,6 +468,9 @@ impl ResourceProvider for Session {
     }
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError> {
         self.maps.premultiplied(file).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
+    }
+    fn ring_profile(&self, table: &Arc<RingTable>) -> SharedTexture {
+        self.ring_profiles.get_compatible(Arc::ptr_eq, Arc::clone(table), || plan::ring_profile(table))
     }
     fn glyphs(&self, size_px: f64) -> Arc<GlyphAtlas> {
         self.glyphs.get(size_px.to_bits(), || {

@@ -58,7 +58,7 @@ pub struct OwnPainter(pub Painter);
 impl TestRenderer for OwnPainter {
     fn handle_delta(&mut self, delta: &mut egui::TexturesDelta) {
         for (id, deltas) in delta.set.drain() {
-            deltas.iter().for_each(|d| self.0.set_texture(id, d));
+            deltas.into_iter().for_each(|d| self.0.set_texture(id, d));
         }
         delta.free.drain().for_each(|id| self.0.free_texture(id));
     }
@@ -297,7 +297,11 @@ fn an_image_does_not_wait_for_a_query() {
         }));
         worker.submit(RenderJob { sampling: SamplingQuality::of(request.quality), request: request.clone(), on_gpu: false });
         let timeout = std::time::Duration::from_secs(120);
-        let drawn = wakes.recv_timeout(timeout).is_ok() && worker.take().is_some_and(|d| d.is_ok_and(|d| d.width == 16));
+        // The window redraws when this image arrives, and no sooner.
+        assert!(worker.is_drawing(), "an image is on its way");
+        let arrived = wakes.recv_timeout(timeout).is_ok();
+        assert!(!worker.is_drawing(), "the image has arrived, and the query is no image");
+        let drawn = arrived && worker.take().is_some_and(|d| d.is_ok_and(|d| d.width == 16));
         drop(release);
         let answered = wakes.recv_timeout(timeout).is_ok();
         worker.close();

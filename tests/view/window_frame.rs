@@ -41,7 +41,7 @@ fn painted() -> (Painter, Vec<egui::ClippedPrimitive>) {
             });
         });
         for (id, deltas) in output.textures_delta.set.drain() {
-            deltas.iter().for_each(|delta| painter.set_texture(id, delta));
+            deltas.into_iter().for_each(|delta| painter.set_texture(id, delta));
         }
         context.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point)
     };
@@ -164,7 +164,7 @@ fn a_changed_texture_is_uploaded_again() {
     let mut painter = Painter::default();
     let image = |c| ImageData::Color(std::sync::Arc::new(egui::ColorImage::filled([2, 2], c)));
     let delta = |c, pos| ImageDelta { image: image(c), options: egui::TextureOptions::NEAREST, pos };
-    painter.set_texture(id, &delta(egui::Color32::RED, None));
+    painter.set_texture(id, delta(egui::Color32::RED, None));
     let mesh = egui::Mesh { texture_id: id, ..unit_mesh() };
     let primitives = [egui::ClippedPrimitive { clip_rect: egui::Rect::EVERYTHING, primitive: egui::epaint::Primitive::Mesh(mesh) }];
     let first_pixel = |painter: &Painter| {
@@ -172,7 +172,7 @@ fn a_changed_texture_is_uploaded_again() {
         gpu.render(&plan, SESSION.library(), false).expect("drawn").0.display[0]
     };
     assert_eq!(first_pixel(&painter), [255, 0, 0, 255]);
-    painter.set_texture(id, &delta(egui::Color32::GREEN, Some([0, 0])));
+    painter.set_texture(id, delta(egui::Color32::GREEN, Some([0, 0])));
     assert_eq!(first_pixel(&painter), [0, 255, 0, 255]);
 }
 
@@ -232,7 +232,7 @@ fn the_painter_and_the_software_pass_are_timed() {
         let input = egui::RawInput { screen_rect: Some(rect), time: Some(0.3 * f64::from(frame)), ..egui::RawInput::default() };
         let mut output = context.run_ui(input, |ui| interface.ui(ui, &worker));
         for (id, deltas) in output.textures_delta.set.drain() {
-            deltas.iter().for_each(|delta| painter.set_texture(id, delta));
+            deltas.into_iter().for_each(|delta| painter.set_texture(id, delta));
         }
         primitives = context.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
     }

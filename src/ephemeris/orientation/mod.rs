@@ -8,6 +8,7 @@ mod pck;
 
 pub use pck::{Pck, PckError, PoleAndMeridian};
 
+use super::time_grid::TimeGrid;
 use crate::time::Instant;
 use crate::units::JD_J2000;
 use glam::{DMat3, DVec3};
@@ -46,8 +47,42 @@ impl PoleAndMeridian {
 
 /// The Earth's rotation from GCRS to ITRS by IAU 2006/2000A and UT1, without polar motion.
 pub fn earth_itrs_from_gcrs(t: Instant) -> DMat3 {
-    let rows = sofars::pnp::c2t06a(JD_J2000, t.jd_tt() - JD_J2000, JD_J2000, t.jd_ut1() - JD_J2000, 0.0, 0.0);
-    DMat3::from_cols_array_2d(&rows).transpose()
+    itrs_with_pole(&celestial_pole(t), t)
+}
+
+/// The celestial intermediate pole and origin, the slow part of the Earth's rotation: rows of the matrix from GCRS.
+fn celestial_pole(t: Instant) -> [[f64; 3]; 3] {
+    sofars::pnp::c2i06a(JD_J2000, t.jd_tt() - JD_J2000)
+}
+
+fn itrs_with_pole(intermediate_from_gcrs: &[[f64; 3]; 3], t: Instant) -> DMat3 {
+    let days_tt = t.jd_tt() - JD_J2000;
+    let angle_rad = sofars::erst::era00(JD_J2000, t.jd_ut1() - JD_J2000);
+    let pole = sofars::pnp::pom00(0.0, 0.0, sofars::pnp::sp00(JD_J2000, days_tt));
+    DMat3::from_cols_array_2d(&sofars::pnp::c2tcio(intermediate_from_gcrs, angle_rad, &pole)).transpose()
+}
+
+/// Distance of the instants at which nutation's 1400 terms are summed, seconds. Between them the pole's matrix is linear: its shortest terms have a period of
+/// two days and less than a milliarcsecond, which is off by 1e-15 rad.
+const POLE_STEP_S: f64 = 240.0;
+
+/// [`earth_itrs_from_gcrs`] with a cache of the slow part.
+#[derive(Debug)]
+pub struct EarthRotation(TimeGrid<(), [[f64; 3]; 3]>);
+
+impl Default for EarthRotation {
+    fn default() -> Self {
+        Self(TimeGrid::new(POLE_STEP_S))
+    }
+}
+
+impl EarthRotation {
+    pub(crate) fn itrs_from_gcrs(&self, t: Instant) -> DMat3 {
+        let at_node = |tdb_s| celestial_pole(Instant::from_tdb_seconds_past_j2000(tdb_s));
+        let ([a, b], weight) = self.0.around((), t.tdb_seconds_past_j2000(), at_node);
+        let mixed = std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + (b[i][j] - a[i][j]) * weight));
+        itrs_with_pole(&mixed, t)
+    }
 }
 
 /// Rotation from GCRS to the true equator and equinox of date (bias, precession and nutation).
@@ -86,6 +121,21 @@ mod tests {
             (back.pole_ra_deg - 317.7).abs() < 1e-9 && (back.pole_dec_deg - 52.9).abs() < 1e-9 && (back.w_deg - 176.6).abs() < 1e-9,
             "{back:?}"
         );
+    }
+
+    #[test]
+    fn the_cached_pole_is_the_pole() {
+        let largest_rad = |step_s: f64| {
+            let rotation = EarthRotation(TimeGrid::new(step_s));
+            let off = |k: i32| {
+                let t = Instant::from_tdb_seconds_past_j2000(f64::from(k) * 7.7e6 + 0.4 * step_s);
+                let (cached, exact) = (rotation.itrs_from_gcrs(t), earth_itrs_from_gcrs(t));
+                (0..3).map(|row| (cached.row(row) - exact.row(row)).length()).fold(0.0, f64::max)
+            };
+            (-200..200).map(off).fold(0.0, f64::max)
+        };
+        assert!(largest_rad(POLE_STEP_S) < 1e-12, "{} rad", largest_rad(POLE_STEP_S));
+        assert!(largest_rad(300.0 * POLE_STEP_S) > 1e-12, "a coarser grid is told apart");
     }
 
     #[test]

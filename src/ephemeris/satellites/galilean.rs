@@ -2,7 +2,7 @@
 //!
 //! Time: TT days past 1950-01-01 00:00 (JD 2433282.5). Frame: the table's own plane near Jupiter's equator, rotated to ICRF by its matrix.
 
-use super::{Elements, Term, tt_days_past};
+use super::{ElementGrid, Elements, Term, tt_days_past};
 use crate::ephemeris::State;
 use crate::time::Instant;
 use glam::{DMat3, DVec2, DVec3};
@@ -39,29 +39,35 @@ struct Moon {
 pub struct GalileanL12 {
     moons: [Moon; 4],
     icrf_from_frame: DMat3,
+    elements: ElementGrid,
 }
 
 impl GalileanL12 {
     pub(super) fn parse(json: &str) -> Result<Self, serde_json::Error> {
         let table: Table = serde_json::from_str(json)?;
         let axes = table.jup_to_eqj.map(DVec3::from_array);
-        Ok(Self { moons: table.moons, icrf_from_frame: DMat3::from_cols(axes[0], axes[1], axes[2]) })
+        Ok(Self { moons: table.moons, icrf_from_frame: DMat3::from_cols(axes[0], axes[1], axes[2]), elements: ElementGrid::default() })
     }
 
     /// State relative to Jupiter's centre; index 0 Io, 1 Europa, 2 Ganymede, 3 Callisto; `None` for another.
     pub fn state(&self, index: usize, t: Instant) -> Option<State> {
         let moon = self.moons.get(index)?;
-        let days = tt_days_past(t, EPOCH_JD_TT);
+        let mut elements = self.elements.at(index, t, |node| Self::elements(moon, tt_days_past(node, EPOCH_JD_TT)));
+        elements.mean_longitude_rad += moon.al0 + moon.al1 * tt_days_past(t, EPOCH_JD_TT);
+        Some(elements.state(&self.icrf_from_frame))
+    }
+
+    /// The series; without the secular part of the mean longitude.
+    fn elements(moon: &Moon, days: f64) -> Elements {
         let sum = |terms: &[Term]| terms.iter().map(|term| term.at(days, 0.0)).sum::<DVec2>();
         let semi_major_axis_au = sum(&moon.a).x;
-        let elements = Elements {
+        Elements {
             semi_major_axis_au,
             mean_motion_per_day: (moon.mu / semi_major_axis_au.powi(3)).sqrt(),
-            mean_longitude_rad: moon.al0 + moon.al1 * days + sum(&moon.l).y,
+            mean_longitude_rad: sum(&moon.l).y,
             eccentricity: sum(&moon.z),
             inclination: sum(&moon.zeta),
-        };
-        Some(elements.state(&self.icrf_from_frame))
+        }
     }
 }
 
@@ -72,4 +78,19 @@ pub fn error_km(index: usize, t: Instant) -> f64 {
     let within_km = [480.0, 300.0, 400.0, 650.0].get(index).copied().unwrap_or(650.0);
     let orbit_km = [422_000.0, 671_000.0, 1_070_000.0, 1_883_000.0].get(index).copied().unwrap_or(1_883_000.0);
     (within_km * super::growth(t, 70.0)).min(2.1 * orbit_km)
+}
+
+#[cfg(test)]
+impl GalileanL12 {
+    pub(super) fn set_step(&mut self, step_s: f64) {
+        self.elements = ElementGrid::with_step(step_s);
+    }
+
+    /// The state without the grid.
+    pub(super) fn summed(&self, index: usize, t: Instant) -> Option<State> {
+        let (moon, days) = (self.moons.get(index)?, tt_days_past(t, EPOCH_JD_TT));
+        let mut elements = Self::elements(moon, days);
+        elements.mean_longitude_rad += moon.al0 + moon.al1 * days;
+        Some(elements.state(&self.icrf_from_frame))
+    }
 }

@@ -6,7 +6,7 @@
 //! Each element is a sum of groups; a group's terms share an integer combination of the moons' slow longitude variations. Those variations
 //! are the first group of each moon's longitude series, so they are summed first, for all moons that the groups name.
 
-use super::{Elements, Term, tt_days_past};
+use super::{ElementGrid, Elements, Term, tt_days_past};
 use crate::ephemeris::State;
 use crate::time::Instant;
 use glam::{DMat3, DVec2};
@@ -48,6 +48,7 @@ pub struct Tass17 {
     icrf_from_frame: DMat3,
     /// Which driving moons each moon's arguments name, so that the others' variations are not summed.
     driven_by: [[bool; DRIVING_MOONS]; 8],
+    elements: ElementGrid,
 }
 
 impl Tass17 {
@@ -60,13 +61,24 @@ impl Tass17 {
             // A moon's own variation is part of its longitude, whether a group names it or not.
             std::array::from_fn(|j| i == j || groups().any(|g| g.0[j] != 0))
         });
-        Ok(Self { moons: table.bodies, icrf_from_frame: icrf_from_ecliptic * ecliptic_from_frame, driven_by })
+        Ok(Self {
+            moons: table.bodies,
+            icrf_from_frame: icrf_from_ecliptic * ecliptic_from_frame,
+            driven_by,
+            elements: ElementGrid::default(),
+        })
     }
 
     /// State relative to Saturn's centre; index 0 Mimas to 5 Titan, 6 Iapetus, 7 Hyperion; `None` for another.
     pub fn state(&self, index: usize, t: Instant) -> Option<State> {
         let moon = self.moons.get(index)?;
-        let days = tt_days_past(t, EPOCH_JD_TT);
+        let mut elements = self.elements.at(index, t, |node| self.elements(index, moon, tt_days_past(node, EPOCH_JD_TT)));
+        elements.mean_longitude_rad += moon.s0[1] + moon.aam * tt_days_past(t, EPOCH_JD_TT);
+        Some(elements.state(&self.icrf_from_frame))
+    }
+
+    /// The series; without the secular part of the mean longitude.
+    fn elements(&self, index: usize, moon: &Moon, days: f64) -> Elements {
         let slow = self.slow_variations(index, days);
         let sum = |groups: &[Group]| {
             let of_group = |group: &Group| {
@@ -81,14 +93,13 @@ impl Tass17 {
             if index < DRIVING_MOONS { (slow[index], longitude.get(1..).unwrap_or_default()) } else { (0.0, &longitude[..]) };
         let s0 = moon.s0;
         let mean_motion_per_day = moon.aam * (1.0 + s0[0] + sum(motion).x);
-        let elements = Elements {
+        Elements {
             semi_major_axis_au: (moon.mu / (mean_motion_per_day * mean_motion_per_day)).cbrt(),
             mean_motion_per_day,
-            mean_longitude_rad: s0[1] + moon.aam * days + own_slow + sum(longitude).y,
+            mean_longitude_rad: own_slow + sum(longitude).y,
             eccentricity: DVec2::new(s0[2], s0[3]) + sum(eccentricity),
             inclination: DVec2::new(s0[4], s0[5]) + sum(inclination),
-        };
-        Some(elements.state(&self.icrf_from_frame))
+        }
     }
 
     /// Slow longitude variations in radians, of the driving moons that this one's arguments name; 0 for the others.
@@ -110,4 +121,19 @@ pub fn error_km(index: usize, t: Instant) -> f64 {
     let within_km = [400.0, 300.0, 300.0, 300.0, 300.0, 300.0, 800.0, 1500.0].get(index).copied().unwrap_or(1500.0);
     let orbits_km = [186_000.0, 238_000.0, 295_000.0, 377_000.0, 527_000.0, 1_222_000.0, 3_561_000.0, 1_481_000.0];
     (within_km * super::growth(t, 100.0)).min(2.2 * orbits_km.get(index).copied().unwrap_or(3_561_000.0))
+}
+
+#[cfg(test)]
+impl Tass17 {
+    pub(super) fn set_step(&mut self, step_s: f64) {
+        self.elements = ElementGrid::with_step(step_s);
+    }
+
+    /// The state without the grid.
+    pub(super) fn summed(&self, index: usize, t: Instant) -> Option<State> {
+        let (moon, days) = (self.moons.get(index)?, tt_days_past(t, EPOCH_JD_TT));
+        let mut elements = self.elements(index, moon, days);
+        elements.mean_longitude_rad += moon.s0[1] + moon.aam * days;
+        Some(elements.state(&self.icrf_from_frame))
+    }
 }

@@ -12,7 +12,7 @@ use crate::image::{Glyph, GlyphAtlas};
 use crate::scene::Scene;
 use crate::scene::annotation::line_texts::{PlacedText, TextLayer};
 use crate::scene::labels::{
-    Bar, Dot, FILLS_IMAGE, LabelLayer, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, Rect, SELECTED_COLOUR, TextLine,
+    Bar, Dot, FILLS_IMAGE, LabelLayer, LabelMetrics, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, Rect, SELECTED_COLOUR, TextLine,
 };
 use std::sync::Arc;
 
@@ -50,11 +50,10 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<Glyp
             let pen = [centre[0] - 0.5, centre[1] - 0.5];
             all.push(glyph_quad(&glyphs.marker, pen, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
         }
-        let side = label.name_side.or_else(|| is_selected.then_some(LabelSide::DEFAULT));
-        if let Some(side) = side
+        if let Some(side) = label.name_side
             && label.radius_px < FILLS_IMAGE * f64::from(height)
         {
-            let [x, y] = side.offset_px(metrics.gap_px(label.radius_px)).to_array();
+            let [x, y] = side.offset_px(&metrics, label.radius_px).to_array();
             let width = glyphs.layout(&label.name).last().map_or(0.0, |(x, cell)| f64::from(x + cell.advance));
             let left_px = [centre[0] + x - if side.left { width } else { 0.0 }, centre[1] + y];
             all.extend(text_quads(&label.name, left_px, text_colour, 1.0, glyphs, shadow_px));

@@ -61,7 +61,7 @@ pub(super) fn textures(draw: &Draw, layout: &Layout, provider: &impl ResourcePro
     let ring = &draw.uniforms.ring;
     let image_of = |name: &str| -> Result<Option<SharedTexture>, PlanError> {
         Ok(match (name, role_of(name)) {
-            (RING_PROFILE, _) => ring.table.as_deref().map(ring_profile),
+            (RING_PROFILE, _) => ring.table.as_ref().map(|table| provider.ring_profile(table)),
             (RING_SHINE, _) => ring.shine.as_deref().map(ring_shine),
             (LIMB_TABLE, _) => draw.uniforms.limb.table.as_deref().map(limb_table),
             (_, Some(role)) => match draw.map_files.by_role().find(|(r, _)| *r == role) {

@@ -1,8 +1,8 @@
 //! Labels of bodies: names and markers, thinned where they crowd.
 //!
 //! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the image, important ones first. Always: names do not overlap
-//! (estimated from the mean width of a glyph); the selected body is labelled whenever it is in front of the camera. A body behind the disc of a nearer
-//! body has no label. Does not draw glyphs.
+//! (estimated from the mean width of a glyph) or cover other texts; a body in front of the camera has a marker. The selected body's name may be a few lines
+//! away where there is no room at its sides. A body behind the disc of a nearer body has no label. Does not draw glyphs.
 
 use super::data::{self, Dot};
 use super::features;
@@ -36,18 +36,24 @@ pub struct Label {
 pub struct LabelSide {
     pub left: bool,
     pub below: bool,
+    /// Lines of text between its usual place on this side and the name.
+    pub lines: u8,
 }
 
 impl LabelSide {
-    pub const DEFAULT: Self = Self { left: false, below: false };
-    /// All sides in the order in which they are tried.
-    pub(crate) const ALL: [Self; 4] =
-        [Self::DEFAULT, Self { left: true, below: false }, Self { left: false, below: true }, Self { left: true, below: true }];
+    pub const DEFAULT: Self = Self { left: false, below: false, lines: 0 };
 
-    /// Vector in pixels from the body's centre to the end of the name's centre line that is closer to the body.
-    pub(crate) fn offset_px(self, gap_px: f64) -> DVec2 {
-        let along = |back: bool| if back { -gap_px } else { gap_px };
-        DVec2::new(along(self.left), along(!self.below))
+    /// The places of a name, in the order in which they are tried. `most_lines`: the greatest distance.
+    fn places(most_lines: u8) -> impl Iterator<Item = Self> {
+        let at = |lines| [(false, false), (true, false), (false, true), (true, true)].map(|(left, below)| Self { left, below, lines });
+        (0..=most_lines).flat_map(at)
+    }
+
+    /// Vector in pixels from the centre of a body of this radius to the end of the name's centre line that is closer to the body.
+    pub(crate) fn offset_px(self, metrics: &LabelMetrics, radius_px: f64) -> DVec2 {
+        let gap_px = metrics.gap_px(radius_px);
+        let up_px = gap_px + f64::from(self.lines) * metrics.line_height_px;
+        DVec2::new(if self.left { -gap_px } else { gap_px }, if self.below { up_px } else { -up_px })
     }
 }
 
@@ -146,6 +152,8 @@ pub(crate) fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
 }
 
+/// Lines by which the name of the selected body may be farther from it than others.
+const SELECTED_LINES: u8 = 8;
 /// Distance in pixels from a more important label below which a label is left out.
 const CROWDED_PX: f64 = 7.0;
 
@@ -192,7 +200,8 @@ pub(crate) fn body_labels(
         let name = name_of(&b.name);
         let of_side = |side: LabelSide| (side, label_rect(centre_px, radius_px, &name, metrics, side));
         let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_image(size) && !names.iter().any(|n| n.overlaps(rect));
-        let place = LabelSide::ALL.map(of_side).into_iter().find(fits);
+        let most_lines = if b.id == selected { SELECTED_LINES } else { 0 };
+        let place = LabelSide::places(most_lines).map(of_side).find(fits);
         names.extend(place.map(|(_, rect)| rect));
         chosen.push(Label { body: b.id, name, centre_px, radius_px, name_side: place.map(|(side, _)| side) });
     }
@@ -202,7 +211,7 @@ pub(crate) fn body_labels(
 /// The rectangle of a body's name beside its disc or marker.
 pub fn label_rect(centre_px: DVec2, radius_px: f64, name: &str, metrics: &LabelMetrics, side: LabelSide) -> Rect {
     let width_px = name.chars().count() as f64 * metrics.glyph_width_px;
-    let near_end = centre_px + side.offset_px(metrics.gap_px(radius_px));
+    let near_end = centre_px + side.offset_px(metrics, radius_px);
     let corner = near_end - DVec2::new(if side.left { width_px } else { 0.0 }, 0.5 * metrics.line_height_px);
     Rect { min: corner, max: corner + DVec2::new(width_px, metrics.line_height_px) }
 }

@@ -117,6 +117,10 @@ fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
     if least_peak > 0.0 { magnitude(least_peak / point_peak() * pixel_sr / PI) } else { f64::INFINITY }
 }
 
+/// Magnitude of the faintest star that the layer of bright stars shows. Fainter than what the eye sees, so that Sirius is a quarter of white and
+/// a star of the second magnitude is not lost.
+const NIGHT_LIMIT: f64 = 7.0;
+
 /// The stars of a frame and the decision about them; no decision in pixel views other than the final image.
 pub(crate) fn stars(
     request: &ViewRequest,
@@ -136,9 +140,19 @@ pub(crate) fn stars(
     let camera = &viewer.camera;
     // A boost of one stop lowers the limit by 2.5 log10(2) magnitudes.
     let boost = request.stars_boost.exp2();
-    let limit = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
+    let limit_as_set = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
+    // In air the sky itself outshines the stars by day: brightened ones would show through it.
+    let lift = if request.layers.bright_stars && air.is_none() { (NIGHT_LIMIT - limit_as_set).max(0.0) } else { 0.0 };
+    let limit = limit_as_set + lift;
+    let boost = boost * 10f64.powf(0.4 * lift);
     let limit_note = match limit.is_finite() {
         false => reason!("stars-linear"),
+        true if lift > 0.0 => reason!(
+            "stars-as-at-night",
+            limit = format_args!("{limit:.1}"),
+            stops = format_args!("{:+.1}", boost.log2()),
+            alone = format_args!("{limit_as_set:.1}")
+        ),
         true if boost == 1.0 => reason!("stars-to-magnitude", limit = format_args!("{limit:.1}")),
         true => {
             reason!("stars-lifted", limit = format_args!("{limit:.1}"), stops = format_args!("{:+.1}", request.stars_boost))

@@ -1,6 +1,6 @@
 //! The first view of a window: a body seen from its lit side; the Earth with the Moon beside it, if the Moon's phase allows.
 //!
-//! In: a body, a time, positions. Out: a [`ViewState`]. Not here: a Moon less than about 70 degrees from the Sun could only stand beside a thin crescent of the
+//! In: a body, a time, positions. Out: a [`ViewState`], with the layer of brightened stars. Not here: a Moon less than about 70 degrees from the Sun could only stand beside a thin crescent of the
 //! Earth, and is not looked for.
 
 use crate::catalog::{Catalog, NaifId};
@@ -36,7 +36,10 @@ pub fn initial_view(catalog: &Catalog, places: &dyn BodyPositions, target: NaifI
     let moon_radii = if target == NaifId::EARTH { places.between_km(target, NaifId::MOON, time).map(|km| km / radius_km) } else { None };
     let beside_moon = sunward.zip(moon_radii).and_then(|(sun, moon)| direction_with_moon(sun, moon, pole));
     let direction = beside_moon.unwrap_or_else(|| direction_from_sun(sunward, DVec3::Z, SUN_ANGLE_DEG, POLE_OFFSET, pole));
-    Ok(ViewState::around(target, direction * (START_DISTANCE_RADII * radius_km), radius_km, pole, time))
+    let mut view = ViewState::around(target, direction * (START_DISTANCE_RADII * radius_km), radius_km, pole, time);
+    // The exposure of a sunlit planet shows no star.
+    view.layers.bright_stars = true;
+    Ok(view)
 }
 
 /// Unit vector from the body to the camera: from the direction to the Sun turned about `axis`, then moved towards the pole.

@@ -81,7 +81,12 @@ pub struct PanelLayout {
     pub timeline_span_s: f64,
     /// *What to see now* is shown over the sky; false after the first input of a new user.
     pub now_shown: bool,
+    /// Size of the view in the last run, pixels: the first image is requested before the window knows it.
+    pub viewport_px: [u32; 2],
 }
+
+/// Size of the view in a window of 1280x800 with the default panels.
+const DEFAULT_VIEWPORT_PX: [u32; 2] = [1090, 712];
 
 impl Default for PanelLayout {
     fn default() -> Self {
@@ -98,6 +103,7 @@ impl Default for PanelLayout {
             timeline_shown: true,
             timeline_span_s: 2.0 * 365.25 * SECONDS_PER_DAY,
             now_shown: true,
+            viewport_px: DEFAULT_VIEWPORT_PX,
         }
     }
 }

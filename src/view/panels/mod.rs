@@ -247,10 +247,7 @@ impl Interface {
             self.message.clear();
         }
         self.receive(ui.ctx(), worker);
-        if !std::mem::replace(&mut self.is_styled, true) {
-            theme::apply(ui.ctx());
-            ui.ctx().add_plugin(input_order::InputOrder::default());
-        }
+        self.style(ui.ctx());
         let theme_preference = match self.settings.dark {
             Some(true) => egui::ThemePreference::Dark,
             Some(false) => egui::ThemePreference::Light,
@@ -303,6 +300,14 @@ impl Interface {
         }
         self.request_image(ui.ctx(), worker, now_s);
         ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
+    }
+
+    /// Sets fonts and styles, unless that was done. Before a context's first frame it saves drawing the letters of egui's own fonts.
+    pub(crate) fn style(&mut self, ctx: &egui::Context) {
+        if !std::mem::replace(&mut self.is_styled, true) {
+            theme::apply(ctx);
+            ctx.add_plugin(input_order::InputOrder::default());
+        }
     }
 
     /// Sets the language for this frame; after a change of language, discards or rewrites the stored texts.

@@ -8,9 +8,10 @@ use crate::catalog::NaifId;
 use crate::render::plan::{GpuImage, SamplingQuality};
 use crate::scene::labels::{Label, LabelMetrics, Rect, body_labels};
 use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
-use crate::session::{Readiness, RendererPreference};
+use crate::session::{Readiness, RendererPreference, Session};
+use crate::view::app::view_state::ViewStateError;
 use crate::view::faults::fault_text;
-use crate::view::language::body_name;
+use crate::view::language::{self, body_name};
 use crate::view::worker::adaptive_resolution::AdaptiveResolution;
 use crate::view::worker::render_worker::{RenderJob, RenderWorker, RenderedView};
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
@@ -19,6 +20,8 @@ use std::sync::Arc;
 
 /// Seconds without input after which an image at full resolution replaces the coarse image.
 const STILL_AFTER_S: f64 = 0.18;
+/// Largest width and height of a viewport.
+pub(super) const MAX_SIDE_PX: u32 = 16_384;
 /// Seconds between checks whether the GPU is ready for an image at rest.
 const READY_CHECK_S: f64 = 0.1;
 /// Seconds between images while time runs no faster than real time.
@@ -92,6 +95,16 @@ impl Interface {
         self.viewport.shown.as_ref()
     }
 
+    /// Rectangles of messages, hints and suggestions over the view, as shown last, points.
+    pub fn overlays(&self) -> &[egui::Rect] {
+        &self.viewport.overlays
+    }
+
+    /// Number of images shown so far.
+    pub(crate) fn images_shown(&self) -> u64 {
+        self.viewport.images_shown
+    }
+
     /// The last image, if it stayed on the GPU.
     pub(crate) fn gpu_image(&self) -> Option<&GpuImage> {
         self.viewport.shown.as_ref().and_then(|d| d.on_gpu.as_ref())
@@ -114,7 +127,7 @@ impl Interface {
                 self.failure_reason = None;
                 let pixels = u64::from(rendered.width) * u64::from(rendered.height);
                 if rendered.job.sampling == SamplingQuality::of(Quality::Draft) {
-                    self.viewport.resolution.record(pixels, rendered.took_ms);
+                    self.viewport.resolution.record(pixels, rendered.took_ms, rendered.waited_ms);
                 }
                 let pixels = std::mem::take(&mut rendered.rgba);
                 if rendered.on_gpu.is_some() {
@@ -159,12 +172,51 @@ impl Interface {
             body_labels(&*scene.geometry.projection(&scene.camera), &scene.bodies, self.viewer.selected, parent, metrics, names, &occupied);
     }
 
+    /// The job for an image of the current view. `moving`: at the lowest quality.
+    fn image_job(&self, session: &Session, [width, height]: [u32; 2], moving: bool) -> Result<RenderJob, ViewStateError> {
+        let mut request = self.viewer.view.request(session.catalog(), session.ephemeris(), width, height)?;
+        request.composition.warp.clone_from(&self.warp);
+        if moving {
+            request.quality = Quality::Draft;
+        }
+        // A body that is the target itself is not outlined.
+        let selected = self.viewer.selected;
+        request.layers.outline = self.settings.outline && selected != self.viewer.view.target;
+        request.selected = request.layers.outline.then_some(selected);
+        Ok(RenderJob { sampling: SamplingQuality::of(request.quality), request, on_gpu: self.on_gpu })
+    }
+
+    /// Requests the first image before there is a window, so that it is drawn while the window opens. The viewport's size is that of the last run; if it is
+    /// another one now, the image is shown cropped or with margins until the next.
+    pub fn request_first_image(&mut self, worker: &dyn RenderWorker) {
+        language::set(self.language);
+        let scale = self.viewport.resolution.scale(1);
+        let [width, height] = self.settings.panels.viewport_px.map(|side| (f64::from(side.clamp(1, MAX_SIDE_PX)) / scale).ceil() as u32);
+        // An error is shown when the window requests the same image.
+        if let Ok(job) = self.image_job(worker.session(), [width, height], true) {
+            self.viewport.requested = Some(job.clone());
+            worker.submit(job);
+        }
+    }
+
+    /// Whether no image is shown yet and one of this view is on its way, perhaps of another size and a moment earlier.
+    fn is_first_image_coming(&self, job: &RenderJob) -> bool {
+        let is_same_view = |last: &RenderJob| {
+            let size = (last.request.width, last.request.height);
+            let mut request = job.request.clone();
+            (request.width, request.height) = size;
+            last.sampling == job.sampling && !differs(&last.request, &request, true)
+        };
+        self.viewport.shown.is_none() && self.viewport.requested.as_ref().is_some_and(is_same_view)
+    }
+
     /// Requests the image of the current view, at a coarse resolution while it moves.
     pub(super) fn request_image(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker, now_s: f64) {
         // The first image is coarse, too, so that it appears soon after the window.
         let moving = self.viewer.is_animating() || now_s - self.viewport.moved_s < STILL_AFTER_S || self.viewport.shown.is_none();
         let [width, height] = self.viewport.size_px;
-        let divisor = if moving { self.viewport.resolution.divisor(u64::from(width) * u64::from(height)) } else { 1 };
+        let scale = if moving { self.viewport.resolution.scale(u64::from(width) * u64::from(height)) } else { 1.0 };
+        let [image_width, image_height] = [width, height].map(|side| (f64::from(side) / scale).ceil() as u32);
         let session = worker.session();
         let drawn_with = (session.library().generator(), session.renderers().1);
         let readiness = session.readiness();
@@ -174,24 +226,13 @@ impl Interface {
             // The same view now gives another image, so the image is requested again.
             self.viewport.requested = None;
         }
-        let view = &self.viewer.view;
-        let request = view.request(session.catalog(), session.ephemeris(), width.div_ceil(divisor), height.div_ceil(divisor));
-        let mut request = match request {
-            Ok(r) => r,
+        let job = match self.image_job(session, [image_width, image_height], moving) {
+            Ok(job) => job,
             Err(why) => {
                 self.fail(&why, worker);
                 return;
             }
         };
-        request.composition.warp.clone_from(&self.warp);
-        if moving {
-            request.quality = Quality::Draft;
-        }
-        // A body that is the target itself is not outlined.
-        let selected = self.viewer.selected;
-        request.layers.outline = self.settings.outline && selected != self.viewer.view.target;
-        request.selected = request.layers.outline.then_some(selected);
-        let job = RenderJob { sampling: SamplingQuality::of(request.quality), request, on_gpu: self.on_gpu };
         // At real time, little changes between images, so at most a tenth of the time is spent on drawing.
         let interval_s = REAL_TIME_INTERVAL_S.max(1e-2 * self.viewport.shown.as_ref().map_or(0.0, |d| d.took_ms));
         let ignores_time = !moving && now_s - self.viewport.requested_s < interval_s;
@@ -199,7 +240,8 @@ impl Interface {
             .viewport
             .requested
             .as_ref()
-            .is_none_or(|last| last.sampling != job.sampling || differs(&last.request, &job.request, ignores_time));
+            .is_none_or(|last| last.sampling != job.sampling || differs(&last.request, &job.request, ignores_time))
+            && !self.is_first_image_coming(&job);
         if stale || self.adaptation.is_adapting() {
             self.viewport.requested = Some(job.clone());
             self.viewport.requested_s = now_s;

@@ -86,6 +86,7 @@ fn layers(interface: &mut Interface, ui: &mut Ui) {
     ui.toggle_value(&mut settings.outline, text!("layer-outline")).on_hover_text(text!("layer-outline-hint"));
     let layers = &mut interface.viewer.view.layers;
     for (shown, name, about) in [
+        (&mut layers.bright_stars, text!("layer-bright-stars"), text!("layer-bright-stars-hint")),
         (&mut layers.traces, text!("layer-traces"), text!("layer-traces-hint")),
         (&mut layers.minor_planets, text!("layer-minor-planets"), text!("layer-minor-planets-hint")),
         (&mut layers.comets, text!("layer-comets"), text!("layer-comets-hint")),

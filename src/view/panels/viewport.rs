@@ -2,12 +2,11 @@
 
 use super::angle::SeenBody;
 use super::icons::{self, Icon};
+use super::render_loop::MAX_SIDE_PX;
 use super::{Interface, now, tour};
 use crate::catalog::NaifId;
 use crate::scene::Scene;
-use crate::scene::labels::{
-    self, FILLS_IMAGE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, body_at, snapped_px, star_at, star_px,
-};
+use crate::scene::labels::{self, FILLS_IMAGE, LabelMetrics, MARKER_OPACITY, MARKER_RADIUS, body_at, snapped_px, star_at, star_px};
 use crate::view::app::orbit::ZOOM_PER_NOTCH;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
@@ -32,8 +31,9 @@ const fn opaque([r, g, b]: [u8; 3]) -> Color32 {
 pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let rect = ui.available_rect_before_wrap();
     let scale = ui.ctx().pixels_per_point();
-    let pixels = |points: f32| ((points * scale).round() as u32).clamp(1, 16_384);
+    let pixels = |points: f32| ((points * scale).round() as u32).clamp(1, MAX_SIDE_PX);
     interface.viewport.size_px = [pixels(rect.width()), pixels(rect.height())];
+    interface.settings.panels.viewport_px = interface.viewport.size_px;
     let response = ui.interact(rect, ui.scope_id().with("sky"), Sense::click_and_drag());
     let description = text!("sky-of", body = interface.viewer.name(interface.viewer.view.target));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &description));
@@ -96,7 +96,7 @@ struct ImagePlacement {
 }
 
 impl ImagePlacement {
-    /// `viewport_px`: size of the viewport. The image's size may be the viewport's size divided by an integer and rounded up.
+    /// `viewport_px`: size of the viewport. The image's size may be the viewport's size divided by a factor and rounded up.
     fn of([width, height]: [u32; 2], viewport: Rect, viewport_px: [u32; 2]) -> Self {
         let [viewport_width, viewport_height] = viewport_px.map(u64::from);
         let has_viewport_aspect =
@@ -162,7 +162,7 @@ fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     }
     let area = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_TOP);
     let shown = area.fixed_pos(rect.center_top() + Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
-        egui::Frame::new().fill(Color32::from_black_alpha(235)).corner_radius(12.0).inner_margin(egui::Margin::symmetric(14, 6)).show(
+        egui::Frame::new().fill(Color32::from_black_alpha(190)).corner_radius(12.0).inner_margin(egui::Margin::symmetric(14, 6)).show(
             ui,
             |ui| {
                 ui.horizontal(|ui| {
@@ -239,12 +239,11 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Ima
             painter.circle_stroke(at, marker, Stroke::new(1.0, colour.gamma_multiply(if selected { 1.0 } else { MARKER_OPACITY })));
         }
         // A body that fills the image is named in the title instead.
-        let side = label.name_side.or_else(|| selected.then_some(LabelSide::DEFAULT));
-        if let Some(side) = side
+        if let Some(side) = label.name_side
             && interface.settings.names
             && radius < FILLS_IMAGE as f32 * rect.height()
         {
-            let text_at = at + vec2(side.offset_px(LabelMetrics::of_size(f64::from(NAME_POINTS)).gap_px(f64::from(radius))));
+            let text_at = at + vec2(side.offset_px(&LabelMetrics::of_size(f64::from(NAME_POINTS)), f64::from(radius)));
             let end = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
             let font = FontId::proportional(NAME_POINTS);
             painter.text(text_at + Vec2::splat(1.0), end, &label.name, font.clone(), Color32::from_black_alpha(180));
@@ -373,8 +372,8 @@ mod tests {
         for [across, down] in sides.iter().flat_map(|a| sides.map(|d| [*a, d])) {
             for scale in [1.0, 1.5, 2.0] {
                 let viewport = Rect::from_min_size(pos2(190.0, 30.0), Vec2::new(across as f32, down as f32) / scale);
-                for divisor in 1..=5 {
-                    let size = [across.div_ceil(divisor), down.div_ceil(divisor)];
+                for factor in [1.0, 1.125, 1.625, 2.0, 3.375, 5.0] {
+                    let size = [across, down].map(|side| (f64::from(side) / factor).ceil() as u32);
                     assert_eq!(ImagePlacement::of(size, viewport, [across, down]).image, viewport, "{size:?} in {across}x{down}");
                 }
                 for [width, height] in sides.iter().flat_map(|w| sides.map(|h| [*w, h])) {

@@ -4,27 +4,16 @@
 //! as egui defines it (premultiplied, in gamma space, `dst = src + dst (1 - a)`); vertices are rounded to 1/256 pixel and edges follow the
 //! top-left rule, so that neighbouring triangles neither overlap nor leave gaps; the result does not depend on the number of threads.
 
-use crate::image::{self, Level, SharedTexture, TexelFormat};
+use crate::view::window::painter_texture::{MagnifiedRows, PainterTexture, Tap, WideTexel};
 use egui::epaint::{ImageDelta, Mesh, Primitive, Vertex};
-use egui::{Color32, TextureFilter, TextureId, TextureWrapMode};
+use egui::{Color32, TextureId};
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::sync::{Arc, OnceLock};
 
 /// Number of rows that a task paints.
 const BAND_ROWS: usize = 64;
 /// Subpixel steps per pixel of vertex positions.
 const STEPS: f32 = 256.0;
-
-pub(crate) struct PainterTexture {
-    width: usize,
-    height: usize,
-    texels: Vec<Color32>,
-    pub smooth: bool,
-    pub repeats: bool,
-    /// For a GPU renderer; created when first needed.
-    shared: OnceLock<SharedTexture>,
-}
 
 /// The interface's textures.
 #[derive(Default)]
@@ -61,23 +50,12 @@ impl PixelBounds {
 
 impl Painter {
     /// Sets a texture or updates a part of an existing texture. An update that exceeds the texture is ignored.
-    pub fn set_texture(&mut self, id: TextureId, delta: &ImageDelta) {
-        let egui::epaint::ImageData::Color(image) = &delta.image;
-        let [width, height] = image.size;
-        if let Some([x, y]) = delta.pos {
-            if let Some(t) = self.textures.get_mut(&id).filter(|t| x + width <= t.width && y + height <= t.height) {
-                for (row, source) in image.pixels.chunks_exact(width.max(1)).enumerate() {
-                    let start = (y + row) * t.width + x;
-                    t.texels[start..start + width].copy_from_slice(source);
-                }
-                t.shared.take();
-            }
-            return;
+    pub fn set_texture(&mut self, id: TextureId, delta: ImageDelta) {
+        if delta.pos.is_none() {
+            self.textures.insert(id, PainterTexture::new(delta));
+        } else if let Some(texture) = self.textures.get_mut(&id) {
+            texture.update(&delta);
         }
-        let smooth = delta.options.magnification == TextureFilter::Linear;
-        let repeats = delta.options.wrap_mode != TextureWrapMode::ClampToEdge;
-        let texture = PainterTexture { width, height, texels: image.pixels.clone(), smooth, repeats, shared: OnceLock::new() };
-        self.textures.insert(id, texture);
     }
 
     pub(crate) fn texture(&self, id: TextureId) -> Option<&PainterTexture> {
@@ -88,7 +66,7 @@ impl Painter {
         self.textures.remove(&id);
     }
 
-    /// Paints the primitives over the canvas.
+    /// Paints the primitives over black.
     pub fn paint(&self, canvas: &mut Canvas<'_>, pixels_per_point: f32, primitives: &[egui::ClippedPrimitive]) {
         let (width, height) = (canvas.width, canvas.height);
         if width == 0 || height == 0 {
@@ -105,7 +83,9 @@ impl Painter {
             .collect();
         canvas.pixels.par_chunks_mut(BAND_ROWS * width).enumerate().for_each(|(i, rows)| {
             let first = i * BAND_ROWS;
-            let mut band = Band { width, first, rows, columns: Vec::new(), mixed: Vec::new() };
+            // Each task clears its own rows, which are then in its core's cache.
+            rows.fill(0);
+            let mut band = Band { width, first, rows, columns: Vec::new(), mixed: Vec::new(), magnified: MagnifiedRows::default() };
             let end = first + band.rows.len() / width;
             for (bounds, mesh, texture) in &meshes {
                 if let Some(bounds) = bounds.within_rows(first, end) {
@@ -125,6 +105,7 @@ struct Band<'a> {
     /// Taps of a rectangle's columns, and the interpolated texels of its current row; stored here to reuse the memory.
     columns: Vec<Tap>,
     mixed: Vec<WideTexel>,
+    magnified: MagnifiedRows,
 }
 
 impl Band<'_> {
@@ -173,12 +154,22 @@ impl Band<'_> {
         let (mut columns, mut mixed) = (std::mem::take(&mut self.columns), std::mem::take(&mut self.mixed));
         columns.clear();
         columns.extend((left..right).map(|x| texture.tap(min.uv.x + (x as f32 + 0.5 - min.pos.x) * step_u, texture.width)));
+        let tap_of_row = |y: usize| texture.tap(min.uv.y + (y as f32 + 0.5 - min.pos.y) * step_v, texture.height);
+        if min.color == Color32::WHITE && texture.is_opaque() {
+            let mut magnified = std::mem::take(&mut self.magnified);
+            magnified.start(texture, &columns);
+            for y in top..bottom {
+                magnified.row(texture, &columns, tap_of_row(y), self.row(y, left, right));
+            }
+            (self.columns, self.mixed, self.magnified) = (columns, mixed, magnified);
+            return;
+        }
         let first_column = columns.iter().map(|c| c.near.min(c.far)).min().unwrap_or(0);
         let end = columns.iter().map(|c| c.near.max(c.far)).max().unwrap_or(0) + 1;
         mixed.resize(end - first_column, WideTexel::default());
         let white = min.color == Color32::WHITE;
         for y in top..bottom {
-            let row = texture.tap(min.uv.y + (y as f32 + 0.5 - min.pos.y) * step_v, texture.height);
+            let row = tap_of_row(y);
             let of_row = |k: usize| &texture.texels[k * texture.width + first_column..k * texture.width + end];
             for ((m, a), b) in mixed.iter_mut().zip(of_row(row.near)).zip(of_row(row.far)) {
                 *m = row.interpolate(*a, *b);
@@ -311,93 +302,6 @@ fn blend_span(colour: Color32, pixels: &mut [u32]) {
     }
 }
 
-/// Two neighbouring texels of a row or a column, and the weight of the second in 256ths.
-#[derive(Clone, Copy)]
-struct Tap {
-    near: usize,
-    far: usize,
-    weight: u32,
-}
-
-/// An interpolated texel in fixed point (times 256). Each word has two channels in its halves, so that one multiplication serves both.
-#[derive(Clone, Copy, Default)]
-struct WideTexel {
-    red_blue: u64,
-    green_alpha: u64,
-}
-
-impl Tap {
-    fn weights(self) -> (u64, u64) {
-        (u64::from(256 - self.weight), u64::from(self.weight))
-    }
-
-    fn interpolate(self, near: Color32, far: Color32) -> WideTexel {
-        let (of_near, of_far) = self.weights();
-        let pair = |a: u8, b: u8| u64::from(a) | u64::from(b) << 32;
-        let ([nr, ng, nb, na], [fr, fg, fb, fa]) = (near.to_array(), far.to_array());
-        WideTexel { red_blue: pair(nr, nb) * of_near + pair(fr, fb) * of_far, green_alpha: pair(ng, na) * of_near + pair(fg, fa) * of_far }
-    }
-
-    /// Interpolates two texels that were already interpolated in the other direction, and rounds to bytes.
-    fn interpolate_mixed(self, near: WideTexel, far: WideTexel) -> Color32 {
-        const HALF: u64 = 0x8000_0000_8000;
-        let (of_near, of_far) = self.weights();
-        let red_blue = near.red_blue * of_near + far.red_blue * of_far + HALF;
-        let green_alpha = near.green_alpha * of_near + far.green_alpha * of_far + HALF;
-        Color32::from_rgba_premultiplied(
-            (red_blue >> 16) as u8,
-            (green_alpha >> 16) as u8,
-            (red_blue >> 48) as u8,
-            (green_alpha >> 48) as u8,
-        )
-    }
-}
-
-impl PainterTexture {
-    /// The texels for a GPU renderer; every call returns the same allocation until the texels change.
-    pub(crate) fn shared(&self) -> SharedTexture {
-        let make = || {
-            let bytes = bytemuck::cast_slice(&self.texels).to_vec();
-            let level = Level::new(self.width as u32, self.height as u32, bytes);
-            Arc::new(image::Texture { format: TexelFormat::Rgba8Unorm, levels: vec![level] })
-        };
-        self.shared.get_or_init(make).clone()
-    }
-
-    /// The tap at a coordinate from 0 to 1 in a row (or column) of `size` texels.
-    fn tap(&self, coordinate: f32, size: usize) -> Tap {
-        let inside = |v: i64| {
-            let size = size as i64;
-            (if self.repeats { v.rem_euclid(size) } else { v.clamp(0, size - 1) }) as usize
-        };
-        let texels = coordinate * size as f32;
-        if !self.smooth {
-            let near = inside(texels.floor() as i64);
-            return Tap { near, far: near, weight: 0 };
-        }
-        let first = (texels - 0.5).floor();
-        // Weights in steps of 1/256 suffice for bytes; at a texel's centre the result is that texel's exact value.
-        let weight = ((texels - 0.5 - first) * 256.0) as u32;
-        Tap { near: inside(first as i64), far: inside(first as i64 + 1), weight }
-    }
-
-    fn bilinear(&self, x: Tap, y: Tap) -> Color32 {
-        let (upper, lower) = (&self.texels[y.near * self.width..], &self.texels[y.far * self.width..]);
-        if x.weight == 0 && y.weight == 0 {
-            return upper[x.near];
-        }
-        let column = |k: usize| y.interpolate(upper[k], lower[k]);
-        x.interpolate_mixed(column(x.near), column(x.far))
-    }
-
-    fn at(&self, u: f32, v: f32) -> Color32 {
-        if self.texels.is_empty() {
-            return Color32::WHITE;
-        }
-        self.bilinear(self.tap(u, self.width), self.tap(v, self.height))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -407,7 +311,7 @@ mod tests {
 
     fn painter() -> Painter {
         let mut painter = Painter::default();
-        painter.set_texture(WHITE, &ImageDelta::full(ColorImage::filled([1, 1], Color32::WHITE), TextureOptions::LINEAR));
+        painter.set_texture(WHITE, ImageDelta::full(ColorImage::filled([1, 1], Color32::WHITE), TextureOptions::LINEAR));
         painter
     }
 
@@ -450,7 +354,7 @@ mod tests {
         let mut painter = painter();
         let id = TextureId::User(7);
         let texels = (0..16u8).map(|i| Color32::from_rgb(i * 16, 255 - i * 9, i * 3)).collect();
-        painter.set_texture(id, &ImageDelta::full(ColorImage::new([4, 4], texels), TextureOptions::LINEAR));
+        painter.set_texture(id, ImageDelta::full(ColorImage::new([4, 4], texels), TextureOptions::LINEAR));
         let mut mesh = Mesh { texture_id: id, ..Mesh::default() };
         let rect = Rect::from_min_max(pos2(3.2, 5.7), pos2(29.4, 26.5));
         mesh.add_rect_with_uv(rect, Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0)), Color32::WHITE);
@@ -481,9 +385,9 @@ mod tests {
         let mut painter = painter();
         let id = TextureId::User(1);
         let image = |n, c| ColorImage::filled([n, n], c);
-        painter.set_texture(id, &ImageDelta::full(image(4, Color32::BLACK), TextureOptions::NEAREST));
-        painter.set_texture(id, &ImageDelta::partial([1, 1], image(2, Color32::WHITE), TextureOptions::NEAREST));
-        painter.set_texture(id, &ImageDelta::partial([3, 3], image(2, Color32::RED), TextureOptions::NEAREST));
+        painter.set_texture(id, ImageDelta::full(image(4, Color32::BLACK), TextureOptions::NEAREST));
+        painter.set_texture(id, ImageDelta::partial([1, 1], image(2, Color32::WHITE), TextureOptions::NEAREST));
+        painter.set_texture(id, ImageDelta::partial([3, 3], image(2, Color32::RED), TextureOptions::NEAREST));
         let texels = &painter.textures[&id].texels;
         let white: Vec<usize> = (0..16).filter(|i| texels[*i] == Color32::WHITE).collect();
         assert_eq!(white, [5, 6, 9, 10]);

@@ -5,6 +5,8 @@
 
 pub mod cpu_painter;
 pub mod file_dialog;
+mod frame_log;
+mod painter_texture;
 pub mod placement;
 pub mod presenter;
 pub mod primitives;
@@ -16,6 +18,7 @@ use crate::session::{Readiness, Session};
 use crate::view::app::settings::Settings;
 use crate::view::panels::Interface;
 use crate::view::window::cpu_painter::Painter;
+use crate::view::window::frame_log::{FrameLog, PresentedFrame};
 use crate::view::window::placement::{Monitor, WindowPlacement};
 use crate::view::window::presenter::{PresentError, Presenter};
 use crate::view::window::settings_keeper::{SettingsKeeper, write_changes};
@@ -47,6 +50,8 @@ pub(crate) enum WindowError {
 
 /// Delay before the next attempt if the system accepted no frame.
 const RETRY_DELAY: Duration = Duration::from_millis(250);
+/// Longest delay of a redraw by an image that is being rendered: its arrival redraws the window too, so that each image costs one redraw and no more.
+const WITH_IMAGE_DELAY: Duration = Duration::from_millis(33);
 /// Time that running work has to finish after the window is closed.
 const SHUTDOWN_GRACE: Duration = Duration::from_millis(250);
 
@@ -93,20 +98,24 @@ pub(crate) fn run(
             });
         });
         let workers = [scope.spawn(|| worker.draw()), scope.spawn(|| worker.answer())];
+        interface.request_first_image(&worker);
         if let Some(watch) = watch {
             scope.spawn(|| watch.watch_until(&worker, || worker.is_closed()));
         }
+        let egui = egui::Context::default();
+        interface.style(&egui);
         let mut app = App {
             interface,
             worker: &worker,
             proxy,
-            egui: egui::Context::default(),
+            egui,
             painter: Painter::default(),
             opened: None,
             gpu_failed: false,
             next_redraw: None,
             failure: None,
             keeper,
+            frame_log: FrameLog::of_environment(),
         };
         let ended = event_loop.run_app(&mut app).map_err(|e| WindowError::Stopped(e.to_string()));
         let failure = app.failure.take();
@@ -224,6 +233,7 @@ struct App<'a> {
     next_redraw: Option<WallInstant>,
     failure: Option<WindowError>,
     keeper: SettingsKeeper,
+    frame_log: Option<FrameLog>,
 }
 
 impl App<'_> {
@@ -273,7 +283,7 @@ impl App<'_> {
         let mut textures = std::mem::take(&mut output.textures_delta);
         for (id, deltas) in textures.set.drain() {
             for delta in deltas {
-                self.painter.set_texture(id, &delta);
+                self.painter.set_texture(id, delta);
             }
         }
         let primitives = self.egui.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
@@ -291,6 +301,10 @@ impl App<'_> {
         self.interface.settings.window_placement = Some(opened.placement);
         self.keeper.note(&self.interface.settings);
         let is_shown = presented?;
+        if let Some(log) = &mut self.frame_log {
+            let image = self.interface.shown().map(|d| ([d.width, d.height], d.took_ms));
+            log.record(&PresentedFrame { images: self.interface.images_shown(), image, took: start.elapsed() });
+        }
         let title = self.interface.title();
         if title != opened.title {
             opened.window.set_title(&title);
@@ -301,13 +315,13 @@ impl App<'_> {
             opened.window.set_fullscreen(opened.fullscreen.then(|| Fullscreen::Borderless(monitor_of(&opened.window))));
         }
         let wait = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
-        self.next_redraw = WallInstant::now().checked_add(if image_lost {
-            Duration::ZERO
-        } else if is_shown {
-            wait
-        } else {
-            wait.min(RETRY_DELAY)
-        });
+        let delay = match () {
+            () if image_lost => Duration::ZERO,
+            () if !is_shown => wait.min(RETRY_DELAY),
+            () if self.worker.is_drawing() => wait.max(WITH_IMAGE_DELAY),
+            () => wait,
+        };
+        self.next_redraw = WallInstant::now().checked_add(delay);
         Ok(())
     }
 
@@ -325,6 +339,16 @@ impl App<'_> {
         self.opened = Some(self.open(event_loop)?);
         self.request_redraw();
         Ok(())
+    }
+
+    /// Redraws after the pointer has moved: with the image that is being rendered, if there is one.
+    fn redraw_with_image(&mut self) {
+        if !self.worker.is_drawing() {
+            self.request_redraw();
+            return;
+        }
+        let latest = WallInstant::now() + WITH_IMAGE_DELAY;
+        self.next_redraw = Some(self.next_redraw.map_or(latest, |planned| planned.min(latest)));
     }
 
     fn request_redraw(&self) {
@@ -398,6 +422,7 @@ impl ApplicationHandler<Wake> for App<'_> {
         match event {
             WindowEvent::CloseRequested => self.close(event_loop),
             WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => self.request_redraw(),
+            WindowEvent::CursorMoved { .. } if needs_repaint => self.redraw_with_image(),
             _ if needs_repaint => self.request_redraw(),
             _ => {}
         }

@@ -127,7 +127,6 @@ impl Presenter {
                 let failed = |e: softbuffer::SoftBufferError| PresentError::Cpu(e.to_string());
                 surface.resize(width, height).map_err(failed)?;
                 let mut buffer = surface.buffer_mut().map_err(failed)?;
-                buffer.fill(0);
                 let mut canvas = Canvas { width: width.get() as usize, height: height.get() as usize, pixels: &mut buffer };
                 painter.paint(&mut canvas, pixels_per_point, primitives);
                 self.window.pre_present_notify();

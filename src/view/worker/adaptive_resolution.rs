@@ -1,38 +1,62 @@
 //! Lowers the resolution of images while the camera or the bodies move, to keep the frame rate.
 //!
-//! In: pixel count and render time of finished images. Out: the divisor of the window's width and height for the next moving image. This
-//! module reads no clock.
+//! In: pixel count and times of finished images. Out: the factor by which the next moving image is smaller than the window, in width and in height. This
+//! module reads no clock. Always: 60 images per second where half the resolution is enough for them; else fewer, down to 30; only below that is the image
+//! coarser.
 
-/// Time budget of a moving frame, milliseconds: for 30 frames per second, with time left for the interface.
-const BUDGET_MS: f64 = 26.0;
-/// Largest divisor; coarser images would be unrecognisable.
-pub(crate) const MAX_DIVISOR: u32 = 5;
-/// Weight of the last frame in the running mean.
-const NEWEST_WEIGHT: f64 = 0.4;
+/// Intervals between images, milliseconds: 62 and 32 per second, a little more than the goals, so that a slow image does not miss them.
+const FAST_MS: f64 = 1000.0 / 62.0;
+const SLOW_MS: f64 = 1000.0 / 32.0;
+/// The factor up to which the image is made coarser for the fast interval.
+const COARSE: f64 = 2.0;
+/// Largest factor; coarser images would be unrecognisable.
+pub(crate) const MAX_SCALE: f64 = 5.0;
+/// The factor of the first image.
+const FIRST_SCALE: f64 = 3.0;
+/// Factors are multiples of this, so that small changes of the times change nothing.
+const STEP: f64 = 0.125;
+/// Weight of the last image in the running means.
+const NEWEST_WEIGHT: f64 = 0.3;
+/// Largest part of an interval that waiting may take: a longer pause is the user's.
+const MAX_WAITING: f64 = 0.5;
 
-/// Recent cost of frames.
+/// Recent cost of images.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct AdaptiveResolution {
-    /// Running mean. The fixed cost of a frame is included, as if its pixels caused it.
+    /// Running mean. The fixed cost of an image is included, as if its pixels caused it.
     ms_per_megapixel: Option<f64>,
+    /// Running mean of the time between the end of an image and the start of the next.
+    waiting_ms: f64,
+    /// The last factor; 0 before the first.
+    scale: f64,
 }
 
 impl AdaptiveResolution {
-    /// Records the render time of a frame of `pixels` pixels.
-    pub(crate) fn record(&mut self, pixels: u64, ms: f64) {
+    /// Records the render time of an image of `pixels` pixels, and the time for which the renderer waited before it.
+    pub(crate) fn record(&mut self, pixels: u64, ms: f64, waiting_ms: f64) {
         if pixels == 0 || !ms.is_finite() {
             return;
         }
+        let mean = |old: f64, new: f64| old + NEWEST_WEIGHT * (new - old);
         let new = ms / (pixels as f64 / 1e6);
-        self.ms_per_megapixel = Some(self.ms_per_megapixel.map_or(new, |old| old + NEWEST_WEIGHT * (new - old)));
+        self.ms_per_megapixel = Some(self.ms_per_megapixel.map_or(new, |old| mean(old, new)));
+        if waiting_ms < MAX_WAITING * FAST_MS {
+            self.waiting_ms = mean(self.waiting_ms, waiting_ms);
+        }
     }
 
-    /// The divisor of width and height for a moving frame in a window of `pixels` pixels.
-    pub(crate) fn divisor(&self, pixels: u64) -> u32 {
-        let Some(cost) = self.ms_per_megapixel else { return 3 };
+    /// The factor of width and height for a moving image in a window of `pixels` pixels.
+    pub(crate) fn scale(&mut self, pixels: u64) -> f64 {
+        let Some(cost) = self.ms_per_megapixel else { return FIRST_SCALE };
         let full_size_ms = cost * pixels as f64 / 1e6;
-        let side = (full_size_ms / BUDGET_MS).max(1.0).sqrt();
-        (side.ceil() as u32).clamp(1, MAX_DIVISOR)
+        let of_interval = |ms: f64| (full_size_ms / (ms - self.waiting_ms)).max(1.0).sqrt();
+        let fast = of_interval(FAST_MS);
+        let wanted = if fast <= COARSE { fast } else { of_interval(SLOW_MS).clamp(COARSE, MAX_SCALE) };
+        // A finer image waits until it is well affordable; otherwise the resolution would change all the time.
+        if wanted > self.scale || wanted < self.scale - 1.5 * STEP {
+            self.scale = (wanted / STEP).ceil() * STEP;
+        }
+        self.scale
     }
 }
 
@@ -40,19 +64,49 @@ impl AdaptiveResolution {
 mod tests {
     use super::*;
 
+    const WINDOW: u64 = 1_000_000;
+
+    /// The rate and the factor at which a renderer settles that needs `fixed_ms` and `ms` for a whole window, with `waiting_ms` between images.
+    fn settled(resolution: &mut AdaptiveResolution, fixed_ms: f64, ms: f64, waiting_ms: f64) -> (f64, f64) {
+        let mut last = (0.0, 0.0);
+        for _ in 0..60 {
+            let scale = resolution.scale(WINDOW);
+            let pixels = WINDOW as f64 / (scale * scale);
+            let took_ms = fixed_ms + ms * pixels / WINDOW as f64;
+            resolution.record(pixels as u64, took_ms, waiting_ms);
+            last = (1e3 / (took_ms + waiting_ms), scale);
+        }
+        last
+    }
+
     #[test]
-    fn slow_frames_lower_the_resolution_and_fast_ones_restore_it() {
+    fn the_rate_is_kept_by_half_the_resolution_then_lowered_to_half_and_then_kept_again() {
         let mut resolution = AdaptiveResolution::default();
-        for _ in 0..20 {
-            resolution.record(1_000_000, 10.0);
+        assert_eq!(resolution.scale(WINDOW), FIRST_SCALE);
+        let mut scales = Vec::new();
+        for ms in [4.0, 12.0, 20.0, 35.0, 45.0, 60.0, 80.0, 120.0, 200.0, 400.0, 60.0, 20.0, 4.0] {
+            let (rate, scale) = settled(&mut resolution, 1.0, ms, 2.0);
+            // A finer image waits until it is affordable by one and a half steps.
+            let is_coarse = (COARSE..=COARSE + 1.5 * STEP).contains(&scale);
+            assert!(rate >= 30.0 && (scale >= COARSE || rate >= 60.0), "{ms} ms: {rate:.1} a second at 1/{scale}");
+            // No coarser than the rate needs, but for the steps.
+            let most = if scale < COARSE { 80.0 } else { 40.0 };
+            assert!(scale == 1.0 || is_coarse || rate < most, "{ms} ms: {rate:.1} at 1/{scale}");
+            scales.push(scale);
         }
-        assert_eq!(resolution.divisor(1_000_000), 1);
-        for _ in 0..20 {
-            resolution.record(1_000_000, 4.0 * BUDGET_MS);
-        }
-        assert_eq!(resolution.divisor(1_000_000), 2);
-        assert_eq!(resolution.divisor(1_000_000_000), MAX_DIVISOR);
-        resolution.record(0, f64::NAN);
-        assert_eq!(resolution.divisor(1_000_000), 2);
+        assert!(scales[0] == 1.0 && scales[6] == COARSE && scales[9] > 3.0 && scales[12] == 1.0, "{scales:?}");
+    }
+
+    #[test]
+    fn no_time_gives_a_useless_image() {
+        let mut resolution = AdaptiveResolution::default();
+        resolution.record(0, 5.0, 0.0);
+        resolution.record(100, f64::NAN, 0.0);
+        assert_eq!(resolution.scale(WINDOW), FIRST_SCALE);
+        assert_eq!(settled(&mut resolution, 0.0, 1e6, 0.0).1, MAX_SCALE);
+        assert_eq!(settled(&mut resolution, 0.0, 0.0, f64::NAN).1, 1.0);
+        // A pause of the user is not a cost.
+        let (_, scale) = settled(&mut resolution, 0.0, 40.0, 0.0);
+        assert_eq!(settled(&mut resolution, 0.0, 40.0, 1e5).1, scale);
     }
 }

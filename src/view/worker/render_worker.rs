@@ -38,6 +38,8 @@ pub struct RenderedView {
     pub by: DrawnBy,
     /// Time from the start of the job to the finished image, milliseconds.
     pub took_ms: f64,
+    /// Time for which the renderer had nothing to do before this job, milliseconds.
+    pub waited_ms: f64,
     /// Time by stage, of this frame only.
     pub stages: Stages,
     /// Hits and misses of the shader library since the session was opened.
@@ -119,6 +121,7 @@ pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, Se
         on_gpu: drawn.on_gpu,
         by: drawn.by,
         took_ms,
+        waited_ms: 0.0,
         stages: stages.since(&before),
         library,
     })
@@ -159,7 +162,17 @@ struct Work {
     job: Option<RenderJob>,
     tasks: VecDeque<Task>,
     done: Option<Result<RenderedView, SessionError>>,
+    /// An image is being rendered.
+    is_drawing: bool,
     closed: bool,
+}
+
+impl Work {
+    fn start_image(&mut self) -> Option<RenderJob> {
+        let job = self.job.take();
+        self.is_drawing |= job.is_some();
+        job
+    }
 }
 
 /// The shared state of a window's two worker threads: one renders images, the other answers queries, and neither waits for the other.
@@ -179,9 +192,15 @@ impl<'a> ThreadedWorker<'a> {
     /// Renders jobs until [`Self::close`] is called. Blocks, so it needs its own thread.
     pub fn draw(&self) {
         let mut pages_returned = WallInstant::now();
-        while let Some(job) = self.next(|work| work.job.take()) {
-            let rendered = draw(self.session, job);
-            locked(&self.work).done = Some(rendered);
+        let mut idle_since = WallInstant::now();
+        while let Some(job) = self.next(Work::start_image) {
+            let waited_ms = idle_since.elapsed().as_secs_f64() * 1e3;
+            let rendered = draw(self.session, job).map(|rendered| RenderedView { waited_ms, ..rendered });
+            idle_since = WallInstant::now();
+            {
+                let mut work = locked(&self.work);
+                (work.done, work.is_drawing) = (Some(rendered), false);
+            }
             (self.wake)();
             if pages_returned.elapsed() > BETWEEN_RETURNS {
                 freed_memory::return_pages();
@@ -210,6 +229,12 @@ impl<'a> ThreadedWorker<'a> {
                 None => self.changed.wait(&mut work),
             }
         }
+    }
+
+    /// Whether an image is requested and has not arrived, so that `wake` will be called.
+    pub fn is_drawing(&self) -> bool {
+        let work = locked(&self.work);
+        work.is_drawing || work.job.is_some()
     }
 
     pub(crate) fn is_closed(&self) -> bool {

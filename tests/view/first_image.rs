@@ -1,0 +1,69 @@
+//! The first image is requested before there is a window, so that it is drawn while the window opens.
+
+use crate::view::interface::{OwnPainter, interface, session, settle};
+use egui_kittest::Harness;
+use orrery::catalog::NaifId;
+use orrery::session::{Session, SessionError};
+use orrery::view::panels::Interface;
+use orrery::view::window::cpu_painter::Painter;
+use orrery::view::worker::render_worker::{InlineWorker, RenderJob, RenderWorker, RenderedView, Task};
+use std::sync::{Arc, Mutex};
+
+type Sizes = Arc<Mutex<Vec<[u32; 2]>>>;
+
+/// Records the sizes of the requested images.
+struct RecordingWorker(InlineWorker<'static>, Sizes);
+
+impl RenderWorker for RecordingWorker {
+    fn session(&self) -> &Session {
+        self.0.session()
+    }
+    fn submit(&self, job: RenderJob) {
+        self.1.lock().expect("sizes").push([job.request.width, job.request.height]);
+        self.0.submit(job);
+    }
+    fn take(&self) -> Option<Result<RenderedView, SessionError>> {
+        self.0.take()
+    }
+    fn run(&self, task: Task) {
+        self.0.run(task);
+    }
+}
+
+/// A window whose first image is requested for a viewport of this size, and the sizes of all requested images. `change`: what happens before
+/// the first frame.
+fn opened(viewport_px: [u32; 2], change: fn(&mut Interface)) -> (Harness<'static, Interface>, Sizes) {
+    let sizes = Sizes::default();
+    let worker = RecordingWorker(InlineWorker::new(session()), Arc::clone(&sizes));
+    let mut interface = interface(NaifId(301), "2017-05-17T00:00:00Z");
+    interface.settings.panels.viewport_px = viewport_px;
+    interface.request_first_image(&worker);
+    change(&mut interface);
+    let window = Harness::builder()
+        .with_size([900.0, 560.0])
+        .with_max_steps(40)
+        .renderer(OwnPainter(Painter::default()))
+        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface);
+    (window, sizes)
+}
+
+#[test]
+fn the_first_image_is_requested_once_and_before_the_first_frame() {
+    for viewport_px in [[720, 480], [300, 900], [0, 0]] {
+        let (mut window, sizes) = opened(viewport_px, |_| {});
+        let first = window.state().shown().expect("the first frame shows an image");
+        let expected = viewport_px.map(|side| side.max(1).div_ceil(3));
+        assert_eq!([first.width, first.height], expected, "that of the size of the last run, coarse");
+        settle(&mut window);
+        let sizes = sizes.lock().expect("sizes").clone();
+        let last = window.state().shown().expect("an image");
+        assert_eq!(sizes.iter().filter(|size| **size == expected).count(), 1, "{sizes:?}");
+        assert_eq!(sizes.last(), Some(&[last.width, last.height]));
+        assert_eq!(window.state().settings.panels.viewport_px, [last.width, last.height], "the next run starts with the right size");
+    }
+    // Another view than the one that was requested is requested anew, even with the first frame.
+    let (_, sizes) = opened([720, 480], |interface| interface.viewer.view.fov_deg = 20.0);
+    let kept = opened([720, 480], |_| {}).1;
+    assert!(sizes.lock().expect("sizes").len() > 1, "the other view was not requested");
+    assert!(kept.lock().expect("sizes").len() <= sizes.lock().expect("sizes").len());
+}

@@ -1,0 +1,105 @@
+//! Names of bodies in the view against each other and against what the window shows over the view: hints, messages, *What to see now*.
+
+use crate::view::input::Window;
+use crate::view::interface::{harness, interface};
+use egui::epaint::{ClippedShape, Shape};
+use egui::{Rect, Vec2};
+use egui_kittest::kittest::Queryable;
+use orrery::catalog::NaifId;
+use orrery::scene::labels::{LabelMetrics, LabelSide, label_rect};
+use orrery::view::app::settings::HintsUsed;
+use orrery::view::app::view_state::CameraPose;
+
+/// Jupiter with its moons, Saturn with its moons, the planets around the Sun.
+const TARGETS: [(NaifId, f64); 3] = [(NaifId(599), 60.0), (NaifId(699), 90.0), (NaifId::SUN, 4000.0)];
+/// Low, usual, and wide enough for *What to see now*.
+const SIZES: [[f32; 2]; 3] = [[640.0, 400.0], [900.0, 560.0], [1280.0, 800.0]];
+/// Size of names in the view, points.
+const NAME_POINTS: f64 = 13.0;
+
+/// The texts painted over the view with names of bodies; each is painted twice, over its shadow.
+fn names(shapes: &[ClippedShape], view: Rect, bodies: &[String]) -> Vec<(String, Rect)> {
+    fn walk(shape: &Shape, found: &mut Vec<(String, Rect)>) {
+        match shape {
+            Shape::Vec(shapes) => shapes.iter().for_each(|s| walk(s, found)),
+            Shape::Text(t) => found.push((t.galley.job.text.to_string(), t.visual_bounding_rect())),
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    shapes.iter().filter(|s| s.clip_rect == view).for_each(|s| walk(&s.shape, &mut found));
+    found.retain(|(text, _)| bodies.contains(text));
+    // Of each pair the second, which has no offset.
+    found.chunks_exact(2).map(|pair| pair[1].clone()).collect()
+}
+
+/// A window over a system, with a message and with all hints.
+fn window(target: NaifId, distance_radii: f64, size: [f32; 2]) -> Window {
+    let mut interface = interface(target, "2024-12-07T20:00:00Z");
+    interface.settings.hints = HintsUsed::default();
+    interface.settings.panels.now_shown = true;
+    interface.settings.panels.bodies_shown = size[0] > 700.0;
+    if let CameraPose::Orbit { distance_radii: distance, .. } = &mut interface.viewer.view.eye {
+        *distance = distance_radii;
+    }
+    let mut window = harness(interface);
+    window.set_size(Vec2::from(size));
+    window
+}
+
+/// The camera is turned so that the bodies come below each overlay in turn. In the control, names at their usual places are covered, and so are some
+/// of the selected body.
+#[test]
+fn names_keep_clear_of_hints_messages_and_each_other() {
+    let (mut shown, mut selected_shown, mut usually_covered, mut selected_usually_covered) = (0, 0, 0, 0);
+    for (target, distance_radii) in TARGETS {
+        for size in SIZES {
+            let mut window = window(target, distance_radii, size);
+            for (k, (yaw, pitch)) in (-2..=2).flat_map(|yaw| (-3..=3).map(move |pitch| (yaw, pitch))).enumerate() {
+                let state = window.state_mut();
+                if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut state.viewer.view.eye {
+                    (*yaw_deg, *pitch_deg) = (f64::from(yaw) * 7.0, f64::from(pitch) * 5.6);
+                }
+                state.viewer.view.tracks = true;
+                // Hints give way to a message, so both are tried.
+                state.message = if k % 2 == 0 {
+                    "The view was saved as a bookmark, and this message is as long as such messages are.".into()
+                } else {
+                    String::new()
+                };
+                window.run_steps(4);
+                let view = window.get_by_label_contains("The sky:").rect();
+                let state = window.state();
+                let overlays = state.overlays().to_vec();
+                assert!(!overlays.is_empty(), "hints or a message");
+                let rendered = state.shown().expect("an image");
+                let bodies: Vec<String> = rendered.scene.bodies.iter().map(|b| b.name.clone()).collect();
+                let found = names(&window.output().shapes, view, &bodies);
+                for (i, (name, rect)) in found.iter().enumerate() {
+                    let case = format!("{name} at {rect:?}, {size:?}, yaw {yaw}, pitch {pitch}");
+                    let covered = overlays.iter().find(|o| o.intersects(rect.shrink(0.5)));
+                    assert!(covered.is_none(), "{case} is covered by {covered:?}");
+                    let other = found[..i].iter().find(|(_, other)| other.shrink(1.0).intersects(rect.shrink(1.0)));
+                    assert!(other.is_none(), "{case} meets {other:?}");
+                    shown += 1;
+                    selected_shown += u32::from(rendered.scene.body(state.viewer.selected).is_some_and(|b| b.name == *name));
+                }
+                // Where names would be that know of nothing.
+                let metrics = LabelMetrics::of_size(NAME_POINTS);
+                let points_per_px = f64::from(view.height()) / f64::from(rendered.height);
+                for body in &rendered.scene.bodies {
+                    let Some(at) = rendered.scene.geometry.pixel_of(&rendered.scene.camera, body.placement.centre_km) else { continue };
+                    let usual = label_rect(at * points_per_px, 0.0, &body.name, &metrics, LabelSide::DEFAULT);
+                    let corner = |v: glam::DVec2| view.min + Vec2::new(v.x as f32, v.y as f32);
+                    let usual = Rect::from_min_max(corner(usual.min), corner(usual.max));
+                    let is_covered = view.contains_rect(usual) && overlays.iter().any(|o| o.intersects(usual));
+                    usually_covered += u32::from(is_covered);
+                    selected_usually_covered += u32::from(is_covered && body.id == state.viewer.selected);
+                }
+            }
+        }
+    }
+    println!("{shown} names, {selected_shown} of selected bodies; usually covered {usually_covered}, {selected_usually_covered}");
+    assert!(shown > 500 && selected_shown > 50, "{shown} names, {selected_shown} of selected bodies");
+    assert!(usually_covered > 50 && selected_usually_covered > 3, "{usually_covered}, {selected_usually_covered}");
+}
