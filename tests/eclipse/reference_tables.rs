@@ -470,6 +470,9 @@ impl ResourceProvider for Layouts {
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError> {
         Err(PlanError::Map { file: file.into(), why: "this test draws without maps".into() })
     }
+    fn ring_profile(&self, table: &std::sync::Arc<orrery::scene::draw::RingTable>) -> SharedTexture {
+        SESSION.ring_profile(table)
+    }
     fn glyphs(&self, size_px: f64) -> std::sync::Arc<orrery::image::GlyphAtlas> {
         SESSION.glyphs(size_px)
     }

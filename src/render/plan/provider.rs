@@ -1,7 +1,6 @@
 //! What a plan needs besides its scene.
 
 use super::error::PlanError;
-use super::maps;
 use crate::image::{GlyphAtlas, MapDecoding, SharedTexture};
 use crate::scene::draw::RingTable;
 use crate::shader::Layout;
@@ -15,10 +14,8 @@ pub trait ResourceProvider {
     fn map(&self, file: &str, decoding: MapDecoding) -> Result<SharedTexture, PlanError>;
     /// A colour image premultiplied by its alpha.
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError>;
-    /// The texture of a ring's table. A provider that keeps it saves a copy of a megabyte per frame.
-    fn ring_profile(&self, table: &Arc<RingTable>) -> SharedTexture {
-        maps::ring_profile(table)
-    }
+    /// The texture of a ring's table, up to a megabyte, which the provider keeps from frame to frame.
+    fn ring_profile(&self, table: &Arc<RingTable>) -> SharedTexture;
     /// The glyph atlas for texts of a size in pixels.
     fn glyphs(&self, size_px: f64) -> Arc<GlyphAtlas>;
 }

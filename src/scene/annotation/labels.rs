@@ -154,6 +154,8 @@ pub(crate) fn glyph_size_px(height: u32) -> f64 {
 
 /// Lines by which the name of the selected body may be farther from it than others.
 const SELECTED_LINES: u8 = 8;
+/// Free space at both ends of a name, mean widths of a glyph: names with wide letters are up to a tenth wider than estimated.
+const NAME_MARGIN: f64 = 1.0;
 /// Distance in pixels from a more important label below which a label is left out.
 const CROWDED_PX: f64 = 7.0;
 
@@ -199,7 +201,8 @@ pub(crate) fn body_labels(
         }
         let name = name_of(&b.name);
         let of_side = |side: LabelSide| (side, label_rect(centre_px, radius_px, &name, metrics, side));
-        let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_image(size) && !names.iter().any(|n| n.overlaps(rect));
+        let margin = DVec2::new(NAME_MARGIN * metrics.glyph_width_px, 0.0);
+        let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_image(size) && !names.iter().any(|n| n.overlaps(&rect.padded(margin)));
         let most_lines = if b.id == selected { SELECTED_LINES } else { 0 };
         let place = LabelSide::places(most_lines).map(of_side).find(fits);
         names.extend(place.map(|(_, rect)| rect));

@@ -1,0 +1,84 @@
+//! The layer of bright stars: at every exposure, in air, in linear light.
+
+use crate::support::session::SESSION;
+use glam::DVec3;
+use orrery::catalog::NaifId;
+use orrery::scene::Scene;
+use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Purpose, Up, ViewRequest};
+use orrery::time::Instant;
+
+/// From the Earth's centre in a direction, celestial north up.
+fn towards(direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
+    ViewRequest {
+        target: None,
+        position: Position::Centre(NaifId::EARTH),
+        look: Look::Along { direction, axes: Axes::Icrf },
+        up: Up::Celestial,
+        fov_deg: Some(fov_deg),
+        width: 400,
+        height: 400,
+        ..ViewRequest::of(NaifId::EARTH, time)
+    }
+}
+
+/// The layer of bright stars from 20 stops below to 25 above: each star has the same light on the display until the exposure alone shows more, and no
+/// star is ever darker than without the layer. In air and in linear light the layer changes nothing.
+#[test]
+fn bright_stars_follow_the_exposure() {
+    let time = Instant::parse("2024-03-01T00:00:00Z").expect("a time");
+    // Orion, between the planets.
+    let look = DVec3::new(0.1, 0.99, 0.0);
+    let at = |stops: f64, bright_stars: bool| {
+        let layers = Layers { stars: true, bright_stars, ..Layers::NONE };
+        let request = ViewRequest { exposure: ExposureRequest::Stops(stops), layers, ..towards(look, 40.0, time) };
+        SESSION.scene(&request).expect("a scene")
+    };
+    // The light of the brightest star and the number of stars; the light on the display.
+    let shown = |scene: &Scene| {
+        let brightest = scene.stars.iter().map(|s| f64::from(s.flux.y)).fold(0.0, f64::max);
+        (scene.stars.len(), brightest * scene.exposure.factor())
+    };
+    let (count, light) = shown(&at(-20.0, true));
+    assert!(count > 300 && light > 0.0, "{count} stars");
+    let (mut constant, mut physical) = (0, 0);
+    for stops in -20..=25 {
+        let (bright, alone) = (at(f64::from(stops), true), at(f64::from(stops), false));
+        let (bright, alone) = (shown(&bright), shown(&alone));
+        assert!(bright.0 >= alone.0 && bright.1 >= alone.1 * (1.0 - 1e-6), "{stops}: {bright:?}, alone {alone:?}");
+        if alone.0 >= count {
+            assert_eq!(bright.0, alone.0, "{stops}: the exposure alone shows as many stars");
+            assert!((bright.1 / alone.1 - 1.0).abs() < 1e-5, "{stops}");
+            physical += 1;
+        } else {
+            assert!(
+                bright.0.abs_diff(count) <= 2 && (bright.1 / light - 1.0).abs() < 1e-5,
+                "{stops}: {bright:?}, not {:?}",
+                (count, light)
+            );
+            constant += 1;
+        }
+    }
+    assert!(constant > 15 && physical > 3, "{constant} lifted, {physical} not");
+    // The decision says so.
+    assert!(at(0.0, true).sky[0].reason.to_string().contains("as on a dark night"), "{:?}", at(0.0, true).sky[0]);
+    assert!(!at(24.0, true).sky[0].reason.to_string().contains("as on a dark night"));
+    // Under the Earth's air, by day and by night, and in linear light.
+    for (utc, purpose) in [
+        ("2024-03-20T12:00:00Z", Purpose::Display),
+        ("2024-03-20T00:00:00Z", Purpose::Display),
+        ("2024-03-20T00:00:00Z", Purpose::Linear { floor: 1e-3 }),
+    ] {
+        let with = |bright_stars: bool| {
+            let request = ViewRequest {
+                position: Position::Ground { body: NaifId::EARTH, latitude_deg: 45.0, longitude_deg: 0.0, height_km: 0.002 },
+                look: Look::Along { direction: DVec3::new(0.3, 0.2, 0.93), axes: Axes::BodyFixed },
+                up: Up::Zenith,
+                purpose,
+                layers: Layers { bright_stars, ..Layers::default() },
+                ..towards(DVec3::Z, 60.0, Instant::parse(utc).expect("a time"))
+            };
+            shown(&SESSION.scene(&request).expect("a scene"))
+        };
+        assert_eq!(with(true), with(false), "{utc}, {purpose:?}");
+    }
+}
