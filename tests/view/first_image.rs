@@ -11,30 +11,36 @@ use std::sync::{Arc, Mutex};
 
 type Sizes = Arc<Mutex<Vec<[u32; 2]>>>;
 
-/// Records the sizes of the requested images.
-struct RecordingWorker(InlineWorker<'static>, Sizes);
+/// Records the sizes of the requested images, and draws them if `draws`.
+struct RecordingWorker {
+    inner: InlineWorker<'static>,
+    sizes: Sizes,
+    draws: bool,
+}
 
 impl RenderWorker for RecordingWorker {
     fn session(&self) -> &Session {
-        self.0.session()
+        self.inner.session()
     }
     fn submit(&self, job: RenderJob) {
-        self.1.lock().expect("sizes").push([job.request.width, job.request.height]);
-        self.0.submit(job);
+        self.sizes.lock().expect("sizes").push([job.request.width, job.request.height]);
+        if self.draws {
+            self.inner.submit(job);
+        }
     }
     fn take(&self) -> Option<Result<RenderedView, SessionError>> {
-        self.0.take()
+        self.inner.take()
     }
     fn run(&self, task: Task) {
-        self.0.run(task);
+        self.inner.run(task);
     }
 }
 
 /// A window whose first image is requested for a viewport of this size, and the sizes of all requested images. `change`: what happens before
 /// the first frame.
-fn opened(viewport_px: [u32; 2], change: fn(&mut Interface)) -> (Harness<'static, Interface>, Sizes) {
+fn opened(viewport_px: [u32; 2], draws: bool, change: fn(&mut Interface)) -> (Harness<'static, Interface>, Sizes) {
     let sizes = Sizes::default();
-    let worker = RecordingWorker(InlineWorker::new(session()), Arc::clone(&sizes));
+    let worker = RecordingWorker { inner: InlineWorker::new(session()), sizes: Arc::clone(&sizes), draws };
     let mut interface = interface(NaifId(301), "2017-05-17T00:00:00Z");
     interface.settings.panels.viewport_px = viewport_px;
     interface.request_first_image(&worker);
@@ -50,7 +56,7 @@ fn opened(viewport_px: [u32; 2], change: fn(&mut Interface)) -> (Harness<'static
 #[test]
 fn the_first_image_is_requested_once_and_before_the_first_frame() {
     for viewport_px in [[720, 480], [300, 900], [0, 0]] {
-        let (mut window, sizes) = opened(viewport_px, |_| {});
+        let (mut window, sizes) = opened(viewport_px, true, |_| {});
         settle(&mut window);
         let sizes = sizes.lock().expect("sizes").clone();
         let last = window.state().shown().expect("an image");
@@ -60,9 +66,13 @@ fn the_first_image_is_requested_once_and_before_the_first_frame() {
         assert!(sizes.len() > 1 && sizes[1..].iter().all(|[width, _]| *width == last.width), "{sizes:?}");
         assert_eq!(window.state().settings.panels.viewport_px, [last.width, last.height], "the next run starts with the right size");
     }
-    // Another view than the one that was requested is requested anew: a coarse one of the window's size.
-    let (window, sizes) = opened([720, 480], |interface| interface.viewer.view.fov_deg = 20.0);
-    let [width, _] = window.state().settings.panels.viewport_px;
-    let sizes = sizes.lock().expect("sizes").clone();
-    assert_eq!([sizes[0], [sizes[1][0], 160]], [[240, 160], [width.div_ceil(3), 160]], "{sizes:?}");
+    // While the image is on its way, the same view is not requested again, and another one is.
+    let requests = |change: fn(&mut Interface)| {
+        let (mut window, sizes) = opened([720, 480], false, change);
+        window.run_steps(3);
+        assert!(window.state().shown().is_none());
+        sizes.lock().expect("sizes").len()
+    };
+    assert_eq!(requests(|_| {}), 1);
+    assert!(requests(|interface| interface.viewer.view.fov_deg = 20.0) > 1, "the other view was not requested");
 }
