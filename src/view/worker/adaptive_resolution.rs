@@ -49,12 +49,12 @@ impl AdaptiveResolution {
     pub(crate) fn scale(&mut self, pixels: u64) -> f64 {
         let Some(cost) = self.ms_per_megapixel else { return FIRST_SCALE };
         let full_size_ms = cost * pixels as f64 / 1e6;
-        let of_interval = |ms: f64| (full_size_ms / (ms - self.waiting_ms)).max(1.0).sqrt();
+        let of_interval = |ms: f64| (full_size_ms / (ms - self.waiting_ms)).sqrt();
         let fast = of_interval(FAST_MS);
         let wanted = if fast <= COARSE { fast } else { of_interval(SLOW_MS).clamp(COARSE, MAX_SCALE) };
         // A finer image waits until it is well affordable; otherwise the resolution would change all the time.
         if wanted > self.scale || wanted < self.scale - 1.5 * STEP {
-            self.scale = (wanted / STEP).ceil() * STEP;
+            self.scale = ((wanted / STEP).ceil() * STEP).max(1.0);
         }
         self.scale
     }
