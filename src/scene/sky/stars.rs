@@ -117,9 +117,9 @@ fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
     if least_peak > 0.0 { magnitude(least_peak / point_peak() * pixel_sr / PI) } else { f64::INFINITY }
 }
 
-/// Magnitude of the faintest star that the layer of bright stars shows. Fainter than what the eye sees, so that Sirius is a quarter of white and
-/// a star of the second magnitude is not lost.
-const NIGHT_LIMIT: f64 = 7.0;
+/// Magnitude at which a star would be just visible in the layer of bright stars. Fainter than the embedded stars, so that on the display Sirius is white, a star
+/// of the second magnitude has a tenth of white, and one of the sixth can be seen on black.
+const NIGHT_LIMIT: f64 = 9.5;
 
 /// The stars of a frame and the decision about them; no decision in pixel views other than the final image.
 pub(crate) fn stars(
