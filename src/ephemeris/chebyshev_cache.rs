@@ -4,25 +4,30 @@
 //! every further state in that interval is a short sum. Always: the intervals lie on a fixed grid, so that a result does not depend on earlier calls; the
 //! velocity is the derivative of the returned position.
 
+use super::time_grid::GridCache;
 use super::{State, chebyshev};
 use crate::units::SECONDS_PER_DAY;
 use glam::DVec3;
-use parking_lot::Mutex;
-use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Number of terms of a polynomial.
 const TERMS: usize = 14;
-/// Maximum number of cached polynomials, a third of a kilobyte each; when it is exceeded, all are dropped.
+/// Largest number of cached polynomials, a third of a kilobyte each.
 const MAX_POLYNOMIALS: usize = 8192;
 
 /// Coefficients of an interval by axis.
 type ChebyshevSegment = [Vec<f64>; 3];
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct ChebyshevCache {
     /// Keyed by target and number of the interval, counted from J2000.
-    segments: Mutex<HashMap<(i32, i64), Arc<ChebyshevSegment>>>,
+    segments: GridCache<i32, Arc<ChebyshevSegment>>,
+}
+
+impl Default for ChebyshevCache {
+    fn default() -> Self {
+        Self { segments: GridCache::with_capacity(MAX_POLYNOMIALS) }
+    }
 }
 
 impl ChebyshevCache {
@@ -31,18 +36,8 @@ impl ChebyshevCache {
         let radius_s = 0.5 * days * SECONDS_PER_DAY;
         let number = (tdb_s / (2.0 * radius_s)).floor();
         let middle_s = (2.0 * number + 1.0) * radius_s;
-        let key = (target, number as i64);
-        let known = self.segments.lock().get(&key).cloned();
-        let segment = known.unwrap_or_else(|| {
-            // Computed without the lock, so that other threads are not blocked. Two threads that compute the same interval get the same numbers.
-            let fitted = Arc::new(chebyshev::fit_nodes(TERMS, |u| theory(middle_s + u * radius_s)));
-            let mut segments = self.segments.lock();
-            if segments.len() >= MAX_POLYNOMIALS {
-                segments.clear();
-            }
-            segments.insert(key, Arc::clone(&fitted));
-            fitted
-        });
+        let fit = || Arc::new(chebyshev::fit_nodes(TERMS, |u| theory(middle_s + u * radius_s)));
+        let segment = self.segments.get(target, number as i64, fit);
         let [x, y, z] = segment.each_ref().map(|c| chebyshev::value_and_slope(c, (tdb_s - middle_s) / radius_s));
         State { pos_km: DVec3::new(x.0, y.0, z.0), vel_km_s: DVec3::new(x.1, y.1, z.1) / radius_s }
     }
@@ -86,6 +81,6 @@ mod tests {
         for k in 0..=MAX_POLYNOMIALS {
             cache.state(1, 1.0, (k as f64 + 0.5) * SECONDS_PER_DAY, DVec3::splat);
         }
-        assert!(cache.segments.lock().len() <= MAX_POLYNOMIALS);
+        assert!(cache.segments.len() <= MAX_POLYNOMIALS);
     }
 }

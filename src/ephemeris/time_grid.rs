@@ -1,4 +1,5 @@
-//! A cache of slow, smooth functions of time: their values at the nodes of a fixed grid, between which the caller interpolates.
+//! Caches of slow, smooth functions of time on a fixed grid: [`GridCache`] for what belongs to an interval or a node, [`TimeGrid`] for values at nodes, between which the
+//! caller interpolates.
 //!
 //! In: a key, an instant, the function. Out: its values at the two nodes around the instant, and the weight of the later one. Always: the nodes are multiples
 //! of one step from J2000, so that a result does not depend on earlier calls. A frame asks for a planet's moons at dozens of instants that are light-seconds
@@ -9,45 +10,65 @@ use std::collections::HashMap;
 use std::fmt;
 use std::hash::Hash;
 
-/// Largest number of cached values; when it is exceeded, all are dropped.
+/// Largest number of nodes of a [`TimeGrid`].
 const MAX_NODES: usize = 4096;
 
+/// Values by key and number on the grid.
+pub(crate) struct GridCache<K, V> {
+    values: Mutex<HashMap<(K, i64), V>>,
+    capacity: usize,
+}
+
+impl<K: Copy + Eq + Hash, V: Clone> GridCache<K, V> {
+    /// `capacity`: largest number of values; when it is exceeded, all are dropped.
+    pub(crate) fn with_capacity(capacity: usize) -> Self {
+        Self { values: Mutex::default(), capacity }
+    }
+
+    pub(crate) fn get(&self, key: K, number: i64, compute: impl FnOnce() -> V) -> V {
+        let known = self.values.lock().get(&(key, number)).cloned();
+        known.unwrap_or_else(|| {
+            // Computed without the lock, so that other threads are not blocked. Two threads that compute the same value get the same numbers.
+            let value = compute();
+            let mut values = self.values.lock();
+            if values.len() >= self.capacity {
+                values.clear();
+            }
+            values.insert((key, number), value.clone());
+            value
+        })
+    }
+}
+
+impl<K, V> GridCache<K, V> {
+    pub(crate) fn len(&self) -> usize {
+        self.values.lock().len()
+    }
+}
+
+impl<K, V> fmt::Debug for GridCache<K, V> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "GridCache({} of {})", self.len(), self.capacity)
+    }
+}
+
+#[derive(Debug)]
 pub(crate) struct TimeGrid<K, V> {
     step_s: f64,
-    nodes: Mutex<HashMap<(K, i64), V>>,
+    nodes: GridCache<K, V>,
 }
 
 impl<K: Copy + Eq + Hash, V: Clone> TimeGrid<K, V> {
     /// `step_s`: the distance of two nodes.
     pub(crate) fn new(step_s: f64) -> Self {
-        Self { step_s, nodes: Mutex::default() }
+        Self { step_s, nodes: GridCache::with_capacity(MAX_NODES) }
     }
 
     /// The values at the nodes before and after an instant, and the weight of the second. `compute` gets TDB seconds past J2000.
     pub(crate) fn around(&self, key: K, tdb_s: f64, compute: impl Fn(f64) -> V) -> ([V; 2], f64) {
         let steps = tdb_s / self.step_s;
         let first = steps.floor();
-        ([first, first + 1.0].map(|node| self.at_node((key, node as i64), node * self.step_s, &compute)), steps - first)
-    }
-
-    fn at_node(&self, key: (K, i64), tdb_s: f64, compute: &impl Fn(f64) -> V) -> V {
-        let known = self.nodes.lock().get(&key).cloned();
-        known.unwrap_or_else(|| {
-            // Computed without the lock: two threads that compute the same node get the same numbers.
-            let value = compute(tdb_s);
-            let mut nodes = self.nodes.lock();
-            if nodes.len() >= MAX_NODES {
-                nodes.clear();
-            }
-            nodes.insert(key, value.clone());
-            value
-        })
-    }
-}
-
-impl<K, V> fmt::Debug for TimeGrid<K, V> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "TimeGrid({} nodes of {} s)", self.nodes.lock().len(), self.step_s)
+        ([first, first + 1.0].map(|node| self.nodes.get(key, node as i64, || compute(node * self.step_s))), steps - first)
     }
 }
 
@@ -83,6 +104,6 @@ mod tests {
         for k in 0..=MAX_NODES {
             forward.around(2, k as f64 * 80.0, square);
         }
-        assert!(forward.nodes.lock().len() <= MAX_NODES);
+        assert!(forward.nodes.len() <= MAX_NODES);
     }
 }

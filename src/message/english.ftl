@@ -138,7 +138,7 @@ quantity-edges = a pixel at its edges
 # Stars, diffuse light and lines.
 reason-stars-to-magnitude = the exposure shows stars to magnitude { $limit }
 reason-stars-lifted = the exposure shows stars to magnitude { $limit }, { $stops } stops brighter than they are
-reason-stars-as-at-night = brightened as on a dark night ({ $stops } stops), so that stars to magnitude { $limit } would show; the exposure alone shows stars to magnitude { $alone }
+reason-stars-brightened = brightened by { $stops } stops, to be seen at this exposure, which alone shows stars to magnitude { $alone }
 reason-stars-linear = linear light shows any star
 reason-stars-in-frame = { $count } in the frame
 reason-star-names-have = { $count } of the visible stars have one

@@ -139,7 +139,7 @@ quantity-edges = eines Pixels, wo seine Ränder liegen
 # Stars, diffuse light and lines.
 reason-stars-to-magnitude = die Belichtung zeigt Sterne bis { $limit } mag
 reason-stars-lifted = die Belichtung zeigt Sterne bis { $limit } mag, { $stops } Blenden heller, als sie sind
-reason-stars-as-at-night = aufgehellt wie in dunkler Nacht ({ $stops } Blenden), sodass Sterne bis { $limit } mag sichtbar wären; die Belichtung allein zeigt Sterne bis { $alone } mag
+reason-stars-brightened = um { $stops } Blenden aufgehellt, um bei dieser Belichtung sichtbar zu sein, die allein Sterne bis { $alone } mag zeigt
 reason-stars-linear = lineares Licht zeigt jeden Stern
 reason-stars-in-frame = { $count } im Bild
 reason-star-names-have = { $count } der sichtbaren Sterne haben einen

@@ -26,19 +26,7 @@ fn rays(distance_radii: f64, off_axis: f64, fov_deg: f64) -> ViewRays {
 }
 
 fn uniforms(rays: &ViewRays) -> DrawUniforms {
-    DrawUniforms {
-        anchor_origin: rays.anchor_origin,
-        anchor_du: rays.anchor_du,
-        anchor_dv: rays.anchor_dv,
-        ray_origin: rays.ray_origin,
-        ray_du: rays.ray_du,
-        ray_dv: rays.ray_dv,
-        anchor_radius_sq_minus_1: rays.anchor_radius_sq_minus_1,
-        anchor_is_camera: if rays.anchor_is_camera { 1.0 } else { 0.0 },
-        silhouette_form: rays.silhouette_form,
-        axis_ratios: Vec3::new(1.0, 1.0, 0.902),
-        ..DrawUniforms::default()
-    }
+    DrawUniforms { axis_ratios: Vec3::new(1.0, 1.0, 0.902), ..DrawUniforms::of_rays(rays) }
 }
 
 /// The anchor and the direction of the ray at a place of the rectangle.

@@ -63,7 +63,7 @@ fn cases() -> Vec<ReferenceStar> {
 }
 
 /// From the Earth's centre in a direction, celestial north up.
-fn towards(direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
+pub(super) fn towards(direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
     ViewRequest {
         target: None,
         position: Position::Centre(NaifId::EARTH),

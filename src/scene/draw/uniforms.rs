@@ -374,7 +374,7 @@ impl DrawUniforms {
     }
 
     /// The uniforms of the view rays over a rectangle; all other uniforms have their defaults.
-    pub(crate) fn of_rays(rays: &ViewRays) -> Self {
+    pub fn of_rays(rays: &ViewRays) -> Self {
         Self::default().with_rays(rays)
     }
 

@@ -60,7 +60,7 @@ layers! {
     bloom: "bloom" false,
     /// Stars that the exposure shows.
     stars: "stars" true,
-    /// Stars at least as bright as on a dark night, whatever the exposure; not inside an atmosphere.
+    /// Stars bright enough to be seen, whatever the exposure; not inside an atmosphere.
     bright_stars: "bright-stars" false,
     /// The Milky Way or the panorama that replaces it, if the exposure shows it.
     milky_way: "milky-way" true,

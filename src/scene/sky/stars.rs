@@ -117,9 +117,9 @@ fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
     if least_peak > 0.0 { magnitude(least_peak / point_peak() * pixel_sr / PI) } else { f64::INFINITY }
 }
 
-/// Magnitude at which a star would be just visible in the layer of bright stars. Fainter than the embedded stars, so that on the display Sirius is white, a star
-/// of the second magnitude has a tenth of white, and one of the sixth can be seen on black.
-const NIGHT_LIMIT: f64 = 9.5;
+/// Magnitude at which a star adds [`VISIBLE_LIGHT`] in the layer of bright stars, half a level of 255. By this a star of magnitude 0 is white, one of
+/// magnitude 2 has 0.15 of white in linear light, and one of magnitude 6 is at level 12.
+const BRIGHTENED_LIMIT: f64 = 9.5;
 
 /// The stars of a frame and the decision about them; no decision in pixel views other than the final image.
 pub(crate) fn stars(
@@ -142,17 +142,14 @@ pub(crate) fn stars(
     let boost = request.stars_boost.exp2();
     let limit_as_set = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
     // In air the sky itself outshines the stars by day: brightened ones would show through it.
-    let lift = if request.layers.bright_stars && air.is_none() { (NIGHT_LIMIT - limit_as_set).max(0.0) } else { 0.0 };
+    let lift = if request.layers.bright_stars && air.is_none() { (BRIGHTENED_LIMIT - limit_as_set).max(0.0) } else { 0.0 };
     let limit = limit_as_set + lift;
     let boost = boost * 10f64.powf(0.4 * lift);
     let limit_note = match limit.is_finite() {
         false => reason!("stars-linear"),
-        true if lift > 0.0 => reason!(
-            "stars-as-at-night",
-            limit = format_args!("{limit:.1}"),
-            stops = format_args!("{:+.1}", boost.log2()),
-            alone = format_args!("{limit_as_set:.1}")
-        ),
+        true if lift > 0.0 => {
+            reason!("stars-brightened", stops = format_args!("{:+.1}", boost.log2()), alone = format_args!("{limit_as_set:.1}"))
+        }
         true if boost == 1.0 => reason!("stars-to-magnitude", limit = format_args!("{limit:.1}")),
         true => {
             reason!("stars-lifted", limit = format_args!("{limit:.1}"), stops = format_args!("{:+.1}", request.stars_boost))

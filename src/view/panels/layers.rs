@@ -9,7 +9,7 @@ use egui::Slider;
 /// Name of each layer, and the text ids of its label and its tooltip.
 const SWITCHES: [(&str, &str, &str); 17] = [
     ("stars", "sky-stars", "sky-stars-hint"),
-    ("bright-stars", "sky-bright-stars", "sky-bright-stars-hint"),
+    ("bright-stars", "layer-bright-stars", "layer-bright-stars-hint"),
     ("milky-way", "sky-milky-way", "sky-milky-way-hint"),
     ("zodiacal-light", "sky-zodiacal-light", "sky-zodiacal-light-hint"),
     ("star-names", "sky-star-names", "sky-star-names-hint"),

@@ -55,10 +55,10 @@ impl FrameLog {
         let now = WallInstant::now();
         let after_s = now.duration_since(self.opened).as_secs_f64();
         if !std::mem::replace(&mut self.has_shown, true) {
-            write_line(format_args!("frames: the first frame {after_s:.3} s after the event loop"));
+            write_line(format_args!("frames: the first frame {after_s:.3} s after the event loop's start"));
         }
         if self.images_before == 0 && frame.images > 0 {
-            write_line(format_args!("frames: the first image {after_s:.3} s after the event loop"));
+            write_line(format_args!("frames: the first image {after_s:.3} s after the event loop's start"));
         }
         let counts = &mut self.counts;
         counts.frames += 1;
