@@ -244,3 +244,37 @@ fn a_point_on_the_ground_maps_to_a_pixel_and_back() {
         assert!(checked >= 4, "{checked} places checked from {distance} km");
     }
 }
+
+/// By how many pixels a GPU moves the rays of a rectangle, at most, if it moves the corners to multiples of 1/256 pixel and interpolates between those.
+fn ray_shift_px([left, top, right, bottom]: [f64; 4], camera: &Camera) -> f64 {
+    let corners = [DVec2::new(left, top), DVec2::new(right, bottom)].map(|clip| camera.pixel_from_clip(clip));
+    let moved = corners.map(|corner| (corner * 256.0).round() / 256.0);
+    let part_of = |px: DVec2, [from, to]: [DVec2; 2]| (px - from) / (to - from);
+    corners
+        .map(|px| ((part_of(px, corners) - part_of(px, moved)) * (corners[1] - corners[0])).abs().max_element())
+        .into_iter()
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn a_gpu_that_moves_corners_to_a_256th_of_a_pixel_moves_no_ray() {
+    let mut worst_of_outlines = 0.0_f64;
+    for (width, height) in [(16, 16), (33, 97), (1280, 800), (3840, 2160), (16_384, 16_384)] {
+        // Corners are f32 in clip space: 6e-8 of half the side.
+        let bound = 1e-7 * f64::from(width.max(height)) + 1e-9;
+        for distance in [1.5, 4.0, 30.0, 700.0] {
+            let radii = DVec3::new(6000.0, 6000.0, 5800.0);
+            let (camera, place) = set_up(radii, distance * radii.x, 0.0, 40.0, width, height);
+            let Some(rect) = Outline::of(&camera, &place).rect(&camera) else { continue };
+            let rays = camera.view_rays(&place, rect, AnchorForm::Auto);
+            let drawn = rays.rect_in_clip.as_dvec4().to_array();
+            let shift = ray_shift_px(drawn, &camera);
+            assert!(shift < bound, "{width}x{height}, {distance} radii: {shift} px");
+            let [left, top, right, bottom] = drawn;
+            let contains = left <= rect.left + 1e-7 && right >= rect.right - 1e-7 && top >= rect.top - 1e-7 && bottom <= rect.bottom + 1e-7;
+            assert!(contains, "{drawn:?} does not contain {rect:?}");
+            worst_of_outlines = worst_of_outlines.max(ray_shift_px([rect.left, rect.top, rect.right, rect.bottom], &camera));
+        }
+    }
+    assert!(worst_of_outlines > 1e-3, "the outlines' own rectangles would move rays by {worst_of_outlines} px only");
+}

@@ -94,6 +94,23 @@ impl ClipRect {
         };
         (both.left < both.right && both.bottom < both.top).then_some(both)
     }
+
+    /// Left, top, right, bottom.
+    pub(crate) fn narrowed(&self) -> Vec4 {
+        narrow4(glam::DVec4::new(self.left, self.top, self.right, self.bottom))
+    }
+
+    /// The smallest rectangle of whole pixels around this one. `half_size`: of the image, pixels.
+    pub(crate) fn of_whole_pixels(&self, half_size: DVec2) -> Self {
+        let column = |clip: f64, round: fn(f64) -> f64| round((1.0 + clip) * half_size.x) / half_size.x - 1.0;
+        let row = |clip: f64, round: fn(f64) -> f64| 1.0 - round((1.0 - clip) * half_size.y) / half_size.y;
+        Self {
+            left: column(self.left, f64::floor),
+            top: row(self.top, f64::floor),
+            right: column(self.right, f64::ceil),
+            bottom: row(self.bottom, f64::ceil),
+        }
+    }
 }
 
 /// One draw's view rays, narrowed to f32. The fields fill those of the same names in [`crate::scene::draw::DrawUniforms`], which documents them.
@@ -228,9 +245,13 @@ impl Camera {
     /// or the intersection with the plane through the body's centre parallel to the image. The rounding of f32 (relative error e) moves the silhouette
     /// by about 2 e |c| radians in the camera form and 3 e A / t in the plane form, where c is the camera, t² = |c|² - 1, and A the distance of the
     /// farthest anchor in the rectangle from the body's centre; `Auto` compares the two errors. Measured in tests/scene/silhouette.rs.
+    ///
+    /// The rectangle is enlarged to whole pixels. A GPU moves vertices to multiples of 1/256 pixel, and some interpolate between the vertices that they have moved: a
+    /// ray that is off by 1/512 pixel changes a faint edge on black by up to 6 of 255, and the Sun's edge by far more.
     pub fn view_rays(&self, placement: &Placement, rect: ClipRect, form: AnchorForm) -> ViewRays {
+        let rect = rect.of_whole_pixels(self.half_size());
         // The corners are rounded first, so that rays and clip positions agree exactly.
-        let rect_in_clip = glam::DVec4::new(rect.left, rect.top, rect.right, rect.bottom).as_vec4();
+        let rect_in_clip = rect.narrowed();
         let r = rect_in_clip.as_dvec4();
         let icrf = [
             self.ray(DVec2::new(r.x, r.y)),

@@ -169,7 +169,7 @@ pub(crate) fn corona(
     };
     let in_sun_axes = |v: DVec3| narrow(axes(v));
     let corona = Corona {
-        rect_in_clip: Vec4::from_array([rect.left, rect.top, rect.right, rect.bottom].map(narrow_scalar)),
+        rect_in_clip: rect.of_whole_pixels(camera.half_size()).narrowed(),
         draws_behind: 0,
         middle: in_sun_axes(camera.forward),
         across: in_sun_axes(camera.right * camera.tan_half_fov.x),

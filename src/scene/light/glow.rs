@@ -132,7 +132,7 @@ pub(crate) fn glow(
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
     let rect = rect_around(camera, in_camera, (strength.max_element() / cutoff.max(f64::MIN_POSITIVE)).sqrt());
     let glow = Glow {
-        rect_in_clip: Vec4::from_array([rect.left, rect.top, rect.right, rect.bottom].map(narrow_scalar)),
+        rect_in_clip: rect.of_whole_pixels(camera.half_size()).narrowed(),
         sun_direction: narrow(in_camera),
         core_angle_sq: narrow_scalar(core_angle_sq),
         strength: narrow(strength),
