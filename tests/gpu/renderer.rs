@@ -14,7 +14,7 @@ use crate::support::session::SESSION;
 use crate::support::views::views;
 use orrery::image::{Difference, DisplayImage};
 use orrery::render::frame::Frame;
-use orrery::render::gpu::{GpuError, GpuRenderer};
+use orrery::render::gpu::{AdapterKind, GpuError, GpuRenderer};
 use orrery::render::plan::{Plan, SamplingQuality, TextureSource};
 use orrery::render::software::{Options, SoftwareRenderer, lowering};
 use orrery::scene::draw::PixelView;
@@ -24,6 +24,7 @@ use orrery::session::{
 };
 use orrery::shader::ShaderLibrary;
 use orrery::shader::key::covering;
+use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::sync::{Arc, Mutex};
 
 const MEAN_LEVELS: f64 = 0.3;
@@ -145,9 +146,7 @@ fn every_pair_of_key_values_equals_the_software_renderers() {
 
 #[test]
 fn a_lost_device_falls_back_to_software_with_the_same_view() {
-    if gpu().is_none() {
-        return;
-    }
+    let Some(renderer) = gpu() else { return };
     let (session, messages, _cache) = session(RendererPreference::Gpu);
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
     let draw = || session.draw(&request, SAMPLING, false).expect("drawn");
@@ -169,7 +168,10 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
         assert!(polls < 10_000, "the device never became ready for windows");
     }
     assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::OtherGpu);
-    assert_eq!(session.presenter_choice(None, DisplayPreference::Auto), PresenterChoice::Unchanged);
+    // By itself a window takes a hardware GPU, but no software driver.
+    let is_software = renderer.facts().kind == AdapterKind::Software;
+    let automatic = if is_software { PresenterChoice::Unchanged } else { PresenterChoice::OtherGpu };
+    assert_eq!(session.presenter_choice(None, DisplayPreference::Auto), automatic);
     assert_eq!(session.presenter_choice(None, DisplayPreference::Processor), PresenterChoice::Unchanged);
     session.destroy_gpu();
     let after = draw();
@@ -218,22 +220,32 @@ fn a_window_never_waits_for_background_images() {
         frames += 1;
         assert!(frames < 10_000, "the GPU never became ready: {:?}", messages.lock());
     }
-    // Several bodies without compiled pipelines, so that the driver needs time to compile.
-    let background =
-        ViewRequest { width: 64, height: 64, ..views().into_iter().find(|(name, _)| *name == "saturn").expect("in the table").1 };
-    session.plan(&background, SAMPLING).expect("planned");
-    let (renderer, window_images) = std::thread::scope(|scope| {
-        let drawing = scope.spawn(|| session.draw_in_background(&background, SAMPLING, false).expect("drawn").by.renderer);
+    // Several views without compiled pipelines, so that the driver needs time to compile.
+    let background: Vec<ViewRequest> = views().into_iter().skip(1).map(|(_, view)| ViewRequest { width: 64, height: 64, ..view }).collect();
+    for view in &background {
+        session.plan(view, SAMPLING).expect("planned");
+    }
+    // Number of the image that is being drawn in the background, from 1; 0 between two of them.
+    let in_progress = AtomicUsize::new(0);
+    let window_images = std::thread::scope(|scope| {
+        let drawing = scope.spawn(|| {
+            for (k, view) in background.iter().enumerate() {
+                in_progress.store(k + 1, SeqCst);
+                assert_eq!(session.draw_in_background(view, SAMPLING, false).expect("drawn").by.renderer, "gpu");
+                in_progress.store(0, SeqCst);
+            }
+        });
+        // Window images that began and ended while one and the same background image was drawn. A window that waits for it has none.
         let mut window_images = 0;
         while !drawing.is_finished() {
+            let before = in_progress.load(SeqCst);
             draw_window();
-            window_images += 1;
+            window_images += usize::from(before != 0 && in_progress.load(SeqCst) == before);
         }
-        (drawing.join().expect("no panic"), window_images)
+        drawing.join().expect("no panic");
+        window_images
     });
-    assert_eq!(renderer, "gpu");
-    // A window that waited would get only one or two images: before the background image began and after its end.
-    assert!(window_images > 2, "{window_images} images while another was drawn in the background");
+    assert!(window_images > 0, "no window image ended before the background image during which it began");
     assert!(messages.lock().expect("not poisoned").is_empty());
 }
 

@@ -90,13 +90,14 @@ impl Pipelines {
         self.by_key.get(key).cloned()
     }
 
-    /// Creates the missing pipelines, on as many threads as there are cores, because most drivers compile shaders here and that is slow.
+    /// Creates the missing pipelines on several threads, because most drivers compile shaders here and that is slow.
     pub(crate) fn create(&mut self, device: &Device, keys: &[PipelineKey], modules: &impl ModuleProvider) -> Result<(), GpuError> {
         let missing: Vec<&PipelineKey> =
             keys.iter().filter(|k| !self.by_key.contains_key(*k)).collect::<HashSet<_>>().into_iter().collect();
         let module_error = |name: &ModuleId, what: String| GpuError::Draw { draw: name.to_string(), what };
+        let threads = compiler_threads(device.adapter_info().backend);
         let names: HashSet<&ModuleId> = missing.iter().map(|k| &k.module).filter(|n| !self.modules.contains_key(*n)).collect();
-        let created = parallel_map(names.into_iter().collect(), |name| {
+        let created = parallel_map(threads, names.into_iter().collect(), |name| {
             let module = modules.module(name).map_err(|e| module_error(name, e.to_string()))?;
             let label = module.id.to_string();
             let source = ShaderSource::Naga(Cow::Owned(module.module.clone()));
@@ -104,7 +105,7 @@ impl Pipelines {
             Ok((name.clone(), (with_error_scopes(device, || device.create_shader_module(descriptor))?, module.layout.clone())))
         });
         self.modules.extend(created.into_iter().collect::<Result<Vec<_>, GpuError>>()?);
-        let created = parallel_map(missing, |key| {
+        let created = parallel_map(threads, missing, |key| {
             let (module, layout) = &self.modules[&key.module];
             let pipeline = with_error_scopes(device, || create_pipeline(device, key, module, layout))?
                 .map_err(|what| module_error(&key.module, what))?;
@@ -139,10 +140,16 @@ impl Pipelines {
     }
 }
 
-/// Maps all items on as many threads as there are cores; the order of the results is arbitrary. It starts its own threads, because in a shared pool
-/// drawing the window would wait for the driver's compiler.
-fn parallel_map<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(items.len());
+/// Number of threads on which a backend compiles: as many as there are cores, but one for GL. Its calls need the one context, and wgpu gives up (panics) when it has
+/// waited for the context for six seconds. With NVIDIA's GL driver the modules of one view took longer on sixteen threads.
+fn compiler_threads(backend: wgpu::Backend) -> usize {
+    if backend == wgpu::Backend::Gl { 1 } else { std::thread::available_parallelism().map_or(1, usize::from) }
+}
+
+/// Maps all items on up to `threads` threads; the order of the results is arbitrary. It starts its own threads, because in a shared pool drawing the window would
+/// wait for the driver's compiler.
+fn parallel_map<T: Send, R: Send>(threads: usize, items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
+    let threads = threads.min(items.len());
     let items = Mutex::new(items.into_iter());
     let run = || {
         let next = || items.lock().next();
@@ -245,10 +252,16 @@ mod tests {
 
     #[test]
     fn parallel_map_maps_each_item_once() {
-        for count in [0, 1, 2, 100] {
-            let mut results = parallel_map((0..count).collect(), |k| 3 * k);
+        for (threads, count) in [(1, 5), (4, 0), (4, 1), (2, 2), (3, 100)] {
+            let mut results = parallel_map(threads, (0..count).collect(), |k| 3 * k);
             results.sort_unstable();
             assert_eq!(results, (0..count).map(|k| 3 * k).collect::<Vec<_>>());
         }
+    }
+
+    #[test]
+    fn gl_compiles_on_one_thread() {
+        assert_eq!(compiler_threads(wgpu::Backend::Gl), 1);
+        assert_eq!(compiler_threads(wgpu::Backend::Vulkan), std::thread::available_parallelism().map_or(1, usize::from));
     }
 }
