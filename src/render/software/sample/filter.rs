@@ -9,11 +9,11 @@
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
 
-use super::footprint::{Footprint, ceil, floor, tap};
+use super::footprint::{FilterRequest, Footprints, ceil, floor, tap};
 pub(crate) use super::lane_order::{BATCH, Channels, MAX_TAPS};
 use super::lane_order::{CHUNK, LaneOrder, LazyArray, MAX_LEVELS, PADDED};
 #[cfg(target_arch = "x86_64")]
-use super::registers::{self, SortedLanes};
+use super::registers;
 use super::texels::{BoundLevel, Decode, TexelLevel, read_pair};
 use crate::render::plan::{AddressMode, SamplerState};
 use crate::render::software::exec::LaneMask;
@@ -21,44 +21,6 @@ use crate::render::software::math::Real;
 
 /// Which channels are needed.
 type ChannelMask = [bool; 4];
-
-/// The coordinates, levels and footprints of the lanes of a batch.
-pub(crate) struct FilterRequest<'a, R> {
-    pub u: &'a [R; BATCH],
-    pub v: &'a [R; BATCH],
-    pub level: [R; BATCH],
-    /// Of the footprint, in taps.
-    pub length: [R; BATCH],
-    pub step_u: [R; BATCH],
-    pub step_v: [R; BATCH],
-}
-
-impl<'a, R: Real> FilterRequest<'a, R> {
-    pub(crate) fn new(u: &'a [R; BATCH], v: &'a [R; BATCH]) -> Self {
-        let zeros = [R::ZERO; BATCH];
-        Self { u, v, level: zeros, length: [R::ONE; BATCH], step_u: zeros, step_v: zeros }
-    }
-
-    /// Fills levels and footprints from the gradients du/dx, dv/dx, du/dy, dv/dy. `max_taps`: `None` for isotropic filtering.
-    #[inline(always)]
-    pub(crate) fn set_footprints(&mut self, size: [u32; 2], g: [&[R; BATCH]; 4], max_taps: Option<&[R; BATCH]>) {
-        let size = [R::from_u32(size[0]), R::from_u32(size[1])];
-        // With one tap the footprint is as long as the longer gradient.
-        let is_isotropic = max_taps.is_none_or(|max_taps| max_taps.iter().fold(true, |all, taps| all & (*taps <= R::ONE)));
-        let Some(max_taps) = max_taps.filter(|_| !is_isotropic) else {
-            for i in 0..BATCH {
-                self.level[i] = Footprint::isotropic(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]]).level;
-            }
-            return;
-        };
-        let limit = R::from_u32(MAX_TAPS as u32);
-        for i in 0..BATCH {
-            let max_taps = if max_taps[i] < limit { max_taps[i] } else { limit };
-            let f = Footprint::anisotropic(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]], max_taps);
-            (self.level[i], self.length[i], self.step_u[i], self.step_v[i]) = (f.level, f.length, f.step[0], f.step[1]);
-        }
-    }
-}
 
 /// The chunk of an array that starts at index `start`.
 #[inline(always)]
@@ -276,6 +238,15 @@ pub(crate) fn sample<R: Real, D: Decode>(
 ) {
     let channels = out.each_ref().map(|o| o.is_some());
     let levels = &levels[..levels.len().min(MAX_LEVELS)];
+    #[cfg(target_arch = "x86_64")]
+    if D::IN_REGISTERS
+        && state.linear
+        && let Some(request) = registers::RegisterRequest::new(request)
+    {
+        let out = out.map(|lanes| R::as_f32_mut(lanes?)?.first_chunk_mut());
+        // SAFETY: decoders in registers exist only on machines with AVX2.
+        return unsafe { registers::filter(decode, levels, &request, state, active, out) };
+    }
     let coarsest_level = R::from_u32(levels.len() as u32 - 1);
     // Without linear filtering the nearest level is read.
     let rounding = if state.linear { R::ZERO } else { R::from_f64(0.5) };
@@ -286,7 +257,8 @@ pub(crate) fn sample<R: Real, D: Decode>(
         let finer_level = floor(level + rounding);
         let finer_level = if finer_level < coarsest_level { finer_level } else { coarsest_level };
         level_fraction[i] = level - finer_level;
-        let missing_taps = R::from_u32(MAX_TAPS as u32) - ceil(request.length[i]);
+        let taps = request.footprints.as_ref().map_or(R::ONE, |footprints| ceil(footprints.length[i]));
+        let missing_taps = R::from_u32(MAX_TAPS as u32) - taps;
         key[i] = (finer_level * R::from_u32(MAX_TAPS as u32) + missing_taps).round_small().1 as u16;
     }
     let order = LaneOrder::new(&key, active);
@@ -294,18 +266,6 @@ pub(crate) fn sample<R: Real, D: Decode>(
     let (mut buffer_u, mut buffer_v, mut buffer_fraction, mut buffer_step_u, mut buffer_step_v, mut buffer_length) =
         (LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new());
     let (u, v) = (order.gather(request.u, &mut buffer_u), order.gather(request.v, &mut buffer_v));
-    #[cfg(target_arch = "x86_64")]
-    if D::IN_REGISTERS && state.linear && R::as_f32(&[]).is_some() {
-        let fraction = order.gather(&level_fraction, &mut buffer_fraction);
-        let footprints = order.has_several_taps.then(|| {
-            let (step_u, step_v) = (order.gather(&request.step_u, &mut buffer_step_u), order.gather(&request.step_v, &mut buffer_step_v));
-            [step_u, step_v, order.gather(&request.length, &mut buffer_length)].map(|values| R::as_f32(values).unwrap_or_default())
-        });
-        let [u, v, fraction] = [u, v, fraction].map(|values| R::as_f32(values).unwrap_or_default());
-        let out = out.map(|lanes| R::as_f32_mut(lanes?)?.first_chunk_mut());
-        // SAFETY: decoders in registers exist only on machines with AVX2.
-        return unsafe { registers::filter(decode, levels, &order, &SortedLanes { u, v, fraction, footprints }, state, out) };
-    }
     if state.linear && !order.has_several_taps {
         let level_fraction = order.gather(&level_fraction, &mut buffer_fraction);
         let mut out = out;
@@ -341,8 +301,9 @@ pub(crate) fn sample<R: Real, D: Decode>(
         }
     } else {
         let level_fraction = order.gather(&level_fraction, &mut buffer_fraction);
-        let (step_u, step_v) = (order.gather(&request.step_u, &mut buffer_step_u), order.gather(&request.step_v, &mut buffer_step_v));
-        let length = order.gather(&request.length, &mut buffer_length);
+        let Some(Footprints { length, step_u, step_v }) = &request.footprints else { return };
+        let (step_u, step_v) = (order.gather(step_u, &mut buffer_step_u), order.gather(step_v, &mut buffer_step_v));
+        let length = order.gather(length, &mut buffer_length);
         for level in order.levels.clone() {
             let (from, end) = order.positions(level);
             if from == end {

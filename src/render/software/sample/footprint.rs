@@ -6,6 +6,10 @@
 //! middle overlap and weigh less, so that the filtered value is continuous in the gradients. The level of a plain sampler is log2 of the longer
 //! gradient. Everything is branch-free, so that loops over lanes are vectorised. Gradients that are not finite give an unspecified valid level and length.
 
+// The compiler vectorises loops by index over several arrays of one fixed length.
+#![allow(clippy::needless_range_loop)]
+
+use super::lane_order::{BATCH, MAX_TAPS};
 use crate::render::software::math::Real;
 
 /// The taps of one lane.
@@ -94,4 +98,49 @@ impl<R: Real> Footprint<R> {
 #[inline(always)]
 fn half_log2<R: Real>(square: R) -> R {
     R::from_f64(0.5) * square.log2::<false>()
+}
+
+/// The coordinates, levels and footprints of the lanes of a batch.
+pub(crate) struct FilterRequest<'a, R> {
+    pub u: &'a [R; BATCH],
+    pub v: &'a [R; BATCH],
+    pub level: [R; BATCH],
+    /// `None` if each lane has one tap.
+    pub footprints: Option<Footprints<R>>,
+}
+
+/// The footprints of the lanes of a batch, as in [`Footprint`].
+pub(crate) struct Footprints<R> {
+    pub length: [R; BATCH],
+    pub step_u: [R; BATCH],
+    pub step_v: [R; BATCH],
+}
+
+impl<'a, R: Real> FilterRequest<'a, R> {
+    pub(crate) fn new(u: &'a [R; BATCH], v: &'a [R; BATCH]) -> Self {
+        Self { u, v, level: [R::ZERO; BATCH], footprints: None }
+    }
+
+    /// Fills levels and footprints from the gradients du/dx, dv/dx, du/dy, dv/dy. `max_taps`: `None` for isotropic filtering.
+    #[inline(always)]
+    pub(crate) fn set_footprints(&mut self, size: [u32; 2], g: [&[R; BATCH]; 4], max_taps: Option<&[R; BATCH]>) {
+        let size = [R::from_u32(size[0]), R::from_u32(size[1])];
+        // With one tap the footprint is as long as the longer gradient.
+        let is_isotropic = max_taps.is_none_or(|max_taps| max_taps.iter().fold(true, |all, taps| all & (*taps <= R::ONE)));
+        let Some(max_taps) = max_taps.filter(|_| !is_isotropic) else {
+            for i in 0..BATCH {
+                self.level[i] = Footprint::isotropic(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]]).level;
+            }
+            return;
+        };
+        let limit = R::from_u32(MAX_TAPS as u32);
+        let zeros = [R::ZERO; BATCH];
+        let footprints = self.footprints.insert(Footprints { length: zeros, step_u: zeros, step_v: zeros });
+        for i in 0..BATCH {
+            let max_taps = if max_taps[i] < limit { max_taps[i] } else { limit };
+            let f = Footprint::anisotropic(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]], max_taps);
+            self.level[i] = f.level;
+            (footprints.length[i], footprints.step_u[i], footprints.step_v[i]) = (f.length, f.step[0], f.step[1]);
+        }
+    }
 }

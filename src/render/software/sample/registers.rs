@@ -1,41 +1,78 @@
 //! Filters maps eight lanes at a time in AVX2 registers, without arrays in between.
 //!
-//! In: the sorted lanes of a batch, of f32. Out: as [`super::filter`], by the same steps in the same order, so that the bits are the same. Integers wrap and
-//! indices are clamped as there.
+//! In: the lanes of a batch, of f32, in their order. Eight neighbouring lanes nearly always read the same mip level; where they do not, they are filtered once for
+//! each level, which costs less than sorting the batch. Out: as [`super::filter`], by the same steps for each lane, so that the bits are the same. Integers wrap
+//! and indices are clamped as there. Not here: levels and footprints (`footprint`).
 
 use super::corners::Corners;
-use super::lane_order::{Channels, LaneOrder, MAX_TAPS};
-use super::texels::{BoundLevel, Decode, TexelLevel, read_pair};
+use super::footprint::FilterRequest;
+use super::lane_order::{BATCH, Channels, MAX_TAPS};
+use super::texels::{BoundLevel, Decode, TexelLevel};
 use crate::render::plan::{AddressMode, SamplerState};
+use crate::render::software::exec::LaneMask;
+use crate::render::software::math::Real;
 use std::arch::x86_64::{
-    __m256, __m256i, _CMP_GT_OQ, _mm256_add_epi32, _mm256_add_ps, _mm256_and_ps, _mm256_andnot_ps, _mm256_andnot_si256, _mm256_blendv_ps,
-    _mm256_ceil_ps, _mm256_cmp_ps, _mm256_cmpgt_epi32, _mm256_cvttps_epi32, _mm256_div_ps, _mm256_floor_ps, _mm256_max_epi32,
-    _mm256_max_ps, _mm256_min_epi32, _mm256_min_epu32, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_or_ps,
-    _mm256_set1_epi32, _mm256_set1_ps, _mm256_setzero_ps, _mm256_setzero_si256, _mm256_sub_ps,
+    __m256, __m256i, _CMP_GT_OQ, _mm256_add_epi32, _mm256_add_ps, _mm256_and_ps, _mm256_and_si256, _mm256_andnot_ps, _mm256_andnot_si256,
+    _mm256_blendv_ps, _mm256_castsi256_ps, _mm256_ceil_ps, _mm256_cmp_ps, _mm256_cmpeq_epi32, _mm256_cmpgt_epi32, _mm256_cvttps_epi32,
+    _mm256_div_ps, _mm256_floor_ps, _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32, _mm256_min_epu32, _mm256_min_ps, _mm256_movemask_ps,
+    _mm256_mul_ps, _mm256_mullo_epi32, _mm256_or_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_setzero_ps,
+    _mm256_setzero_si256, _mm256_sub_ps,
 };
 use std::mem::transmute;
 
 /// Lanes of a register.
 const EIGHT: usize = 8;
 
-/// What the filter reads of each lane, in sorted order. Eight lanes can be read from any position of an active lane on.
-pub(super) struct SortedLanes<'a> {
-    pub u: &'a [f32],
-    pub v: &'a [f32],
-    /// Part of the next coarser level.
-    pub fraction: &'a [f32],
-    /// The width of a tap in u and v, and the length in taps; `None` if each lane has one tap.
-    pub footprints: Option<[&'a [f32]; 3]>,
+/// A [`FilterRequest`] of f32.
+pub(super) struct RegisterRequest<'a> {
+    u: &'a [f32; BATCH],
+    v: &'a [f32; BATCH],
+    level: &'a [f32; BATCH],
+    /// Lengths in taps, and the width of a tap in u and v; `None` if each lane has one tap.
+    footprints: Option<[&'a [f32; BATCH]; 3]>,
 }
 
-/// Eight values from position `start` on; zeros where there are not as many.
+impl<'a> RegisterRequest<'a> {
+    /// `None` for f64.
+    #[inline(always)]
+    pub(super) fn new<R: Real>(request: &'a FilterRequest<'_, R>) -> Option<Self> {
+        let lanes = |values: &'a [R; BATCH]| R::as_f32(values)?.first_chunk();
+        let footprints = match &request.footprints {
+            Some(footprints) => Some([lanes(&footprints.length)?, lanes(&footprints.step_u)?, lanes(&footprints.step_v)?]),
+            None => None,
+        };
+        Some(Self { u: lanes(request.u)?, v: lanes(request.v)?, level: lanes(&request.level)?, footprints })
+    }
+}
+
+/// Group `group` of eight values.
 /// # Safety
 /// The machine has AVX2, as for all functions of this module.
 #[inline(always)]
-unsafe fn eight(values: &[f32], start: usize) -> __m256 {
-    let array = values.get(start..).and_then(<[f32]>::first_chunk::<EIGHT>).unwrap_or(&[0.0; EIGHT]);
+unsafe fn eight(values: &[f32; BATCH], group: usize) -> __m256 {
     // SAFETY: an array and a register have eight floats each.
-    unsafe { transmute::<[f32; EIGHT], __m256>(*array) }
+    unsafe { transmute::<[f32; EIGHT], __m256>(values.as_chunks().0[group]) }
+}
+
+/// A mip level, and the next coarser one where lanes lie between both.
+#[derive(Clone, Copy)]
+struct LevelPair<'a> {
+    level: usize,
+    finer: TexelLevel<'a>,
+    coarser: Option<TexelLevel<'a>>,
+}
+
+/// The levels that eight lanes read. `last`: those of the lanes before, which are usually the same.
+#[inline(always)]
+fn level_pair<'a>(levels: &[BoundLevel<'a>], level: usize, needs_coarser: bool, last: Option<LevelPair<'a>>) -> LevelPair<'a> {
+    if let Some(last) = last
+        && last.level == level
+        && (last.coarser.is_some() || !needs_coarser)
+    {
+        return last;
+    }
+    let coarser = levels.get(level + 1).filter(|_| needs_coarser).map(BoundLevel::read);
+    LevelPair { level, finer: levels[level].read(), coarser }
 }
 
 /// The texels before and after a coordinate along one axis, and its place between them.
@@ -93,7 +130,7 @@ unsafe fn bilinear<D: Decode>(
 #[inline(always)]
 unsafe fn trilinear<D: Decode>(
     decode: D,
-    (level, coarser): (TexelLevel<'_>, Option<TexelLevel<'_>>),
+    LevelPair { finer, coarser, .. }: &LevelPair<'_>,
     uv: [__m256; 2],
     fraction: __m256,
     state: &SamplerState,
@@ -101,12 +138,12 @@ unsafe fn trilinear<D: Decode>(
 ) -> [__m256; 4] {
     // SAFETY: the caller guarantees AVX2.
     unsafe {
-        let mut value = bilinear(decode, &level, uv, state, needed);
+        let mut value = bilinear(decode, finer, uv, state, needed);
         let is_between = _mm256_cmp_ps::<_CMP_GT_OQ>(fraction, _mm256_setzero_ps());
         if let Some(coarser) = coarser
             && _mm256_movemask_ps(is_between) != 0
         {
-            let coarser = bilinear(decode, &coarser, uv, state, needed);
+            let coarser = bilinear(decode, coarser, uv, state, needed);
             for k in 0..4 {
                 if needed[k] {
                     let mixed = _mm256_add_ps(value[k], _mm256_mul_ps(fraction, _mm256_sub_ps(coarser[k], value[k])));
@@ -118,44 +155,56 @@ unsafe fn trilinear<D: Decode>(
     }
 }
 
-/// The value of the eight lanes from position `start` on.
+/// Eight lanes to filter.
+struct Lanes<'a> {
+    uv: [__m256; 2],
+    /// Part of the next coarser level.
+    fraction: __m256,
+    footprints: Option<[&'a [f32; BATCH]; 3]>,
+    group: usize,
+}
+
+/// The values of eight lanes. `wanted`: all bits set in the lanes whose value is used.
 /// # Safety
 /// AVX2.
 #[inline(always)]
-unsafe fn value_at<D: Decode>(
+unsafe fn value_of<D: Decode>(
     decode: D,
-    both_levels: (TexelLevel<'_>, Option<TexelLevel<'_>>),
-    lanes: &SortedLanes<'_>,
-    start: usize,
+    levels: &LevelPair<'_>,
+    lanes: &Lanes<'_>,
+    wanted: __m256,
     state: &SamplerState,
     needed: [bool; 4],
 ) -> [__m256; 4] {
     // SAFETY: the caller guarantees AVX2.
     unsafe {
-        let (u, v, fraction) = (eight(lanes.u, start), eight(lanes.v, start), eight(lanes.fraction, start));
-        // The first lane has the most taps.
-        let most_taps = lanes.footprints.map_or(1, |[.., length]| (length[start].ceil() as usize).min(MAX_TAPS));
-        let Some([step_u, step_v, length]) = lanes.footprints.filter(|_| most_taps > 1) else {
-            return trilinear(decode, both_levels, [u, v], fraction, state, needed);
-        };
-        let (step_u, step_v, length) = (eight(step_u, start), eight(step_v, start), eight(length, start));
+        let ([u, v], fraction) = (lanes.uv, lanes.fraction);
         let (zero, half, one) = (_mm256_setzero_ps(), _mm256_set1_ps(0.5), _mm256_set1_ps(1.0));
+        let Some([length, step_u, step_v]) = lanes.footprints else { return trilinear(decode, levels, [u, v], fraction, state, needed) };
+        let length = eight(length, lanes.group);
+        if _mm256_movemask_ps(_mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(length, one), wanted)) == 0 {
+            return trilinear(decode, levels, [u, v], fraction, state, needed);
+        }
+        let (step_u, step_v) = (eight(step_u, lanes.group), eight(step_v, lanes.group));
         let sign = _mm256_set1_ps(-0.0);
         let taps = _mm256_ceil_ps(length);
         let excess = _mm256_sub_ps(taps, length);
         let (middle, to_middle) = (_mm256_mul_ps(half, _mm256_sub_ps(taps, one)), _mm256_mul_ps(half, excess));
         let mut sum = [zero; 4];
-        for index in 0..most_taps {
+        for index in 0..MAX_TAPS {
             // As `footprint::tap`.
             let index = _mm256_set1_ps(index as f32);
+            let has_tap = _mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(taps, index), wanted);
+            if _mm256_movemask_ps(has_tap) == 0 {
+                break;
+            }
             let offset = _mm256_sub_ps(index, middle);
             let distance = _mm256_andnot_ps(sign, offset);
             let moved = _mm256_max_ps(_mm256_sub_ps(distance, to_middle), zero);
             let weight = _mm256_sub_ps(one, _mm256_mul_ps(excess, _mm256_max_ps(_mm256_sub_ps(one, distance), zero)));
             let offset = _mm256_or_ps(moved, _mm256_and_ps(sign, offset));
             let uv = [_mm256_add_ps(u, _mm256_mul_ps(offset, step_u)), _mm256_add_ps(v, _mm256_mul_ps(offset, step_v))];
-            let value = trilinear(decode, both_levels, uv, fraction, state, needed);
-            let has_tap = _mm256_cmp_ps::<_CMP_GT_OQ>(taps, index);
+            let value = trilinear(decode, levels, uv, fraction, state, needed);
             for k in 0..4 {
                 sum[k] = _mm256_blendv_ps(sum[k], _mm256_add_ps(sum[k], _mm256_mul_ps(weight, value[k])), has_tap);
             }
@@ -164,31 +213,70 @@ unsafe fn value_at<D: Decode>(
     }
 }
 
-/// Filters the sorted lanes into `out`. `levels`: not more than the coarsest that is read.
+/// All bits set in the lanes of a mask of eight.
+/// # Safety
+/// AVX2.
+#[inline(always)]
+unsafe fn mask_of(lanes: u32) -> __m256 {
+    // SAFETY: the caller guarantees AVX2.
+    unsafe {
+        let bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+        _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(lanes as i32), bits), bits))
+    }
+}
+
+/// Filters the active lanes into `out`; the other lanes of `out` are left unchanged. `levels`: not more than the coarsest that is read.
 /// # Safety
 /// AVX2.
 #[inline(always)]
 pub(super) unsafe fn filter<D: Decode>(
     decode: D,
     levels: &[BoundLevel<'_>],
-    order: &LaneOrder,
-    lanes: &SortedLanes<'_>,
+    request: &RegisterRequest<'_>,
     state: &SamplerState,
-    mut out: Channels<'_, f32>,
+    active: LaneMask,
+    out: Channels<'_, f32>,
 ) {
     let needed = out.each_ref().map(|o| o.is_some());
-    for level in order.levels.clone() {
-        let (from, to) = order.positions(level);
-        if from == to {
+    let mut out = out.map(|lanes| lanes.map(|lanes| lanes.as_chunks_mut::<EIGHT>().0));
+    let mut last = None;
+    for group in 0..BATCH / EIGHT {
+        let active = (active >> (group * EIGHT)) as u32 & 0xff;
+        if active == 0 {
             continue;
         }
-        let both_levels = read_pair(levels, level, &lanes.fraction[from..to]);
-        let mut start = from;
-        while start < to {
-            // SAFETY: the caller guarantees AVX2; registers and arrays have eight floats each.
-            let value = unsafe { transmute::<[__m256; 4], [[f32; EIGHT]; 4]>(value_at(decode, both_levels, lanes, start, state, needed)) };
-            order.store(&value, start, to - start, &mut out);
-            start += EIGHT;
+        // SAFETY: the caller guarantees AVX2; registers and arrays have eight numbers each.
+        unsafe {
+            let zero = _mm256_setzero_ps();
+            // A maximum with NaN is the second operand.
+            let level = _mm256_min_ps(_mm256_max_ps(eight(request.level, group), zero), _mm256_set1_ps((levels.len() - 1) as f32));
+            let finer = _mm256_floor_ps(level);
+            let fraction = _mm256_sub_ps(level, finer);
+            let finer = _mm256_cvttps_epi32(finer);
+            let level_of = transmute::<__m256i, [i32; EIGHT]>(finer);
+            let between = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(fraction, zero)) as u32;
+            let uv = [eight(request.u, group), eight(request.v, group)];
+            let lanes = Lanes { uv, fraction, footprints: request.footprints, group };
+            let (mut value, mut remaining) = ([zero; 4], active);
+            while remaining != 0 {
+                let level = level_of[remaining.trailing_zeros() as usize % EIGHT];
+                let same_level = _mm256_castsi256_ps(_mm256_cmpeq_epi32(finer, _mm256_set1_epi32(level)));
+                let filtered = _mm256_movemask_ps(same_level) as u32 & active;
+                let pair = level_pair(levels, level as usize, filtered & between != 0, last);
+                let wanted = if filtered == 0xff { same_level } else { mask_of(filtered) };
+                let of_level = value_of(decode, &pair, &lanes, wanted, state, needed);
+                last = Some(pair);
+                for k in 0..4 {
+                    value[k] = if filtered == active { of_level[k] } else { _mm256_blendv_ps(value[k], of_level[k], wanted) };
+                }
+                remaining &= !filtered;
+            }
+            for (out, value) in out.iter_mut().zip(value) {
+                let Some(out) = out.as_mut().map(|out| &mut out[group]) else { continue };
+                let kept = transmute::<[f32; EIGHT], __m256>(*out);
+                let value = if active == 0xff { value } else { _mm256_blendv_ps(kept, value, mask_of(active)) };
+                *out = transmute::<__m256, [f32; EIGHT]>(value);
+            }
         }
     }
 }
