@@ -26,7 +26,9 @@ fn dependencies_with_reason(text: &str) -> BTreeSet<String> {
 
 #[test]
 fn each_direct_dependency_has_its_reason() {
-    assert_eq!(direct_dependencies(&read("Cargo.toml")), dependencies_with_reason(&read("docs/dependencies.md")));
+    let mut direct = direct_dependencies(&read("Cargo.toml"));
+    direct.extend(direct_dependencies(&read("tests/reference_compiler/Cargo.toml")).into_iter().filter(|name| name != "orrery"));
+    assert_eq!(direct, dependencies_with_reason(&read("docs/dependencies.md")));
 }
 
 #[test]

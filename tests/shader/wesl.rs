@@ -1,74 +1,10 @@
-//! The generator against the reference compiler of WESL: the same fragments give the same module.
+//! WESL as the generator reads it: conditions, imports, and errors with their positions. The comparison with the reference compiler is in
+//! tests/reference_compiler/, a package of its own.
 
-use orrery::shader::emit::{emit_fragment, emit_module, emit_module_with};
+use orrery::shader::emit::emit_module_with;
 use orrery::shader::fragments::{FRAGMENTS, Fragments};
-use orrery::shader::id::{SIMPLE_MODULES, probe_samples};
-use orrery::shader::key::{covering, features};
 use orrery::shader::module::diagnosis;
-use orrery::shader::source::condition::{Features, names_that_hold};
 use orrery::shader::{ModuleId, ShaderError};
-use rayon::prelude::*;
-use wesl::syntax::{ModulePath, PathOrigin};
-use wesl::{CompileOptions, Feature, NoMangler, VirtualResolver};
-
-fn module_path(fragment: &str) -> ModulePath {
-    let stem = fragment.strip_suffix(".wesl").expect("a fragment's ending");
-    ModulePath::new(PathOrigin::Absolute, stem.split('/').map(str::to_owned).collect())
-}
-
-/// The module that the reference compiler creates for the features of a key.
-fn by_reference(entry: &str, active: &[&str]) -> String {
-    let mut resolver = VirtualResolver::new();
-    for (path, text) in FRAGMENTS.iter() {
-        resolver.add_module(module_path(path), (*text).into());
-    }
-    let flags = names_that_hold(Features::of(active)).map(|(name, holds)| (name.to_owned(), Feature::from(holds))).collect();
-    let options = CompileOptions {
-        // Imported modules are included completely, as in the generator; they contain the vertex stages.
-        strip: false,
-        lazy: false,
-        validate: false,
-        features: wesl::Features { default: Feature::Error, flags },
-        ..CompileOptions::default()
-    };
-    let compiled = wesl::compile(&module_path(entry), &resolver, &NoMangler, &options);
-    compiled.unwrap_or_else(|e| panic!("shaders/{entry} with {active:?}: {e}")).to_string()
-}
-
-/// The declarations of a module in order, all printed by the same printer. Blanks and parentheses are ignored, because the reference compiler
-/// adds parentheses.
-fn declarations(wgsl: &str) -> Vec<String> {
-    let syntax = wgsl_parse::parse_str(wgsl).unwrap_or_else(|e| panic!("{e}\n{wgsl}"));
-    let normalised = |text: String| text.chars().filter(|c| !c.is_whitespace() && !"()".contains(*c)).collect();
-    let mut all: Vec<String> = syntax.global_declarations.iter().map(|d| normalised(d.node().to_string())).collect();
-    all.sort();
-    all
-}
-
-fn entry_and_features(id: &ModuleId) -> (String, Vec<&'static str>) {
-    match id {
-        ModuleId::Planet(key) => ("entry/planet.wesl".to_owned(), features(key.features())),
-        ModuleId::Probe(name, key) => (format!("entry/{name}.wesl"), features(key.features())),
-        ModuleId::Simple(name) => (format!("entry/{name}.wesl"), Vec::new()),
-    }
-}
-
-#[test]
-fn every_covering_module_equals_the_reference_compilers() {
-    let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
-    let ids: Vec<ModuleId> = simple.chain(probe_samples()).chain(covering(2).into_iter().map(ModuleId::Planet)).collect();
-    ids.par_iter().for_each(|id| {
-        let (entry, on) = entry_and_features(id);
-        let emitted = emit_module(id).unwrap_or_else(|e| panic!("{e}"));
-        assert!(declarations(&emitted.wgsl) == declarations(&by_reference(&entry, &on)), "{id}");
-    });
-    // A difference in a single feature is detected.
-    let on = ["surface.lambert", "lights.1", "shape.sphere", "view.shaded"];
-    let more = [&on[..], &["lights.2"]].concat();
-    let emitted = emit_fragment("entry/planet.wesl", "planet", &on).expect("emits");
-    assert_eq!(declarations(&emitted.wgsl), declarations(&by_reference("entry/planet.wesl", &on)));
-    assert_ne!(declarations(&emitted.wgsl), declarations(&by_reference("entry/planet.wesl", &more)));
-}
 
 /// The shipped fragments with a user's text in place of a fragment that every globe uses.
 fn with_fragment(text: &str) -> Fragments {
