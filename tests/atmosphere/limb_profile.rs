@@ -2,6 +2,7 @@
 //! air.
 
 use crate::support::session::SESSION;
+use crate::support::sweep;
 use orrery::catalog::{Body, NaifId};
 use orrery::render::plan::{SamplingQuality, plan};
 use orrery::scene::effects::EffectOverrides;
@@ -98,10 +99,15 @@ const WITH_MAP: &str = "-detail,-clouds,-cloud-shadow,-rings,-eclipse";
 /// fault caused dips of 0.11 to 0.40 of the disc's brightest value at 1600 pixels.
 #[test]
 fn no_bright_line_along_the_limb_of_a_giant() {
+    let mut case = 0;
     for id in [299, 599, 699, 799, 899] {
         for (effects, at_most) in [(WITHOUT_MAP, 0.01), (WITH_MAP, 0.05)] {
             for phase in [0.0, 30.0, 60.0, 90.0, 120.0, 160.0] {
                 for size in [100, 500, 3000] {
+                    case += 1;
+                    if !sweep::runs(case, 4) {
+                        continue;
+                    }
                     let (dip, line) = dip_and_line_of(id, phase, size, effects);
                     assert!(dip < at_most, "{id} at {phase} degrees, {size} px, {effects}: dips by {dip}");
                     // Beyond half phase a disc grows brighter up to its limb; the last pixel of the airless disc cuts this off.

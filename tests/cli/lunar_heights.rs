@@ -1,5 +1,6 @@
 //! `--lunar-heights`: results of `eclipse find` with it, and errors for invalid files.
 
+use crate::support::sweep;
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -37,7 +38,8 @@ fn limb_profile_contacts_are_listed_beside_mean_limb_contacts() {
     let label = "^IMAGE = \"LDEM.IMG\"\nLINES = 36\nLINE_SAMPLES = 72\nSAMPLE_TYPE = LSB_INTEGER\nSAMPLE_BITS = 16\nUNIT = METER\nSCALING_FACTOR = 0.5\nOFFSET = 1737400.\n";
     let label = write_file(folder.path(), "ldem.lbl", label.as_bytes());
     let image = folder.path().join("ldem.img");
-    for heights in [sixteen, format!("{eight},-2,8"), label, image.to_str().expect("a plain name").to_owned()] {
+    let formats = [sixteen, format!("{eight},-2,8"), label, image.to_str().expect("a plain name").to_owned()];
+    for (_, heights) in formats.into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 4)) {
         let out = find(folder.path(), &heights, true);
         assert!(out.status.success(), "{heights}: {}", String::from_utf8_lossy(&out.stderr));
         let rows: Value = serde_json::from_slice(&out.stdout).expect("JSON");

@@ -1,6 +1,7 @@
 //! `measure` and `stability` for a user: fields, exit statuses, plots; and the default options of the qualities, which follow
 //! from a rule.
 
+use crate::support::sweep;
 use serde_json::Value;
 use std::process::{Command, Output};
 
@@ -28,6 +29,10 @@ fn json(args: &[&str]) -> Value {
 /// All choices in one run, which also draws the plot: in a process of its own, since other tests share the CPU time of this one.
 #[test]
 fn the_defaults_of_every_quality_follow_from_the_rule() {
+    if !sweep::in_full() {
+        println!("only with ORRERY_FULL_SWEEPS=1: all choices take 10 s of CPU time");
+        return;
+    }
     let folder = tempfile::tempdir().expect("a folder");
     let (png, svg) = (folder.path().join("trade.png"), folder.path().join("trade.svg"));
     let table = text(&["measure", "--short", "-o", png.to_str().expect("a path"), "-o", svg.to_str().expect("a path")]);

@@ -3,6 +3,7 @@
 //! globe.
 
 use crate::support::session::SESSION;
+use crate::support::sweep;
 use glam::{DVec2, DVec3, Vec4};
 use orrery::probe::Prober;
 use orrery::probe::sunlight::sunlight_from_uniforms;
@@ -94,6 +95,9 @@ fn sunlight_is_exact_at_the_contacts_and_falls_monotonically() {
         let shape = Outline { centre: DVec2::ZERO, axis: DVec2::from_angle(6.0 * next()), semi: DVec2::new(long, short) };
         let direction = DVec2::from_angle(6.0 * next());
         let aside = direction.perp() * (0.3 * next() * (long - 1.0).clamp(0.0, 1.0));
+        if !sweep::runs(case, 4) {
+            continue;
+        }
         // Distances to go, from 1.3 solar radii outside the bounding circle to the middle.
         let steps = 240;
         let distances: Vec<f64> = (0..=steps).map(|k| (long + 2.3) * (1.0 - f64::from(k) / f64::from(steps))).collect();
@@ -140,7 +144,7 @@ fn sunlight_is_exact_at_the_contacts_and_falls_monotonically() {
         }
     }
     println!("{receiver_counts:?}; light rises by {worst_round:e} and {worst_long:e} at most");
-    assert!(receiver_counts.iter().all(|n| *n > 5000), "{receiver_counts:?}");
+    assert!(receiver_counts.iter().all(|n| *n > 1000), "{receiver_counts:?}");
 }
 
 /// Occluders that hide the entire Sun only together, and sets in which one occluder hides all of it.

@@ -4,6 +4,7 @@
 //! through the shell that contains all heights, in steps of 200 m. Totality is when every such ray is blocked, annularity when none is.
 
 use super::{EPHEMERIS, IAU, parse_time, seconds_after};
+use crate::support::sweep;
 use glam::{DMat3, DVec3};
 use orrery::Instant;
 use orrery::catalog::NaifId;
@@ -115,7 +116,8 @@ const ALBUQUERQUE: GeodeticPosition = GeodeticPosition { latitude_deg: 35.08, lo
 fn beads_agree_with_rays_over_the_same_heights() {
     let map = map();
     let mut off_mean_s: f64 = 0.0;
-    for (day, place, is_total) in [("2024-04-08", DALLAS, true), ("2023-10-14", ALBUQUERQUE, false)] {
+    let eclipses = [("2024-04-08", DALLAS, true), ("2023-10-14", ALBUQUERQUE, false)];
+    for (_, (day, place, is_total)) in eclipses.into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 2)) {
         let eclipse = eclipse(day);
         let mean = eclipse.seen_from(place).expect("an eclipse");
         let found = eclipse.limb_contacts(place, &EPHEMERIS, &map).expect("the Moon's orientation");

@@ -11,6 +11,7 @@
 
 use crate::support::gpu::{gpu, or_skipped};
 use crate::support::session::SESSION;
+use crate::support::sweep;
 use crate::support::views::views;
 use orrery::image::{Difference, DisplayImage};
 use orrery::render::frame::Frame;
@@ -115,8 +116,8 @@ fn every_pair_of_key_values_equals_the_software_renderers() {
     let Some(gpu) = gpu() else { return };
     let library = ShaderLibrary::in_memory(lowering());
     let software = SoftwareRenderer::new(Options::default()).expect("starts");
-    // Every fifth key of the covering set of pairs in .ci/run; every twentieth otherwise, since a driver compiles each for a second or more.
-    let step = if std::env::var_os("ORRERY_PROVE_ANEW").is_some() { 5 } else { 20 };
+    // Every fifth key of the covering set of pairs in a full run, every sixtieth otherwise: a driver compiles each for a second or more.
+    let step = if sweep::in_full() { 5 } else { 60 };
     let keys: Vec<_> = covering(2).into_iter().filter(|k| k.features().view != PixelView::Cost).step_by(step).collect();
     assert!(keys.len() * step > 50);
     let (mut failures, mut not_drawn) = (Vec::new(), None);

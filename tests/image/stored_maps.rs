@@ -1,5 +1,6 @@
 //! Images of a start with an empty cache folder, against those of a start with the maps that the first one left there.
 
+use crate::support::sweep;
 use orrery::catalog::NaifId;
 use orrery::image::StoredMaps;
 use orrery::render::plan::SamplingQuality;
@@ -57,7 +58,7 @@ fn a_start_with_stored_maps_draws_the_same_bytes() {
     assert!(entries >= 9, "{entries}");
     assert_eq!(stored.verify(), (entries, Vec::new()));
     // A session for each view, so that no level is in memory because another view needed it.
-    for ((name, request), expected) in views.iter().zip(&drawn) {
+    for (_, ((name, request), expected)) in views.iter().zip(&drawn).enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
         let warm = session(cache.path());
         for (sampling, expected) in [DRAFT, STANDARD].into_iter().zip(expected) {
             assert!(draw(&warm, request, sampling) == *expected, "{name}, {sampling:?}");

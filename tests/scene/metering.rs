@@ -2,6 +2,7 @@
 //! photograph.
 
 use crate::support::session::SESSION;
+use crate::support::sweep;
 use glam::{DMat3, DVec3};
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
@@ -204,7 +205,8 @@ fn assert_changes_smoothly(name: &str, bound: f64, steps: i32, view: impl Fn(f64
 /// From near the ground to 2 au at most, in steps of 5 %: the light of a point falls by a seventh of a stop per step.
 #[test]
 fn distance_moves_the_exposure_smoothly() {
-    for target in [NaifId::EARTH, NaifId::MOON, JUPITER, SATURN, NaifId::SUN] {
+    let targets = [NaifId::EARTH, NaifId::MOON, JUPITER, SATURN, NaifId::SUN];
+    for (_, target) in targets.into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 2)) {
         // Do not pass the Sun, where the scene behind changes completely.
         let towards = Some(if target == JUPITER { SATURN } else { JUPITER });
         let place = |k: f64| Position::Over { towards, distance_radii: Some(1.5 * 1.05_f64.powf(k)) };
@@ -231,7 +233,8 @@ fn views_by_phase(target: NaifId, time: &str, radii: f64, fov_deg: f64) -> impl 
 
 #[test]
 fn phase_moves_the_exposure_smoothly() {
-    for (target, radii) in [(NaifId::MOON, 12.0), (NaifId::EARTH, 3.0), (SATURN, 12.0), (NaifId(299), 5.0)] {
+    let targets = [(NaifId::MOON, 12.0), (NaifId::EARTH, 3.0), (SATURN, 12.0), (NaifId(299), 5.0)];
+    for (_, (target, radii)) in targets.into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 2)) {
         let view_at = views_by_phase(target, "2024-03-01T00:00:00Z", radii, 25.0);
         // Until the Sun enters the frame; there it appears and sets behind the body, by a five-hundredth of the frame per step.
         assert_changes_smoothly(&format!("phase of {target:?}"), 1.5, 110, |k| view_at(1.5 * k));

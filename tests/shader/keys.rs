@@ -1,6 +1,7 @@
 //! All reachable keys, the covering sets, and a new random sample: each module is emitted, parsed, validated and reflected; failures are
 //! collected.
 
+use crate::support::sweep;
 use orrery::catalog::Catalog;
 use orrery::scene::draw::Surface;
 use orrery::scene::effects::possible_features;
@@ -50,10 +51,10 @@ fn reachable_and_covering_modules_are_valid_and_as_recorded() {
     let ids = recorded_modules(&reachable);
     let text = include_str!("../shader_digests.txt");
     let record = DigestRecord::parse(text).expect("the record reads");
-    // All modules take five minutes on two cores: .ci/run proves them with ORRERY_PROVE_ANEW=1. Any other run proves a part, another one each time,
+    // All modules take five minutes on two cores: .ci/run proves them with ORRERY_FULL_SWEEPS=1. Any other run proves a part, another one each time,
     // unless it finds the proof of an earlier run, which holds until generator, lowering or keys change.
     let proof_path = proof_file(&ids);
-    if std::env::var_os("ORRERY_PROVE_ANEW").is_none() {
+    if !sweep::in_full() {
         assert_eq!(
             (record.len(), record.only(&ids).len()),
             (ids.len(), ids.len()),

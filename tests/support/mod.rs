@@ -7,4 +7,5 @@ pub mod gpu;
 pub mod hand_shader;
 pub mod program;
 pub mod session;
+pub mod sweep;
 pub mod views;
