@@ -193,30 +193,30 @@ fn atmosphere_views(dual: &DualRenderer<'_>, effort: Effort) -> Result<[ViewRequ
     Ok([dual.with_metered_exposure(globe.clone())?, dual.with_metered_exposure(limb)?, dual.with_metered_exposure(sky)?])
 }
 
-/// The tiers of atmospheric scattering.
-pub(super) fn air_tier(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
+/// The models of atmospheric scattering.
+pub(super) fn air_model(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
     let views = atmosphere_views(&dual, effort)?;
-    let plan_of = |request: &ViewRequest, tier: AtmosphereModel| {
-        dual.plan_view(&with_effects(request, &format!("-clouds,+atmosphere={}", tier.name()))?, SINGLE_SAMPLE)
+    let plan_of = |request: &ViewRequest, model: AtmosphereModel| {
+        dual.plan_view(&with_effects(request, &format!("-clouds,+atmosphere={}", model.name()))?, SINGLE_SAMPLE)
     };
     let mut references = Vec::new();
     for request in &views {
         references.push(dual.light(&plan_of(request, AtmosphereModel::Table)?, Precision::F64)?);
     }
     let mut candidates = Vec::new();
-    for tier in AtmosphereModel::CHOICES {
-        let default_of = qualities(&dual, &views[0], |d| d.features.air.tier == tier)?;
+    for model in AtmosphereModel::CHOICES {
+        let default_of = qualities(&dual, &views[0], |d| d.features.air.model == model)?;
         let mut worst = 0.0_f64;
         let mut planned_views = Vec::new();
         for (request, reference) in views.iter().zip(&references) {
-            let view = plan_of(request, tier)?;
+            let view = plan_of(request, model)?;
             worst = worst.max(mean_percent_of_light(&dual.light(&view, Precision::F32)?, reference));
             planned_views.push(view);
         }
         let dual = &dual;
         let workload = Box::new(move || planned_views.iter().try_for_each(|view| dual.draw(view, Precision::F32)));
-        candidates.push(Candidate { name: tier.name().to_owned(), error: worst, default_of, workload });
+        candidates.push(Candidate { name: model.name().to_owned(), error: worst, default_of, workload });
     }
     let about = "the Earth from 3 radii, its limb from 400 km, its sky, the worst of them; against the table: the others leave out light scattered twice";
     measure_choice("air", about, ErrorUnit::PercentOfLight, effort.rounds(), candidates)

@@ -1,7 +1,7 @@
 //! Error bounds of an image relative to reference quality, computed without drawing the reference.
 //!
 //! In: a view. Out: an image of bounds, linear and in 255ths of the display. Always: the bound of a pixel is the sum of the difference
-//! from the same image with the reference's models and taps, of the stated errors of those models ([`tiers`](crate::scene::tiers)), of
+//! from the same image with the reference's models and taps, of the stated errors of those models ([`stated_errors`](crate::scene::stated_errors)), of
 //! rounding (twice the difference of f32 and f64), of sampling (a fraction of the range of radiance among the neighbouring pixels), and of
 //! features left out. It is a statement about this program's models; docs/accuracy.md lists effects that none of them includes.
 
@@ -13,7 +13,7 @@ use crate::render::software::Precision;
 use crate::scene::draw::{EclipseModel, PixelView};
 use crate::scene::effects::{Effect, VISIBLE_CHANGE, VISIBLE_LIGHT};
 use crate::scene::request::{ExposureRequest, Purpose, Quality, ViewRequest};
-use crate::scene::tiers::{AIR_TRANSMITTANCE, of_atmosphere, of_eclipse};
+use crate::scene::stated_errors::{AIR_TRANSMITTANCE, of_atmosphere, of_eclipse};
 use crate::session::{Session, SessionError};
 use crate::units::linear_to_srgb;
 
@@ -32,7 +32,7 @@ fn sampling_error_fraction(quality: Quality) -> f64 {
 /// samples.
 const MODEL_DIFFERENCE_FACTOR: f64 = 1.25;
 
-/// The image without atmospheres, the optical depth along each ray, and the largest error of the atmosphere tiers.
+/// The image without atmospheres, the optical depth along each ray, and the largest error of the atmosphere models.
 type AirlessImages = (Vec<[f32; 4]>, Vec<[f32; 4]>, f64);
 
 /// The images from which the bounds of a view are computed.
@@ -45,7 +45,7 @@ struct BoundInputs {
     reference_models: Vec<[f32; 4]>,
     /// The image without eclipses, if the view has any; and the largest error of the eclipse models, as a fraction of that light.
     without_eclipses: Option<(Vec<[f32; 4]>, f64)>,
-    /// The image without atmospheres, and the optical depth along each pixel's ray; and the largest error of the tiers, as a fraction of
+    /// The image without atmospheres, and the optical depth along each pixel's ray; and the largest error of the models, as a fraction of
     /// the scattered light.
     without_air: Option<AirlessImages>,
 }
@@ -133,7 +133,7 @@ fn bound_inputs(dual: &DualRenderer<'_>, request: &ViewRequest, view: &PlannedVi
     } else {
         None
     };
-    let without_air = if let Some(fraction) = features().filter_map(|f| of_atmosphere(f.air.tier)).map(|t| t.max_error).reduce(f64::max) {
+    let without_air = if let Some(fraction) = features().filter_map(|f| of_atmosphere(f.air.model)).map(|t| t.max_error).reduce(f64::max) {
         let depth = ViewRequest { pixel_view: PixelView::OpticalDepth, ..exposed.clone() };
         Some((drawn(&without(Effect::Atmosphere))?, drawn(&depth)?, fraction))
     } else {

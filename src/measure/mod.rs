@@ -154,7 +154,7 @@ pub(crate) const CHOICES: [(&str, MeasureChoice); 13] = [
     ("eclipse", drawings::eclipse_model),
     ("ring-shadow", drawings::ring_shadow),
     ("body-shadow", drawings::body_shadow),
-    ("air", drawings::air_tier),
+    ("air", drawings::air_model),
     ("shape", drawings::shape),
     ("map-taps", drawings::map_taps),
     ("samples", drawings::samples),

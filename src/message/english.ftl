@@ -127,8 +127,8 @@ reason-body-shadow-edges = oblateness and penumbra change { $size } px
 reason-ring-shine-below = ring-shine below { $light }
 reason-ring-shine-up-to = ring-shine up to { $light }
 # Models with their errors.
-reason-tier-mostly = { $model }: error at most { $most } %, mostly below { $mostly } %, of { $of }
-reason-tier = { $model }: error at most { $most } % of { $of }
+reason-model-error-mostly = { $model }: error at most { $most } %, mostly below { $mostly } %, of { $of }
+reason-model-error = { $model }: error at most { $most } % of { $of }
 quantity-ray = each ray's light scattered once
 quantity-ray-and-sky = each ray's light scattered once, and 5 % of the sky's light on the ground
 quantity-behind-round-body = the Sun's light behind a round body

@@ -127,8 +127,8 @@ reason-body-shadow-edges = Abplattung und Halbschatten machen { $size } px aus
 reason-ring-shine-below = Ringschein unter { $light }
 reason-ring-shine-up-to = Ringschein bis { $light }
 # Models with their errors.
-reason-tier-mostly = { $model }: Fehler höchstens { $most } %, meist { $mostly } %, { $of }
-reason-tier = { $model }: Fehler höchstens { $most } % { $of }
+reason-model-error-mostly = { $model }: Fehler höchstens { $most } %, meist { $mostly } %, { $of }
+reason-model-error = { $model }: Fehler höchstens { $most } % { $of }
 # Im Genitiv.
 quantity-ray = des einfach gestreuten Lichts jedes Strahls
 quantity-ray-and-sky = des einfach gestreuten Lichts jedes Strahls, und 5 % des Himmelslichts auf dem Boden

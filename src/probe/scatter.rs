@@ -21,7 +21,9 @@ struct Fields {
     /// Away from the camera, and towards the Sun; of any length.
     dir: [f64; 3],
     sun: [f64; 3],
-    tier: TierName,
+    /// `tier` in queries, as in earlier versions.
+    #[serde(rename = "tier", alias = "model")]
+    model: ModelName,
 }
 
 #[derive(Deserialize)]
@@ -57,7 +59,7 @@ enum Phase {
 }
 
 #[derive(Deserialize)]
-enum TierName {
+enum ModelName {
     #[serde(rename = "vertex")]
     Vertex,
     #[serde(rename = "pixel-8")]
@@ -91,12 +93,12 @@ pub(super) static KIND: QueryKind = QueryKind {
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let f: Fields = fields(query)?;
-    let tier = match f.tier {
-        TierName::Vertex => AtmosphereModel::Vertex,
-        TierName::Pixel8 => AtmosphereModel::Pixel8,
-        TierName::Pixel16 => AtmosphereModel::Pixel16,
-        TierName::Pixel32 => AtmosphereModel::Pixel32,
-        TierName::Table => AtmosphereModel::Table,
+    let model = match f.model {
+        ModelName::Vertex => AtmosphereModel::Vertex,
+        ModelName::Pixel8 => AtmosphereModel::Pixel8,
+        ModelName::Pixel16 => AtmosphereModel::Pixel16,
+        ModelName::Pixel32 => AtmosphereModel::Pixel32,
+        ModelName::Table => AtmosphereModel::Table,
     };
     let (camera, direction, sun) = (DVec3::from_array(f.cam), unit_vector("dir", f.dir)?, unit_vector("sun", f.sun)?);
     let radius_sq_minus_1 = (camera.length() - 1.0) * (camera.length() + 1.0);
@@ -106,7 +108,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let a = &f.atmosphere;
     check(a)?;
     let air = Air {
-        tier,
+        model,
         mie: a.species.iter().any(|s| matches!(s, Species::Exponential { phase: Phase::Hg, .. })),
         absorption: a.species.iter().any(|s| matches!(s, Species::Tent { .. })),
     };

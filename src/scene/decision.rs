@@ -4,7 +4,7 @@ use crate::catalog::Map;
 use crate::message::{Argument, Reason, reason};
 use crate::scene::request::effects::{Effect, EffectOverrides};
 use crate::scene::resources::Resources;
-use crate::scene::tiers::Tier;
+use crate::scene::stated_errors::StatedError;
 
 /// The decision on one feature of one body in one frame.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -15,16 +15,16 @@ pub struct Decision {
     pub on: bool,
     /// The value, its threshold and the comparison, in one line.
     pub reason: Reason,
-    /// The model that computes the feature, if there are several.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tier: Option<Tier>,
+    /// The model that computes the feature and its error, if there are several models. In JSON its name is that of earlier versions.
+    #[serde(rename = "tier", skip_serializing_if = "Option::is_none")]
+    pub stated_error: Option<StatedError>,
 }
 
 impl Decision {
-    /// The reason, then the tier and its error if the effect has several tiers.
+    /// The reason, then the model and its error if the effect has several models.
     pub fn description(&self) -> Reason {
-        match self.tier {
-            Some(tier) => self.reason.clone().and(tier.reason()),
+        match self.stated_error {
+            Some(stated_error) => self.reason.clone().and(stated_error.reason()),
             None => self.reason.clone(),
         }
     }
@@ -44,13 +44,13 @@ impl<'a> DecisionLog<'a> {
 
     /// Records a decision and returns whether the feature is drawn.
     pub(crate) fn note(&mut self, feature: &'static str, on: bool, reason: Reason) -> bool {
-        self.decisions.push(Decision { feature, on, reason, tier: None });
+        self.decisions.push(Decision { feature, on, reason, stated_error: None });
         on
     }
-    /// Adds the tier to the latest decision that draws `feature`.
-    pub(crate) fn tier(&mut self, feature: &'static str, tier: Option<Tier>) {
+    /// Adds the model's stated error to the latest decision that draws `feature`.
+    pub(crate) fn stated_error(&mut self, feature: &'static str, stated_error: Option<StatedError>) {
         if let Some(last) = self.decisions.iter_mut().rfind(|d| d.feature == feature && d.on) {
-            last.tier = tier;
+            last.stated_error = stated_error;
         }
     }
     /// Records an effect: the threshold decides unless the user set the effect.

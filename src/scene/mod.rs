@@ -45,7 +45,7 @@ pub mod sky;
 pub mod surface;
 mod thresholds;
 #[doc(hidden)]
-pub mod tiers;
+pub mod stated_errors;
 mod visibility;
 
 #[doc(hidden)]

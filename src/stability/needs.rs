@@ -77,7 +77,7 @@ struct FramePair {
 }
 
 /// The frame that the scene chooses, and the frame with `effects` switched on. Both use the models of the first, because a model's own
-/// error is that of its tier.
+/// error is that of its model.
 fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<FramePair, SessionError> {
     let exposed = bench.dual.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let mut everything = exposed.clone();

@@ -10,7 +10,7 @@ use orrery::scene::request::{Axes, ExposureRequest, Look, Position, Quality, Up,
 use orrery::time::Instant;
 
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 4 };
-const TIERS: [&str; 5] = ["vertex", "pixel-8", "pixel-16", "pixel-32", "table"];
+const MODELS: [&str; 5] = ["vertex", "pixel-8", "pixel-16", "pixel-32", "table"];
 
 /// Radiance from the centre of the disc across the limb nearest to the sub-solar point and on into space, one value per pixel; and the position of that
 /// limb.
@@ -120,12 +120,12 @@ fn no_bright_line_along_the_limb_of_a_giant() {
 
 /// The same for every quadrature of the air.
 #[test]
-fn no_quadrature_tier_draws_a_line() {
+fn no_quadrature_model_draws_a_line() {
     for id in [599, 699, 799, 899] {
-        for tier in TIERS {
+        for model in MODELS {
             for phase in [0.0, 30.0] {
-                let (dip, line) = dip_and_line_of(id, phase, 1000, &format!("{WITHOUT_MAP},+atmosphere={tier}"));
-                assert!(dip < 0.01 && line < 0.05, "{id}, {tier}, {phase} degrees: {dip} {line}");
+                let (dip, line) = dip_and_line_of(id, phase, 1000, &format!("{WITHOUT_MAP},+atmosphere={model}"));
+                assert!(dip < 0.01 && line < 0.05, "{id}, {model}, {phase} degrees: {dip} {line}");
             }
         }
     }

@@ -6,5 +6,5 @@ mod limb_profile;
 mod refracted_limb;
 mod shadows;
 mod single_scattering;
-mod tier_bounds;
+mod model_bounds;
 mod twilight;

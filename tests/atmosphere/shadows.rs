@@ -37,13 +37,13 @@ fn rings_darken_the_air_behind_them_and_change_no_bit_in_front() {
     let sun = sun.draws.iter().find(|d| d.part == BodyPart::Globe).expect("a globe").uniforms.lights[0].direction_in_body.as_dvec3();
     let abeam = DVec3::new(-sun.y, sun.x, 0.0).normalize() * 2.0 * 60_268.0;
     let position = Position::Offset { body: SATURN, offset_km: abeam, axes: Axes::BodyFixed };
-    for (tier_name, tier) in [("pixel-8", AtmosphereModel::Pixel8), ("pixel-16", AtmosphereModel::Pixel16)] {
-        let effects = format!("+atmosphere,+atmosphere={tier_name},+ring-shadow,-rings,-ring-shine,-eclipse,-planet-shine");
+    for (model_name, model) in [("pixel-8", AtmosphereModel::Pixel8), ("pixel-16", AtmosphereModel::Pixel16)] {
+        let effects = format!("+atmosphere,+atmosphere={model_name},+ring-shadow,-rings,-ring-shine,-eclipse,-planet-shine");
         let request_here = ViewRequest { width: SIDE, height: SIDE, fov_deg: Some(70.0), ..request(SATURN, time, position, &effects) };
         let mut scene = SESSION.scene(&request_here).expect("a scene");
         scene.draws.retain(|d| d.body == SATURN && d.part == BodyPart::Sky);
         assert_eq!(scene.draws.len(), 1);
-        assert_eq!(scene.draws[0].features.air.tier, tier);
+        assert_eq!(scene.draws[0].features.air.model, model);
         // Shadow evaluated at each sample and, as for a rim thinner than a pixel, once per ray.
         for thin in [0.0, 1.0] {
             let pixels_under_rings = |tau_normal: Option<f64>| {
@@ -65,7 +65,7 @@ fn rings_darken_the_air_behind_them_and_change_no_bit_in_front() {
                 let (shown, through, hidden) = (bare[k], clear[k], opaque[k]);
                 assert!(
                     (0..4).all(|c| (shown[c] - through[c]).abs() <= 1e-6 * brightest.max(shown[c])),
-                    "{tier_name} {k}: {shown:?} {through:?}"
+                    "{model_name} {k}: {shown:?} {through:?}"
                 );
                 if shown[1] < 1e-3 * brightest {
                     continue;
@@ -76,14 +76,14 @@ fn rings_darken_the_air_behind_them_and_change_no_bit_in_front() {
                 let camera = -(placement.body_from_icrf * placement.centre_km);
                 let z = (camera - along * camera.dot(along)).z / 60_268.0;
                 if z * sun.z.signum() < -0.2 {
-                    assert!(hidden[1] < 1e-4 * shown[1], "{tier_name}: beyond the plane at {z}: {hidden:?} of {shown:?}");
+                    assert!(hidden[1] < 1e-4 * shown[1], "{model_name}: beyond the plane at {z}: {hidden:?} of {shown:?}");
                     dark += 1;
                 } else if z * sun.z.signum() > 0.2 {
-                    assert_eq!(hidden.map(f32::to_bits), shown.map(f32::to_bits), "{tier_name}: on the Sun's side at {z}");
+                    assert_eq!(hidden.map(f32::to_bits), shown.map(f32::to_bits), "{model_name}: on the Sun's side at {z}");
                     lit += 1;
                 }
             }
-            assert!(dark > 100 && lit > 100, "{tier_name}: {dark} dark and {lit} lit pixels");
+            assert!(dark > 100 && lit > 100, "{model_name}: {dark} dark and {lit} lit pixels");
         }
     }
 }
@@ -94,13 +94,13 @@ fn rings_darken_the_air_behind_them_and_change_no_bit_in_front() {
 fn a_rim_thinner_than_a_pixel_is_shaded_once_per_ray() {
     let (mut worst, mut worst_unshaded) = (0.0_f64, 0.0_f64);
     for time in ["2017-05-17T00:00:00Z", "2021-08-01T00:00:00Z", "2024-06-08T12:00:00Z"] {
-        for (tier_name, radii) in [("pixel-8", 3.3), ("pixel-16", 2.6)] {
-            let effects = format!("+atmosphere,+atmosphere={tier_name},+ring-shadow,-eclipse,-planet-shine");
+        for (model_name, radii) in [("pixel-8", 3.3), ("pixel-16", 2.6)] {
+            let effects = format!("+atmosphere,+atmosphere={model_name},+ring-shadow,-eclipse,-planet-shine");
             let position = Position::Over { towards: None, distance_radii: Some(radii) };
             let view_request = ViewRequest { width: SIDE, height: SIDE, fov_deg: Some(45.0), ..request(SATURN, time, position, &effects) };
             let once = SESSION.scene(&view_request).expect("a scene");
             let sky = once.draws.iter().find(|d| d.part == BodyPart::Sky).expect("a rim");
-            assert!(sky.uniforms.air.rim_is_thin > 0.5 && sky.features.ring_shadow == RingShadow::PointSun, "{time} {tier_name}");
+            assert!(sky.uniforms.air.rim_is_thin > 0.5 && sky.features.ring_shadow == RingShadow::PointSun, "{time} {model_name}");
             let pixels_with_changed_sky = |change: &dyn Fn(&mut Draw)| {
                 let mut scene = once.clone();
                 scene.draws.iter_mut().filter(|d| d.part == BodyPart::Sky).for_each(change);
@@ -118,7 +118,7 @@ fn a_rim_thinner_than_a_pixel_is_shaded_once_per_ray() {
                 a.iter().zip(&by_samples).map(difference).fold(0.0, f64::max)
             };
             let (found, bare) = (greatest_difference(&pixels(&once)), greatest_difference(&unshaded));
-            println!("{time} {tier_name}: {found:.2} of 255, {bare:.1} without the shadow");
+            println!("{time} {model_name}: {found:.2} of 255, {bare:.1} without the shadow");
             (worst, worst_unshaded) = (worst.max(found), worst_unshaded.max(bare));
         }
     }
@@ -130,20 +130,20 @@ fn a_rim_thinner_than_a_pixel_is_shaded_once_per_ray() {
 #[test]
 fn eight_samples_suffice_for_an_eclipse() {
     const EARTH_SIDE: u32 = 300;
-    let scene_of_tier = |tier_name: &str| {
-        let effects = format!("+atmosphere,+atmosphere={tier_name},-planet-shine");
+    let scene_of_model = |model_name: &str| {
+        let effects = format!("+atmosphere,+atmosphere={model_name},-planet-shine");
         let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
         let view_request =
             ViewRequest { width: EARTH_SIDE, height: EARTH_SIDE, ..request(NaifId::EARTH, "2024-04-08T18:17:16Z", position, &effects) };
         SESSION.scene(&view_request).expect("a scene")
     };
-    let eclipsed = scene_of_tier("pixel-8");
-    let of_tier = eclipsed.draws.iter().filter(|d| d.features.air.tier == AtmosphereModel::Pixel8 && d.features.eclipse.occluders > 0);
-    assert_eq!(of_tier.count(), 3, "ground, clouds and sky");
+    let eclipsed = scene_of_model("pixel-8");
+    let of_model = eclipsed.draws.iter().filter(|d| d.features.air.model == AtmosphereModel::Pixel8 && d.features.eclipse.occluders > 0);
+    assert_eq!(of_model.count(), 3, "ground, clouds and sky");
     let (mut far_moon, mut uneclipsed) = (eclipsed.clone(), eclipsed.clone());
     far_moon.draws.iter_mut().flat_map(|d| &mut d.uniforms.eclipse.occluder_positions).for_each(|p| p.x += 1000.0);
     uneclipsed.draws.iter_mut().for_each(|d| d.features.eclipse = Eclipse::default());
-    let [shadow_px, far_px, uneclipsed_px, finer_px] = [&eclipsed, &far_moon, &uneclipsed, &scene_of_tier("pixel-32")].map(pixels);
+    let [shadow_px, far_px, uneclipsed_px, finer_px] = [&eclipsed, &far_moon, &uneclipsed, &scene_of_model("pixel-32")].map(pixels);
     let greatest_difference = |a: &[[f32; 4]], b: &[[f32; 4]]| {
         let difference = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
         a.iter().zip(b).map(difference).fold(0.0, f32::max)
@@ -202,7 +202,7 @@ fn no_line_appears_at_the_limb_of_a_hazy_moon() {
 fn assert_differ_in_the_eclipse_alone(eclipsed: &Scene, plain: &Scene) {
     assert_eq!(eclipsed.draws.len(), plain.draws.len());
     assert!(
-        eclipsed.draws.iter().any(|d| d.features.eclipse.occluders > 0 && d.features.air.tier != AtmosphereModel::None),
+        eclipsed.draws.iter().any(|d| d.features.eclipse.occluders > 0 && d.features.air.model != AtmosphereModel::None),
         "air in an eclipse"
     );
     for (a, b) in eclipsed.draws.iter().zip(&plain.draws) {
@@ -231,9 +231,9 @@ fn an_eclipse_blocks_only_the_suns_light() {
     let abeam = DVec3::new(-f64::from(sun.y), f64::from(sun.x), 0.0).normalize();
     let offset_km = (sun.as_dvec3() + 2.0 * abeam).normalize() * 3.0 * 6378.0;
     let position = Position::Offset { body: NaifId::EARTH, offset_km, axes: Axes::BodyFixed };
-    for tier_name in ["pixel-8", "table"] {
+    for model_name in ["pixel-8", "table"] {
         let scene_with = |switched: &str| {
-            let effects = format!("+atmosphere,+atmosphere={tier_name},-night,{switched}");
+            let effects = format!("+atmosphere,+atmosphere={model_name},-night,{switched}");
             let view_request = ViewRequest { width: 160, height: 160, ..request(NaifId::EARTH, time, position, &effects) };
             let mut scene = SESSION.scene(&view_request).expect("a scene");
             for light in scene.draws.iter_mut().flat_map(|d| d.uniforms.lights.iter_mut().skip(1).take(1)) {
@@ -251,7 +251,7 @@ fn an_eclipse_blocks_only_the_suns_light() {
         for k in 0..shown.len() {
             assert!(
                 (0..4).all(|c| (far[k][c] - plain[k][c]).abs() <= 1e-6 * plain[k][c].max(1e-3)),
-                "{tier_name} {k}: {:?} {:?}",
+                "{model_name} {k}: {:?} {:?}",
                 far[k],
                 plain[k]
             );
@@ -262,17 +262,17 @@ fn an_eclipse_blocks_only_the_suns_light() {
                 // A thousandth of sunlight at oblique incidence on sea of albedo 0.03 or more.
                 assert!(
                     (0..3).all(|c| (shown[k][c] - plain[k][c]).abs() <= 1e-5 * plain[k][c]),
-                    "{tier_name} {k}: {:?} {:?}",
+                    "{model_name} {k}: {:?} {:?}",
                     shown[k],
                     plain[k]
                 );
                 let brighter = (0..3).any(|c| shown[k][c] > unlit[k][c] + 1e-8);
-                assert!(brighter, "{tier_name} {k}: the night is {:?} with and {:?} without", shown[k], unlit[k]);
+                assert!(brighter, "{model_name} {k}: the night is {:?} with and {:?} without", shown[k], unlit[k]);
                 night += 1;
             } else if shown[k][1] < 0.9 * plain[k][1] {
                 day += 1;
             }
         }
-        assert!(night > 500 && day > 100, "{tier_name}: {night} by night, {day} in the shadow");
+        assert!(night > 500 && day > 100, "{model_name}: {night} by night, {day} in the shadow");
     }
 }

@@ -11,7 +11,7 @@ use orrery::scene::draw::AtmosphereModel;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::multi_scatter_table;
 use orrery::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
-use orrery::scene::tiers::{self, Tier};
+use orrery::scene::stated_errors::{self, StatedError};
 use orrery::session::{Session, Sources};
 use orrery::time::Instant;
 use serde_json::{Value, json};
@@ -22,7 +22,7 @@ fn numbers(v: &Value) -> Vec<f64> {
 
 /// Largest relative error of each ray's radiance, without channels fainter than 1e-4 of the air's brightest ray; and the largest error of a
 /// transmittance.
-fn errors(tier: &str) -> (Vec<f64>, f64) {
+fn errors(model: &str) -> (Vec<f64>, f64) {
     let table: Value = serde_json::from_str(include_str!("../data/rayleigh_reference_public.json")).expect("JSON");
     let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
     let prober = Prober { session: &SESSION, renderer: &renderer };
@@ -32,7 +32,7 @@ fn errors(tier: &str) -> (Vec<f64>, f64) {
     for ray in rays.iter().filter(|r| !r["segment"].is_null()) {
         let air = ray["atm"].as_str().expect("a name");
         let question = json!({ "q": "scatter", "atmosphere": table["atmospheres"][air], "cam": ray["cam"], "dir": ray["dir"],
-            "sun": ray["sun"], "tier": tier });
+            "sun": ray["sun"], "tier": model });
         let answer = prober.answer(&question.to_string()).expect("an answer");
         assert_eq!(answer["hits_ground"], ray["hits_ground"], "{ray}");
         let floor = 1e-4 * brightest(&ray["atm"]);
@@ -48,21 +48,21 @@ fn errors(tier: &str) -> (Vec<f64>, f64) {
     (radiance, transmittance)
 }
 
-/// The tier that `explain` states for a model.
-fn stated(tier: AtmosphereModel) -> Tier {
-    tiers::of_atmosphere(tier).expect("a tier")
+/// The model that `explain` states for a model.
+fn stated(model: AtmosphereModel) -> StatedError {
+    stated_errors::of_atmosphere(model).expect("a stated error")
 }
 
-fn assert_within_stated_bounds(tier: AtmosphereModel) {
-    let Tier { name: tier, error_95_percent, max_error, .. } = stated(tier);
+fn assert_within_stated_bounds(model: AtmosphereModel) {
+    let StatedError { name, error_95_percent, max_error, .. } = stated(model);
     let (for_95_percent, transmittance_bound) = (error_95_percent.expect("a bound for 95 %"), 0.001);
-    let (radiance, transmittance) = errors(tier);
+    let (radiance, transmittance) = errors(name);
     assert!(radiance.len() > 100, "{} rays", radiance.len());
     let percentile_95 = radiance[radiance.len() * 95 / 100];
     let worst = radiance[radiance.len() - 1];
     assert!(
         percentile_95 < for_95_percent && worst < max_error && transmittance < transmittance_bound,
-        "{tier}: {percentile_95:.4} {worst:.4} {transmittance:.4}"
+        "{name}: {percentile_95:.4} {worst:.4} {transmittance:.4}"
     );
 }
 
@@ -146,7 +146,7 @@ fn an_empty_atmosphere_changes_nothing() {
     // Large enough for the rim of the atmosphere to be drawn.
     let large = |effects: &str| ViewRequest { width: 400, height: 400, ..earth_at("2024-06-08T06:00:00Z", effects) };
     let (with, without) = (large("+atmosphere"), large("-atmosphere"));
-    let draws_with_air = empty.scene(&with).expect("a scene").draws.iter().filter(|d| d.features.air.tier != AtmosphereModel::None).count();
+    let draws_with_air = empty.scene(&with).expect("a scene").draws.iter().filter(|d| d.features.air.model != AtmosphereModel::None).count();
     assert!(draws_with_air >= 3, "ground, clouds and sky are drawn with the empty air: {draws_with_air}");
     let airless = empty.draw(&without, SAMPLING, true).expect("draws").frame.hdr;
     assert_eq!(empty.draw(&with, SAMPLING, true).expect("draws").frame.hdr, airless);
@@ -239,7 +239,7 @@ fn skylight_from_the_table_agrees_with_photons() {
     }
 }
 
-/// Thin air scatters only once: at a hundredth of the density the table tier equals the tier without the table, and at full density it adds light.
+/// Thin air scatters only once: at a hundredth of the density the table model equals the model without the table, and at full density it adds light.
 #[test]
 fn the_table_adds_more_light_to_thick_air_than_to_thin() {
     let catalog = Catalog::embedded();

@@ -131,10 +131,10 @@ fn json_answers_have_their_fields() {
     assert!(earth["features"].as_array().is_some_and(|f| f.len() > 5) && earth["key"].is_string(), "{earth}");
     let estimate = "albedo 0.434: an estimate, +-50 %: changes brightness by up to 0.75 mag";
     assert!(earth["estimates"].as_array().is_some_and(|e| e.iter().any(|line| line == estimate)), "{earth}");
-    // Each effect with tiers names the chosen one and its error.
-    for (feature, tier) in [("atmosphere", "table"), ("eclipse", "limb-darkened")] {
+    // Each effect with models names the chosen one and its error.
+    for (feature, model) in [("atmosphere", "table"), ("eclipse", "limb-darkened")] {
         let found = earth["features"].as_array().and_then(|f| f.iter().find(|f| f["feature"] == feature)).expect(feature);
-        assert!(found["tier"]["name"] == tier && found["tier"]["at_most"].as_f64().is_some_and(|e| e > 0.0), "{found}");
+        assert!(found["tier"]["name"] == model && found["tier"]["at_most"].as_f64().is_some_and(|e| e > 0.0), "{found}");
     }
     let draft = orrery(&["--quality", "draft", "explain", "--target", "earth", "--time", ECLIPSE]);
     let draft = String::from_utf8_lossy(&draft.stdout);

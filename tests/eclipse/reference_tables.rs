@@ -15,7 +15,7 @@ use orrery::scene::draw::{DrawFeatures, Eclipse, EclipseModel, EclipseUniforms};
 use orrery::scene::eclipse::{EclipseModelChoice, Receiver};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, Quality, ViewRequest};
-use orrery::scene::tiers;
+use orrery::scene::stated_errors;
 use orrery::session::{Session, Sources};
 use orrery::shader::Layout;
 use orrery::shader::ModuleId;
@@ -66,7 +66,7 @@ fn instant(text: &str) -> Instant {
 fn discs_and_ellipses_block_the_fraction_of_forty_digit_integrals() {
     let table = table(include_str!("../data/limb_darkened_overlap_public.json"));
     // Bounds for circles and ellipses in f32 and f64; measured 3e-7, 1.3e-4, 1.8e-7, 1.3e-4 with limb darkening.
-    let stated = tiers::of_eclipse(EclipseModel::LimbDarkened).expect("a tier").max_error;
+    let stated = stated_errors::of_eclipse(EclipseModel::LimbDarkened).expect("a stated error").max_error;
     for (prober, circles, ellipses) in [(single(), 1e-5, stated), (double(), 1e-6, stated)] {
         for model in ["limb-darkened", "uniform-disc"] {
             let blocked = if model == "uniform-disc" { "blocked_uniform" } else { "blocked_ld" };
@@ -110,16 +110,16 @@ fn simpler_disc_models_have_their_stated_errors() {
         ask(&prober, &json!({"q": "disc-overlap", "k": k, "d": d, "u1": 0.625, "u2": 0.18, "model": model}), "blocked")
     };
     for model in [EclipseModel::Linear, EclipseModel::UniformDisc] {
-        let tier = tiers::of_eclipse(model).expect("a tier");
+        let stated = stated_errors::of_eclipse(model).expect("a stated error");
         let mut worst = 0.0f64;
         for k in [0.1, 0.5, 0.7, 0.76, 0.8, 0.9, 1.0, 1.02, 1.05, 1.1, 1.5, 4.0, 20.0] {
             for step in 0..40 {
                 let d = (1.0 + k) * (1.0 - f64::from(step) / 40.0 * f64::min(2.0 / (1.0 + k), 1.0));
-                worst = worst.max((blocked(k, d, tier.name) - blocked(k, d, "limb-darkened")).abs());
+                worst = worst.max((blocked(k, d, stated.name) - blocked(k, d, "limb-darkened")).abs());
             }
         }
-        println!("{}: {worst:.4}", tier.name);
-        assert!(worst < tier.max_error && worst > 0.8 * tier.max_error, "{}: {worst} for {}", tier.name, tier.max_error);
+        println!("{}: {worst:.4}", stated.name);
+        assert!(worst < stated.max_error && worst > 0.8 * stated.max_error, "{}: {worst} for {}", stated.name, stated.max_error);
     }
 }
 

@@ -9,7 +9,7 @@ use orrery::scene::Scene;
 use orrery::scene::draw::{BodyPart, BodyShadow, RingShadow};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
-use orrery::scene::tiers;
+use orrery::scene::stated_errors;
 use orrery::time::Instant;
 use serde_json::{Value, json};
 use std::sync::LazyLock;
@@ -62,7 +62,7 @@ fn light_through_the_ring_follows_the_closed_form() {
 fn the_penumbra_agrees_with_a_sum_over_the_suns_disc() {
     const EDGE: f64 = 1.5;
     const POINTS: i32 = 20_000;
-    let stated = tiers::of_ring_shadow(RingShadow::Penumbra).expect("a tier").max_error;
+    let stated = stated_errors::of_ring_shadow(RingShadow::Penumbra).expect("a stated error").max_error;
     let profile = json!([{"r_in": EDGE, "r_out": 9.0, "tau_normal": 20.0}]);
     let (mut worst, mut worst_high, mut worst_of_point_sun) = (0.0_f64, 0.0_f64, 0.0_f64);
     for (height_deg, radius_deg) in [(0.2_f64, 0.03_f64), (0.7, 0.03), (2.0, 0.03), (5.0, 0.03), (26.7, 0.03), (26.7, 0.27), (60.0, 0.27)] {
@@ -110,7 +110,7 @@ fn the_penumbra_agrees_with_a_sum_over_the_suns_disc() {
 
 /// The edges of the shadows of a sphere and of the oblate globe, located on the ring in many directions for low and high Suns.
 #[test]
-fn the_error_of_a_spheres_shadow_is_the_one_its_tier_states() {
+fn the_error_of_a_spheres_shadow_is_the_one_its_model_states() {
     let (flattening, outer) = (0.098, 2.3);
     for height_deg in [0.5_f64, 4.0, 12.0, 26.7] {
         let (sine, cosine) = height_deg.to_radians().sin_cos();
@@ -139,7 +139,7 @@ fn the_error_of_a_spheres_shadow_is_the_one_its_tier_states() {
             (edge("sphere", angle) - edge("uniform-disc", angle)).abs() * slant
         };
         let worst = (0..40).map(|k| edge_distance(f64::from(k) * 0.0389)).fold(0.0, f64::max);
-        let stated = tiers::sphere_shadow_offset(1.0 - flattening, sine, outer);
+        let stated = stated_errors::sphere_shadow_offset(1.0 - flattening, sine, outer);
         println!("{height_deg} degrees: {worst:.4} of {stated:.4} radii");
         assert!(worst <= stated + 1e-5, "{height_deg} degrees: {worst} radii, {stated} stated");
         assert!(worst > 0.5 * stated, "{height_deg} degrees: {worst} radii is far less than the {stated} stated");
@@ -148,7 +148,7 @@ fn the_error_of_a_spheres_shadow_is_the_one_its_tier_states() {
 
 #[test]
 fn the_oblate_planet_hides_the_fraction_given_by_chords() {
-    let (table, stated) = (table(), tiers::of_body_shadow(BodyShadow::EllipsoidPenumbra).expect("a tier").max_error);
+    let (table, stated) = (table(), stated_errors::of_body_shadow(BodyShadow::EllipsoidPenumbra).expect("a stated error").max_error);
     let mut sphere_off: f64 = 0.0;
     for row in list(&table, "ring_points") {
         let ask = |precision, model: &str| {

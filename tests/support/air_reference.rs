@@ -1,9 +1,9 @@
-//! Reference for single scattering along a ray through spherical shells: tests/atmosphere/tier_bounds.rs compares the shaders with it.
+//! Reference for single scattering along a ray through spherical shells: tests/atmosphere/model_bounds.rs compares the shaders with it.
 //!
 //! In: an atmosphere, a ray, a Sun at infinity. Out: radiance per irradiance (1/sr) and transmittance, in f64. Method: globally adaptive Gauss-Kronrod 7/15 on
 //! intervals cut where the integrand or its derivative jumps: the knots of the triangular profile on the ray and on the tangent points of sunlight, the ray's perigee, the
 //! edges of the planet's shadow. Column densities: 12-point Gauss-Legendre on shells of 2.5 scale heights, the triangular profile in closed form. No code is shared with the
-//! program. Verified against tests/data/rayleigh_reference_public.json by tests/atmosphere/tier_bounds.rs. Lengths: planet radii.
+//! program. Verified against tests/data/rayleigh_reference_public.json by tests/atmosphere/model_bounds.rs. Lengths: planet radii.
 
 use glam::DVec3;
 

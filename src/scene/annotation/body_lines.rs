@@ -157,7 +157,7 @@ impl GroundLineBuilder<'_, '_> {
     }
 
     pub(super) fn decide(&mut self, feature: &'static str, on: bool, reason: Reason) {
-        self.all.decisions.push(Decision { feature, on, reason, tier: None });
+        self.all.decisions.push(Decision { feature, on, reason, stated_error: None });
     }
 
     pub(super) fn grid(&mut self, language: TextLanguage) {
@@ -198,7 +198,7 @@ impl GroundLineBuilder<'_, '_> {
             }
         }
         let reason = reason!("lines-body", count = count, body = &self.p.body.name);
-        self.all.decisions.push(Decision { feature: "grid-body", on: count > 0, reason, tier: None });
+        self.all.decisions.push(Decision { feature: "grid-body", on: count > 0, reason, stated_error: None });
     }
 
     pub(super) fn terminator(&mut self) {
@@ -210,7 +210,7 @@ impl GroundLineBuilder<'_, '_> {
         let circle = Circle { centre: DVec3::ZERO, a, b: pole.cross(a) };
         let drawn = self.draw_circle(&circle, [-PI, PI], &|_| TERMINATOR_OPACITY, TERMINATOR_COLOUR).is_some();
         let reason = if drawn { reason!("lines-terminator", body = &self.p.body.name) } else { reason!("lines-not-in-frame") };
-        self.all.decisions.push(Decision { feature: "terminator", on: drawn, reason, tier: None });
+        self.all.decisions.push(Decision { feature: "terminator", on: drawn, reason, stated_error: None });
     }
 }
 

@@ -114,7 +114,7 @@ impl ConeBuilder<'_, '_> {
 
 /// Shadow cones in space: the cone of each body whose penumbra meets the target, drawn up to the target, and the target's own cone.
 pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBody<'_>) -> (Vec<LineSegment>, Decision) {
-    let decided = |on, reason| Decision { feature: "eclipse-cones", on, reason, tier: None };
+    let decided = |on, reason| Decision { feature: "eclipse-cones", on, reason, stated_error: None };
     let receiver_axis_candidates =
         sun_occluders::receiver(context, placed).and_then(|(receiver, sun, all)| Some((receiver, Axis::of(receiver, sun)?, all)));
     let Some((receiver, axis, candidates)) = receiver_axis_candidates else { return (Vec::new(), decided(false, reason!("lines-no-sun"))) };

@@ -34,7 +34,7 @@ pub(crate) fn ground_lines(
             let size = || reason!("lines-small", size = format_args!("{diameter_px:.1}"), least = MIN_DIAMETER_PX);
             if body.is_none() { reason!("lines-no-target") } else { size() }
         };
-        let left_out = |(_, feature): (bool, &'static str)| Decision { feature, on: false, reason: reason(), tier: None };
+        let left_out = |(_, feature): (bool, &'static str)| Decision { feature, on: false, reason: reason(), stated_error: None };
         let decisions = requested.into_iter().filter(|(on, _)| *on).map(left_out).collect();
         return AnnotationLines { decisions, ..AnnotationLines::default() };
     };

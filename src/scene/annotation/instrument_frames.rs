@@ -113,7 +113,7 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
     if left_out > 0 {
         reason = reason.and(reason!("lines-instruments-left", count = left_out));
     }
-    all.decisions.push(Decision { feature: "instruments", on, reason, tier: None });
+    all.decisions.push(Decision { feature: "instruments", on, reason, stated_error: None });
     all
 }
 

@@ -280,7 +280,7 @@ pub(crate) fn line(
 ) -> Option<(Vec<OrbitArc>, Decision)> {
     let parent = p.catalog.body(p.body.parent?)?;
     let feature = "orbit";
-    let without = |reason: Reason| Some((Vec::new(), Decision { feature, on: false, reason, tier: None }));
+    let without = |reason: Reason| Some((Vec::new(), Decision { feature, on: false, reason, stated_error: None }));
     let state = match ephemeris.state(p.body.id, parent.id, p.emitted_at, None) {
         Ok(answer) => answer.state,
         Err(e) => return without(reason!("quoted", text = &e.to_string())),
@@ -299,7 +299,7 @@ pub(crate) fn line(
         n => reason!("orbit-arcs", body = &parent.name, size = format_args!("{size_px:.0}"), count = n),
     };
     let on = !all.is_empty();
-    Some((all, Decision { feature, on, reason, tier: None }))
+    Some((all, Decision { feature, on, reason, stated_error: None }))
 }
 
 #[cfg(test)]

@@ -91,7 +91,7 @@ impl SkyLineBuilder<'_> {
     }
 
     fn decide(&mut self, feature: &'static str, on: bool, reason: Reason) {
-        self.all.decisions.push(Decision { feature, on, reason, tier: None });
+        self.all.decisions.push(Decision { feature, on, reason, stated_error: None });
     }
 
     fn grid(

@@ -91,7 +91,7 @@ pub(crate) fn trace(camera: &Camera, ephemeris: &Ephemeris, p: &PlacedBody<'_>, 
         return None;
     }
     let feature = "trace";
-    let decision = |on: bool, reason: Reason| Decision { feature, on, reason, tier: None };
+    let decision = |on: bool, reason: Reason| Decision { feature, on, reason, stated_error: None };
     let centre_body = p.catalog.body(centre)?;
     let own_period = period_s(ephemeris, p.body, p);
     let centre_period = if is_child_of_centre {

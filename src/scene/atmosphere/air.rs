@@ -37,20 +37,20 @@ const STEPS: usize = 64;
 /// Height of the Sun in degrees, and the radiance for which images of ground and sky on the Earth are exposed: chosen by eye.
 const SKY_LEVELS: [(f64, f64); 7] = [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
 
-/// Every tier that a draw of the body can have.
-pub(crate) fn possible_tiers(body: &Body) -> BTreeSet<AtmosphereModel> {
+/// Every model that a draw of the body can have.
+pub(crate) fn possible_models(body: &Body) -> BTreeSet<AtmosphereModel> {
     let drawn = AtmosphereModel::CHOICES.into_iter().filter(|_| body.atmosphere.is_some());
     drawn.chain([AtmosphereModel::None]).collect()
 }
 
-/// The tier of the atmosphere, and why. Where the reason names two sample counts, the smaller applies to rays that only rise or only fall, by day.
+/// The model of the atmosphere, and why. Where the reason names two sample counts, the smaller applies to rays that only rise or only fall, by day.
 /// `chosen`: the user's choice.
-pub(crate) fn tier(chosen: Option<AtmosphereModel>, quality: Quality) -> (AtmosphereModel, Reason) {
-    let tier = chosen.unwrap_or(match quality {
+pub(crate) fn model(chosen: Option<AtmosphereModel>, quality: Quality) -> (AtmosphereModel, Reason) {
+    let model = chosen.unwrap_or(match quality {
         Quality::Draft => AtmosphereModel::Pixel8,
         Quality::Standard | Quality::Reference => AtmosphereModel::Table,
     });
-    let reason = match (tier, chosen) {
+    let reason = match (model, chosen) {
         (AtmosphereModel::None, _) => reason!("air-none"),
         (AtmosphereModel::Vertex, _) => reason!("air-samples-chosen", few = 4, many = 5),
         (AtmosphereModel::Pixel8, Some(_)) => reason!("air-samples-chosen", few = 6, many = 8),
@@ -60,7 +60,7 @@ pub(crate) fn tier(chosen: Option<AtmosphereModel>, quality: Quality) -> (Atmosp
         (AtmosphereModel::Table, Some(_)) => reason!("air-samples-table-chosen", few = 8, many = 16),
         (AtmosphereModel::Table, None) => reason!("air-samples-table", few = 8, many = 16),
     };
-    (tier, reason)
+    (model, reason)
 }
 
 /// Whether the colours of the body's map and disc show the ground without the atmosphere; the colours of other bodies include the atmosphere.

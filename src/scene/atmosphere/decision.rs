@@ -1,6 +1,6 @@
 //! Whether a body's atmosphere is drawn, with how many samples, and whether it is composited over the ground.
 //!
-//! In: the inputs of one body and the decisions made before. Out: the decisions, with the tier of the air, the blend mode and the draw of the sky.
+//! In: the inputs of one body and the decisions made before. Out: the decisions, with the model of the air, the blend mode and the draw of the sky.
 
 use crate::catalog::{Atmosphere, Body};
 use crate::message::{Reason, reason};
@@ -13,7 +13,7 @@ use crate::scene::features::choice::Capabilities;
 use crate::scene::features::globe;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::request::effects::Effect;
-use crate::scene::tiers;
+use crate::scene::stated_errors;
 
 /// Whether the atmosphere can change the image, with the reason.
 fn is_significant(inputs: &DecisionInputs<'_, '_>, body: &Body, air: &Atmosphere, inside: bool) -> (bool, Reason) {
@@ -38,10 +38,10 @@ pub(crate) fn needs_table(inputs: &DecisionInputs<'_, '_>) -> bool {
     drawn
         && reaches_decision
         && may_be_seen(inputs, &shell)
-        && air::tier(request.effects.air_tier(), request.quality).0 == AtmosphereModel::Table
+        && air::model(request.effects.air_model(), request.quality).0 == AtmosphereModel::Table
 }
 
-/// Decides on the atmosphere: sets the tier for the globe's draw, and creates the draw of the sky beyond the limb.
+/// Decides on the atmosphere: sets the model for the globe's draw, and creates the draw of the sky beyond the limb.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let (body, context) = (inputs.body(), inputs.frame.context);
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &inputs.placed.placement)) else { return decisions };
@@ -51,17 +51,17 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     if !log.effect(Effect::Atmosphere, on, reason) {
         return decisions;
     }
-    let (mut tier, mut reason) = air::tier(context.request.effects.air_tier(), context.request.quality);
+    let (mut model, mut reason) = air::model(context.request.effects.air_model(), context.request.quality);
     let has_table = context.resources.scattering_tables.contains_key(&body.id);
-    if tier == AtmosphereModel::Table && !has_table && may_be_seen(inputs, &shell) {
-        (tier, reason) = (AtmosphereModel::Pixel16, reason!("air-samples-no-table", few = 8, many = 16));
+    if model == AtmosphereModel::Table && !has_table && may_be_seen(inputs, &shell) {
+        (model, reason) = (AtmosphereModel::Pixel16, reason!("air-samples-no-table", few = 8, many = 16));
     }
     log.note("air-samples", true, reason);
     let chosen = &mut decisions.chosen;
-    chosen.air = tier;
-    log.tier(Effect::Atmosphere.name(), tiers::of_atmosphere(tier));
+    chosen.air = model;
+    log.stated_error(Effect::Atmosphere.name(), stated_errors::of_atmosphere(model));
     if chosen.eclipse.occluders > 0 {
-        let has_spread = tier == AtmosphereModel::Table;
+        let has_spread = model == AtmosphereModel::Table;
         let reason = if has_spread { reason!("air-spread") } else { reason!("air-no-spread") };
         log.note("light-into-shadow", has_spread, reason);
     }

@@ -23,10 +23,10 @@ pub(crate) fn vertical_optical_depth(air: &Atmosphere) -> DVec3 {
     air.species.iter().map(|s| extinction(s) * s.scale_height_km).sum()
 }
 
-/// The atmospheric features of a body's draws at this tier; none without an atmosphere.
-pub(crate) fn features(body: &Body, tier: AtmosphereModel) -> Air {
+/// The atmospheric features of a body's draws with this model; none without an atmosphere.
+pub(crate) fn features(body: &Body, model: AtmosphereModel) -> Air {
     body.atmosphere.as_ref().map_or_else(Air::default, |air| Air {
-        tier,
+        model,
         mie: mie(air).is_some(),
         absorption: absorption_layer(air).is_some(),
     })

@@ -113,7 +113,7 @@ pub(super) fn not_placed(body: &Body, reason: Reason) -> BodyInView {
         sub_observer: SubPoint { latitude_deg: f64::NAN, longitude_deg: f64::NAN },
         sub_solar: None,
         placement: Placement { centre_km: DVec3::NAN, body_from_icrf: DMat3::IDENTITY, radii_km: body.radii_km },
-        decisions: vec![Decision { feature: "visible", on: false, reason, tier: None }],
+        decisions: vec![Decision { feature: "visible", on: false, reason, stated_error: None }],
         features: Vec::new(),
         invented: Vec::new(),
     }

@@ -150,7 +150,7 @@ impl AtmosphereModel {
 /// The atmosphere: Rayleigh scattering is always included, the other species by flag.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Air {
-    pub tier: AtmosphereModel,
+    pub model: AtmosphereModel,
     /// Haze or dust, which scatters mainly forward.
     pub mie: bool,
     /// A layer that only absorbs.
@@ -302,7 +302,7 @@ impl DrawFeatures {
         ring_shadow: RingShadow::None,
         ring_shine: false,
         body_shadow: BodyShadow::None,
-        air: Air { tier: AtmosphereModel::None, mie: false, absorption: false },
+        air: Air { model: AtmosphereModel::None, mie: false, absorption: false },
         air_pass: AirPass::None,
         shape: Shape::Sphere,
         limb_heights: false,

@@ -10,7 +10,7 @@ use crate::scene::eclipse::{occluders, uniforms};
 use crate::scene::features::choice::Capabilities;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::request::effects::Effect;
-use crate::scene::tiers;
+use crate::scene::stated_errors;
 
 /// Decides which occluders shade the globe, its air and its clouds.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
@@ -24,7 +24,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         found.occluders.clear();
     }
     decisions.chosen.eclipse = occluders::model(&mut found.occluders, requested_model(context.request));
-    decisions.log.tier(Effect::Eclipse.name(), tiers::of_eclipse(decisions.chosen.eclipse.model));
+    decisions.log.stated_error(Effect::Eclipse.name(), stated_errors::of_eclipse(decisions.chosen.eclipse.model));
     decisions.eclipse = uniforms::uniforms_of_occluders(&found.occluders, decisions.chosen.eclipse.model, &found.receiver, found.sun);
     decisions
 }
@@ -44,6 +44,6 @@ pub(crate) fn decide_for_rings(inputs: &DecisionInputs<'_, '_>, decisions: &mut 
     decisions.log.note("eclipse-on-rings", !found.occluders.is_empty(), found.reason);
     let model = occluders::model(&mut found.occluders, requested_model(context.request));
     decisions.chosen.ring_eclipse = model;
-    decisions.log.tier("eclipse-on-rings", tiers::of_eclipse(model.model));
+    decisions.log.stated_error("eclipse-on-rings", stated_errors::of_eclipse(model.model));
     uniforms::uniforms_of_occluders(&found.occluders, model.model, &found.receiver, found.sun)
 }

@@ -83,7 +83,7 @@ pub struct FeatureSelection {
     /// Whether ring-shine lights the globe.
     pub ring_shine: bool,
     pub body_shadow: BodyShadow,
-    /// The tier of the atmosphere; [`AtmosphereModel::None`] without an atmosphere.
+    /// The model of the atmosphere; [`AtmosphereModel::None`] without an atmosphere.
     pub air: AtmosphereModel,
     /// Whether the air before ground and clouds is interpolated in a coarse image.
     pub air_pass: bool,
@@ -109,8 +109,8 @@ impl FeatureSelection {
         let available = Capabilities::of(body);
         let air = species::features(body, self.air);
         // Under an atmosphere the shape is always the ellipsoid, even if a sphere would be accurate enough: this halves the number of keys.
-        let ellipsoid = self.ellipsoid || air.tier != AtmosphereModel::None;
-        let mesh = self.mesh.zip(body.mesh.as_ref()).filter(|_| air.tier == AtmosphereModel::None).map(|(flags, model)| Flags {
+        let ellipsoid = self.ellipsoid || air.model != AtmosphereModel::None;
+        let mesh = self.mesh.zip(body.mesh.as_ref()).filter(|_| air.model == AtmosphereModel::None).map(|(flags, model)| Flags {
             two_sided: flags.two_sided && model.two_sided,
             alpha_texture: flags.alpha_texture && model.alpha && self.maps.albedo && available.maps.albedo,
             vertex_colour: flags.vertex_colour && model.vertex_colours,
@@ -139,12 +139,12 @@ impl FeatureSelection {
                 (true, ..) => 0,
                 (false, true, _) | (false, false, 0) => 1,
                 // The number of lights is rounded up to the maximum, which halves the number of these keys; the last light may be black.
-                (false, false, _) if air.tier != AtmosphereModel::None && self.eclipse.occluders > 0 => MAX_LIGHTS,
+                (false, false, _) if air.model != AtmosphereModel::None && self.eclipse.occluders > 0 => MAX_LIGHTS,
                 (false, false, secondary) => (1 + secondary).min(MAX_LIGHTS),
             },
             eclipse: if available.emissive { Eclipse::default() } else { self.eclipse },
             // Under an atmosphere in an eclipse the ring's shadow is left out; `leave_out_rare_pairs` records this.
-            ring_shadow: if available.rings && !available.emissive && (air.tier == AtmosphereModel::None || self.eclipse.occluders == 0) {
+            ring_shadow: if available.rings && !available.emissive && (air.model == AtmosphereModel::None || self.eclipse.occluders == 0) {
                 self.ring_shadow
             } else {
                 RingShadow::None
@@ -158,7 +158,7 @@ impl FeatureSelection {
             limb_heights: self.limb_heights && available.limb_heights && mesh.is_none() && !self.detail && self.eclipse.occluders == 0,
             flags: mesh.unwrap_or_default(),
             air,
-            air_pass: if self.air_pass && air.tier != AtmosphereModel::None { AirPass::Read } else { AirPass::None },
+            air_pass: if self.air_pass && air.model != AtmosphereModel::None { AirPass::Read } else { AirPass::None },
             view,
             ..DrawFeatures::MINIMAL
         }
@@ -212,6 +212,6 @@ impl FeatureSelection {
             air_pass: AirPass::None,
             ..ground
         };
-        (shown && ground.air.tier != AtmosphereModel::None).then_some(sky)
+        (shown && ground.air.model != AtmosphereModel::None).then_some(sky)
     }
 }

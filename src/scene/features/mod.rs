@@ -62,7 +62,7 @@ const MAP_FEATURES: [DecideFeature; 3] = [ground::decide, overlays::decide, atmo
 fn leave_out_rare_pairs<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let chosen = &mut decisions.chosen;
     if chosen.air != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
-        // All combinations of ring shadow, atmosphere tier, number of occluders and eclipse model would triple the number of these keys.
+        // All combinations of ring shadow, atmosphere model, number of occluders and eclipse model would triple the number of these keys.
         decisions.log.note(Effect::RingShadow.name(), false, reason!("left-out-under-air"));
         chosen.ring_shadow = RingShadow::None;
     }
@@ -209,7 +209,7 @@ fn globe(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: ClipRec
 /// Completes the draws of a body and returns them, the globe first, with the decisions about it.
 fn assemble(inputs: &DecisionInputs<'_, '_>, globe: Option<Draw>, mut decided: Decisions<'_>) -> (Vec<Draw>, Vec<Decision>) {
     let mut draws: Vec<Draw> = globe.into_iter().chain(decided.sky).chain(decided.clouds).collect();
-    if draws.iter().any(|d| d.features.air.tier == AtmosphereModel::Table) && !decided.eclipse.occluder_positions.is_empty() {
+    if draws.iter().any(|d| d.features.air.model == AtmosphereModel::Table) && !decided.eclipse.occluder_positions.is_empty() {
         decided.eclipse.multi_scatter = multi_scatter_in_shadow::tables(inputs.body(), &decided.eclipse);
     }
     for draw in &mut draws {
@@ -228,7 +228,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, globe: Option<Draw>, mut decided: D
             atmosphere::air_pass::set_bound(&mut draw.uniforms, inputs);
         }
         if let Some(table) =
-            inputs.frame.context.resources.scattering_tables.get(&draw.body).filter(|_| draw.features.air.tier == AtmosphereModel::Table)
+            inputs.frame.context.resources.scattering_tables.get(&draw.body).filter(|_| draw.features.air.model == AtmosphereModel::Table)
         {
             draw.uniforms.air.multi_scatter = Arc::clone(table);
         }

@@ -106,7 +106,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                 all.extend(possible_clouds(chosen, body, view));
                                 all.extend(chosen.ring_features(body, view));
                             }
-                            for air in air::possible_tiers(body) {
+                            for air in air::possible_models(body) {
                                 for (ring_shadow, air_pass) in shadows_on_air(air, view) {
                                     let chosen = FeatureSelection {
                                         ellipsoid,
@@ -146,7 +146,7 @@ mod tests {
         let eclipse = Eclipse { occluders: 1, model: EclipseModel::LimbDarkened };
         let (mut under_air, mut by_rings) = (0, 0);
         for body in catalog.bodies() {
-            for air in air::possible_tiers(body) {
+            for air in air::possible_models(body) {
                 for (secondary_light_count, ring_shine) in [(0, false), (1, false), (2, false), (0, true)] {
                     let chosen = FeatureSelection { secondary_light_count, ring_shine, air, ..FeatureSelection::default() };
                     let plain = chosen.features(body, PixelView::Final);

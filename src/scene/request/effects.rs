@@ -126,7 +126,7 @@ impl Effect {
             EclipseModel::LimbDarkened.name(),
             EclipseModel::Refracted.name(),
         ];
-        const TIERS: [&str; AtmosphereModel::CHOICES.len()] = [
+        const MODELS: [&str; AtmosphereModel::CHOICES.len()] = [
             AtmosphereModel::Vertex.name(),
             AtmosphereModel::Pixel8.name(),
             AtmosphereModel::Pixel16.name(),
@@ -135,7 +135,7 @@ impl Effect {
         ];
         match self {
             Self::Eclipse => &MODELS,
-            Self::Atmosphere => &TIERS,
+            Self::Atmosphere => &MODELS,
             _ => &[],
         }
     }
@@ -147,7 +147,7 @@ pub struct EffectOverrides {
     on: BTreeSet<Effect>,
     off: BTreeSet<Effect>,
     eclipse_model: Option<EclipseModel>,
-    air_tier: Option<AtmosphereModel>,
+    air_model: Option<AtmosphereModel>,
     /// Overrides for single bodies, by their names in lower case; they take precedence over overrides for all bodies.
     per_body: BTreeMap<String, EffectOverrides>,
 }
@@ -215,7 +215,7 @@ impl EffectOverrides {
             }
         }
         both.eclipse_model = own.eclipse_model.or(both.eclipse_model);
-        both.air_tier = own.air_tier.or(both.air_tier);
+        both.air_model = own.air_model.or(both.air_model);
         Some(both)
     }
 
@@ -244,7 +244,7 @@ impl EffectOverrides {
     fn clear_variant(&mut self, effect: Effect) {
         match effect {
             Effect::Eclipse => self.eclipse_model = None,
-            Effect::Atmosphere => self.air_tier = None,
+            Effect::Atmosphere => self.air_model = None,
             _ => {}
         }
     }
@@ -280,8 +280,8 @@ impl EffectOverrides {
                 self.eclipse_model = Some(model.ok_or_else(unknown)?);
             }
             Effect::Atmosphere => {
-                let tier = AtmosphereModel::CHOICES.into_iter().find(|t| t.name().eq_ignore_ascii_case(variant));
-                self.air_tier = Some(tier.ok_or_else(unknown)?);
+                let model = AtmosphereModel::CHOICES.into_iter().find(|t| t.name().eq_ignore_ascii_case(variant));
+                self.air_model = Some(model.ok_or_else(unknown)?);
             }
             _ => return Err(unknown()),
         }
@@ -295,15 +295,15 @@ impl EffectOverrides {
     }
 
     /// The atmosphere model that the user chose.
-    pub fn air_tier(&self) -> Option<AtmosphereModel> {
-        self.air_tier
+    pub fn air_model(&self) -> Option<AtmosphereModel> {
+        self.air_model
     }
 
     /// Name of the model that the user chose.
     pub fn variant(&self, effect: Effect) -> Option<&'static str> {
         match effect {
             Effect::Eclipse => self.eclipse_model.map(EclipseModel::name),
-            Effect::Atmosphere => self.air_tier.map(AtmosphereModel::name),
+            Effect::Atmosphere => self.air_model.map(AtmosphereModel::name),
             _ => None,
         }
     }

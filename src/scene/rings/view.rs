@@ -17,7 +17,7 @@ use crate::scene::resources::Caches;
 use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, dust_phase, particle_phase, phase_factor};
 use crate::scene::rings::ring_shine::{RingShineGeometry, sun_halves};
 use crate::scene::rings::ring_table::{RingConditions, slopes_of_sunlight};
-use crate::scene::tiers::{self, MAX_EDGE_ERROR_PX};
+use crate::scene::stated_errors::{self, MAX_EDGE_ERROR_PX};
 use glam::{DVec2, DVec3, Vec2, Vec4};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -219,7 +219,7 @@ impl<'a> RingView<'a> {
         let inner = inner_km / self.body.radii_km.x;
         let (axis_distance, penumbra_radius) = (inner * self.sun.z.abs(), 1.0 + inner * self.sun_tangent(sun_radius_km));
         let outer = outer_km / self.body.radii_km.x;
-        let oblateness_offset = tiers::sphere_shadow_offset(self.body.radii_km.z / self.body.radii_km.x, self.sun.z, outer);
+        let oblateness_offset = stated_errors::sphere_shadow_offset(self.body.radii_km.z / self.body.radii_km.x, self.sun.z, outer);
         let penumbra_width = 2.0 * self.sun_tangent(sun_radius_km) * outer;
         let offset_px = oblateness_offset.max(penumbra_width) * self.pixels_per_radius();
         let model = if offset_px > MAX_EDGE_ERROR_PX { BodyShadow::EllipsoidPenumbra } else { BodyShadow::Sphere };

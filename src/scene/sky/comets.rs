@@ -306,7 +306,7 @@ pub(crate) fn comets(
     sun_km: Option<DVec3>,
     white: f64,
 ) -> (Comets, Option<Decision>) {
-    let decided = |on: bool, reason: Reason| Some(Decision { feature: "comets", on, reason, tier: None });
+    let decided = |on: bool, reason: Reason| Some(Decision { feature: "comets", on, reason, stated_error: None });
     if request.pixel_view != PixelView::Final {
         return (Comets::default(), None);
     }

@@ -61,7 +61,7 @@ pub static RULES: &[CanonicalRule] = &[
         value: "lambert",
         applies: |f| {
             f.surface == Surface::Sky
-                && (f.air.tier == AtmosphereModel::None
+                && (f.air.model == AtmosphereModel::None
                     || !(shows_radiance(f) || f.view == PixelView::OpticalDepth)
                     || (shows_radiance(f) && f.lights == 0))
         },
@@ -207,12 +207,12 @@ pub static RULES: &[CanonicalRule] = &[
         because: "this image shows no air",
     },
     CanonicalRule { dimension: "air", value: "", applies: |f| f.shape == Shape::Mesh, because: "air lies over an ellipsoid" },
-    CanonicalRule { dimension: "mie", value: "", applies: |f| f.air.tier == AtmosphereModel::None, because: "there is no air" },
-    CanonicalRule { dimension: "absorption", value: "", applies: |f| f.air.tier == AtmosphereModel::None, because: "there is no air" },
+    CanonicalRule { dimension: "mie", value: "", applies: |f| f.air.model == AtmosphereModel::None, because: "there is no air" },
+    CanonicalRule { dimension: "absorption", value: "", applies: |f| f.air.model == AtmosphereModel::None, because: "there is no air" },
     CanonicalRule {
         dimension: "air-pass",
         value: "",
-        applies: |f| matches!(f.air.tier, AtmosphereModel::None | AtmosphereModel::Vertex),
+        applies: |f| matches!(f.air.model, AtmosphereModel::None | AtmosphereModel::Vertex),
         because: "there is no air whose evaluation it would spare",
     },
     CanonicalRule {
@@ -376,7 +376,7 @@ mod tests {
             eclipse: Eclipse { occluders: 4, model: EclipseModel::Refracted },
             ring_shadow: RingShadow::Penumbra,
             ring_shine: true,
-            air: Air { tier: AtmosphereModel::Table, mie: true, absorption: true },
+            air: Air { model: AtmosphereModel::Table, mie: true, absorption: true },
             shape: Shape::Ellipsoid,
             limb_heights: true,
             flags: Flags { alpha_texture: true, ..Flags::default() },

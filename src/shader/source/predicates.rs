@@ -22,7 +22,7 @@ pub static PREDICATES: &[Predicate] = &[
     predicate(
         "has_air",
         "air_vertex || air_pixel_8 || air_pixel_16 || air_pixel_32 || air_table",
-        "light scattered by an atmosphere is summed, by whichever tier",
+        "light scattered by an atmosphere is summed, by whichever model",
     ),
     predicate("has_ring_shadow", "ring_shadow_point_sun || ring_shadow_penumbra", "a ring is in front of the Sun"),
     predicate("has_body_shadow", "body_shadow_sphere || body_shadow_ellipsoid_penumbra", "the body throws its shadow on its own ring"),

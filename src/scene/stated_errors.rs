@@ -1,16 +1,17 @@
-//! The tiers (models) of each effect with their errors, which `explain` prints and tests verify.
+//! The error of each model of each effect, which `explain` prints and tests verify.
 //!
-//! In: a model from the shader key. Out: [`Tier`], its name and its error. Always: an error of light is the tolerance of a test, which reads it from here. An
-//! error in pixels is the limit below which the tier is chosen: for `sphere`, of [`sphere_shadow_offset`], which a test verifies; for `point-sun`, of the
-//! penumbra's width. Not here: which tier a draw gets (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
+//! In: a model from the shader key. Out: [`StatedError`]. Always: an error of light is the tolerance of a test, which reads it from here. An
+//! error in pixels is the limit below which the model is chosen: for `sphere`, of [`sphere_shadow_offset`], which a test verifies; for `point-sun`, of the
+//! penumbra's width. Not here: which model a draw gets (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
 
 use crate::message::{Reason, message, reason};
 use crate::scene::draw::{AtmosphereModel, BodyShadow, EclipseModel, RingShadow};
 use std::fmt;
 
-/// A way of computing an effect, with its error.
+/// A model, a way of computing an effect, with its error.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Tier {
+pub struct StatedError {
+    /// The model's name.
     pub name: &'static str,
     /// Error that 95 % of samples do not exceed, if it is known separately from the largest error.
     #[serde(rename = "mostly", skip_serializing_if = "Option::is_none")]
@@ -23,20 +24,20 @@ pub struct Tier {
     pub quantity: Quantity,
 }
 
-impl Tier {
+impl StatedError {
     /// The model with its error.
     pub(crate) fn reason(&self) -> Reason {
         // Rounds to 1e-4 %, so that no binary digits show (100 * 0.07 = 7.000000000000001).
         let percent = |fraction: f64| (fraction * 1e6).round() / 1e4;
         let (model, most, of) = (self.name, percent(self.max_error), message!(self.quantity.0));
         match self.error_95_percent {
-            Some(part) => reason!("tier-mostly", model = model, most = most, mostly = percent(part), of = of),
-            None => reason!("tier", model = model, most = most, of = of),
+            Some(part) => reason!("model-error-mostly", model = model, most = most, mostly = percent(part), of = of),
+            None => reason!("model-error", model = model, most = most, of = of),
         }
     }
 }
 
-impl fmt::Display for Tier {
+impl fmt::Display for StatedError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.reason().fmt(f)
     }
@@ -56,61 +57,61 @@ const SUNLIGHT: Quantity = Quantity("quantity-sunlight");
 const EDGES: Quantity = Quantity("quantity-edges");
 
 /// The quantity of the atmosphere's errors. They are per channel, against adaptive quadrature, on new random rays in each run, for every atmosphere of the
-/// catalog (tests/atmosphere/tier_bounds.rs). The bounds are at least a fifth above the worst of 51,000 rays of 73 runs: 0.97 (`vertex`), 0.67 (`pixel-8`),
+/// catalog (tests/atmosphere/model_bounds.rs). The bounds are at least a fifth above the worst of 51,000 rays of 73 runs: 0.97 (`vertex`), 0.67 (`pixel-8`),
 /// 0.075 (`pixel-16`, `table`), 0.0075 (`pixel-32`). In one run of 73 a ray had an error above 0.5 with `pixel-8`, in the twilight of Uranus.
 const SINGLE_SCATTERING: Quantity = Quantity("quantity-ray");
 /// If the light of a ray is less than this fraction of the zenith's light (brightest channel, Sun at 45 degrees), its error is stated relative to this
 /// fraction of the zenith's light.
 pub const MIN_OF_ZENITH: f64 = 1e-3;
-/// Largest error of the transmittance along any ray, in every tier.
+/// Largest error of the transmittance along any ray, in every model.
 pub const AIR_TRANSMITTANCE: f64 = 3e-4;
 
-/// The tier of an atmosphere model; `None` without an atmosphere.
-pub fn of_atmosphere(model: AtmosphereModel) -> Option<Tier> {
-    let tier_of =
-        |name, error_95_percent, max_error, quantity| Some(Tier { name, error_95_percent: Some(error_95_percent), max_error, quantity });
+/// The error of an atmosphere model; `None` without an atmosphere.
+pub fn of_atmosphere(model: AtmosphereModel) -> Option<StatedError> {
+    let stated =
+        |name, error_95_percent, max_error, quantity| Some(StatedError { name, error_95_percent: Some(error_95_percent), max_error, quantity });
     match model {
         AtmosphereModel::None => None,
-        AtmosphereModel::Vertex => tier_of("vertex", 0.1, 1.2, SINGLE_SCATTERING),
-        AtmosphereModel::Pixel8 => tier_of("pixel-8", 0.025, 0.9, SINGLE_SCATTERING),
-        AtmosphereModel::Pixel16 => tier_of("pixel-16", 0.004, 0.12, SINGLE_SCATTERING),
-        AtmosphereModel::Pixel32 => tier_of("pixel-32", 0.002, 0.02, SINGLE_SCATTERING),
+        AtmosphereModel::Vertex => stated("vertex", 0.1, 1.2, SINGLE_SCATTERING),
+        AtmosphereModel::Pixel8 => stated("pixel-8", 0.025, 0.9, SINGLE_SCATTERING),
+        AtmosphereModel::Pixel16 => stated("pixel-16", 0.004, 0.12, SINGLE_SCATTERING),
+        AtmosphereModel::Pixel32 => stated("pixel-32", 0.002, 0.02, SINGLE_SCATTERING),
         // The error of multiple scattering is measured against a photon simulation.
-        AtmosphereModel::Table => tier_of("table", 0.004, 0.12, Quantity("quantity-ray-and-sky")),
+        AtmosphereModel::Table => stated("table", 0.004, 0.12, Quantity("quantity-ray-and-sky")),
     }
 }
 
-/// The tier of an eclipse model; `None` without an eclipse. The limb-darkened disc is compared with integrals of forty digits, the simpler models with the
+/// The error of an eclipse model; `None` without an eclipse. The limb-darkened disc is compared with integrals of forty digits, the simpler models with the
 /// limb-darkened disc (tests/eclipse/reference_tables.rs).
-pub fn of_eclipse(model: EclipseModel) -> Option<Tier> {
-    let tier_of = |name, max_error, quantity| Some(Tier { name, error_95_percent: None, max_error, quantity });
+pub fn of_eclipse(model: EclipseModel) -> Option<StatedError> {
+    let stated = |name, max_error, quantity| Some(StatedError { name, error_95_percent: None, max_error, quantity });
     match model {
         EclipseModel::None => None,
-        EclipseModel::Linear => tier_of("linear", 0.14, Quantity("quantity-behind-round-body")),
-        EclipseModel::UniformDisc => tier_of("uniform-disc", 0.1, SUNLIGHT),
-        EclipseModel::LimbDarkened => tier_of("limb-darkened", 5e-4, SUNLIGHT),
-        EclipseModel::Refracted => tier_of("refracted", 5e-4, Quantity("quantity-sunlight-and-umbra")),
+        EclipseModel::Linear => stated("linear", 0.14, Quantity("quantity-behind-round-body")),
+        EclipseModel::UniformDisc => stated("uniform-disc", 0.1, SUNLIGHT),
+        EclipseModel::LimbDarkened => stated("limb-darkened", 5e-4, SUNLIGHT),
+        EclipseModel::Refracted => stated("refracted", 5e-4, Quantity("quantity-sunlight-and-umbra")),
     }
 }
 
-/// The tier of a ring's shadow on the globe; `None` without a shadow. It is compared with the closed form and with sums over the Sun's disc
+/// The error of a ring's shadow on the globe; `None` without a shadow. It is compared with the closed form and with sums over the Sun's disc
 /// (tests/rings/reference_tables.rs). The simpler model is chosen if its edges are off by less than `MAX_EDGE_ERROR_PX`.
-pub fn of_ring_shadow(model: RingShadow) -> Option<Tier> {
-    let tier_of = |name, max_error, quantity| Some(Tier { name, error_95_percent: None, max_error, quantity });
+pub fn of_ring_shadow(model: RingShadow) -> Option<StatedError> {
+    let stated = |name, max_error, quantity| Some(StatedError { name, error_95_percent: None, max_error, quantity });
     match model {
         RingShadow::None => None,
-        RingShadow::PointSun => tier_of("point-sun", MAX_EDGE_ERROR_PX, EDGES),
-        RingShadow::Penumbra => tier_of("penumbra", 0.07, SUNLIGHT),
+        RingShadow::PointSun => stated("point-sun", MAX_EDGE_ERROR_PX, EDGES),
+        RingShadow::Penumbra => stated("penumbra", 0.07, SUNLIGHT),
     }
 }
 
-/// The tier of the globe's shadow on a ring; `None` without a shadow. It is compared as in [`of_ring_shadow`].
-pub fn of_body_shadow(model: BodyShadow) -> Option<Tier> {
-    let tier_of = |name, max_error, quantity| Some(Tier { name, error_95_percent: None, max_error, quantity });
+/// The error of the globe's shadow on a ring; `None` without a shadow. It is compared as in [`of_ring_shadow`].
+pub fn of_body_shadow(model: BodyShadow) -> Option<StatedError> {
+    let stated = |name, max_error, quantity| Some(StatedError { name, error_95_percent: None, max_error, quantity });
     match model {
         BodyShadow::None => None,
-        BodyShadow::Sphere => tier_of("sphere", MAX_EDGE_ERROR_PX, EDGES),
-        BodyShadow::EllipsoidPenumbra => tier_of("ellipsoid-penumbra", 1e-3, SUNLIGHT),
+        BodyShadow::Sphere => stated("sphere", MAX_EDGE_ERROR_PX, EDGES),
+        BodyShadow::EllipsoidPenumbra => stated("ellipsoid-penumbra", 1e-3, SUNLIGHT),
     }
 }
 
@@ -138,11 +139,11 @@ mod tests {
     use crate::scene::effects::Effect;
 
     #[test]
-    fn a_costlier_tier_is_more_accurate_and_every_tier_is_listed() {
-        let air: Vec<Tier> = AtmosphereModel::ALL.into_iter().filter_map(of_atmosphere).collect();
+    fn a_costlier_model_is_more_accurate_and_every_model_is_listed() {
+        let air: Vec<StatedError> = AtmosphereModel::ALL.into_iter().filter_map(of_atmosphere).collect();
         assert_eq!(air.len(), AtmosphereModel::ALL.len() - 1);
         assert!(air[..4].windows(2).all(|w| w[1].max_error < w[0].max_error && w[1].error_95_percent < w[0].error_95_percent));
-        let eclipse: Vec<Tier> = EclipseModel::ALL.into_iter().filter_map(of_eclipse).collect();
+        let eclipse: Vec<StatedError> = EclipseModel::ALL.into_iter().filter_map(of_eclipse).collect();
         assert!(eclipse.len() == EclipseModel::ALL.len() - 1 && eclipse.windows(2).all(|w| w[1].max_error <= w[0].max_error));
         let names: Vec<_> = air.iter().chain(&eclipse).map(|t| t.name).collect();
         assert_eq!(names, [Effect::Atmosphere.variants(), Effect::Eclipse.variants()].concat());

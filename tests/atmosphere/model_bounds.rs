@@ -1,4 +1,4 @@
-//! Error bounds of the air's tiers on random rays: new rays in each run, through every air of the catalog and of the reference table, against the adaptive
+//! Error bounds of the air's models on random rays: new rays in each run, through every air of the catalog and of the reference table, against the adaptive
 //! quadrature of tests/support/air_reference.rs. A failure message names the ray; ORRERY_SEED repeats the same rays.
 
 use crate::support::air_reference::{Air, Phase, Profile, Ray, RayResult, Species};
@@ -7,7 +7,7 @@ use glam::DVec3;
 use orrery::probe::Prober;
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::scene::draw::AtmosphereModel;
-use orrery::scene::tiers;
+use orrery::scene::stated_errors;
 use serde_json::{Value, json};
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::hash::{BuildHasher, Hasher};
@@ -229,7 +229,7 @@ static RANDOM_RAYS: LazyLock<RandomRays> = LazyLock::new(|| {
 });
 
 /// Sorted radiance errors of all rays, the largest transmittance error, and a text that names the worst rays.
-fn errors(tier: &str, precision: Precision) -> (Vec<f64>, f64, String) {
+fn errors(model: &str, precision: Precision) -> (Vec<f64>, f64, String) {
     let random_rays = &*RANDOM_RAYS;
     let renderer = SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer");
     let prober = Prober { session: &SESSION, renderer: &renderer };
@@ -238,11 +238,11 @@ fn errors(tier: &str, precision: Precision) -> (Vec<f64>, f64, String) {
     for ray_case in &random_rays.rays {
         let (air_case, ray, reference) = (&random_rays.airs[ray_case.air_index], &ray_case.ray, &ray_case.reference);
         let question = json!({ "q": "scatter", "atmosphere": air_case.question, "cam": ray.camera.to_array(), "dir": ray.direction.to_array(),
-            "sun": ray.sun.to_array(), "tier": tier });
+            "sun": ray.sun.to_array(), "tier": model });
         let answer = prober.answer(&question.to_string()).expect("an answer");
         let (radiance, transmittance) = (vector(&answer["radiance"]), vector(&answer["transmittance"]));
         assert!(radiance.is_finite() && radiance.min_element() >= 0.0 && transmittance.is_finite(), "{ray:?}: {answer}");
-        let error = ((radiance - reference.radiance).abs() / reference.radiance.max(DVec3::splat(tiers::MIN_OF_ZENITH * air_case.zenith)))
+        let error = ((radiance - reference.radiance).abs() / reference.radiance.max(DVec3::splat(stated_errors::MIN_OF_ZENITH * air_case.zenith)))
             .max_element();
         let transmittance_error = (transmittance - reference.transmittance).abs().max_element();
         let describe = || format!("{}, {}, {ray:?}: {radiance} for {}", air_case.name, FAMILIES[ray_case.family], reference.radiance);
@@ -258,13 +258,13 @@ fn errors(tier: &str, precision: Precision) -> (Vec<f64>, f64, String) {
     (radiance_errors, worst_transmittance, format!("seed {}: {worst_rays:?}", random_rays.seed))
 }
 
-/// Bound of the finest tier in f64. In f32 the edge of the planet's shadow on a steep ray of one kilometre is off by a per cent of the ray.
+/// Bound of the finest model in f64. In f32 the edge of the planet's shadow on a steep ray of one kilometre is off by a per cent of the ray.
 const FINEST_IN_F64: f64 = 0.01;
 
-fn assert_within_bounds_on_new_rays(tier: AtmosphereModel) {
-    let stated = tiers::of_atmosphere(tier).expect("a tier");
+fn assert_within_bounds_on_new_rays(model: AtmosphereModel) {
+    let stated = stated_errors::of_atmosphere(model).expect("a stated error");
     for precision in [Precision::F32, Precision::F64] {
-        let at_most = if tier == AtmosphereModel::Pixel32 && precision == Precision::F64 { FINEST_IN_F64 } else { stated.max_error };
+        let at_most = if model == AtmosphereModel::Pixel32 && precision == Precision::F64 { FINEST_IN_F64 } else { stated.max_error };
         let (errors, transmittance_error, worst_rays) = errors(stated.name, precision);
         let (percentile_95, worst) = (errors[errors.len() * 95 / 100], errors[errors.len() - 1]);
         println!(
@@ -278,7 +278,7 @@ fn assert_within_bounds_on_new_rays(tier: AtmosphereModel) {
             "{stated}, {precision:?}: {percentile_95:.5} {worst:.5}; {worst_rays}"
         );
         assert!(
-            transmittance_error < tiers::AIR_TRANSMITTANCE,
+            transmittance_error < stated_errors::AIR_TRANSMITTANCE,
             "{stated}, {precision:?}: transmittance {transmittance_error:.1e}; {worst_rays}"
         );
     }
@@ -305,7 +305,7 @@ fn pixel_32_keeps_its_bounds_on_new_rays() {
 }
 
 #[test]
-fn the_table_tier_keeps_its_single_scattering_bounds_on_new_rays() {
+fn the_table_model_keeps_its_single_scattering_bounds_on_new_rays() {
     assert_within_bounds_on_new_rays(AtmosphereModel::Table);
 }
 
