@@ -208,7 +208,7 @@ impl<'a> SceneBuilder<'a> {
             lines: traces.into_iter().chain(annotations.lines_in_space).collect(),
             ground_lines: annotations.ground_lines,
             limbs: sun.limbs,
-            glow: sun.glow,
+            glare: sun.glare,
             bloom: request.layers.bloom && request.pixel_view == PixelView::Final,
             labels: annotations.labels,
             texts: annotations.texts,

@@ -13,7 +13,7 @@ use crate::scene::draw::{Draw, PixelView, Point, StarSprite};
 use crate::scene::eclipse::refracted_limb;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::exposure::Exposure;
-use crate::scene::light::{corona, glow};
+use crate::scene::light::{corona, glare};
 use crate::scene::purpose::Purpose;
 use crate::scene::request::view_request::ToneMap;
 use crate::scene::sky::background::SkyBackground;
@@ -68,7 +68,7 @@ pub struct Scene {
     /// The refracted limbs of bodies in front of the Sun.
     pub limbs: Vec<refracted_limb::RefractedLimb>,
     /// The Sun's glare, drawn over everything.
-    pub glow: Option<glow::Glow>,
+    pub glare: Option<glare::Glare>,
     /// The selected body as a black silhouette, if its outline is drawn.
     pub outlined: Option<Draw>,
     /// Whether bloom spreads light brighter than white.

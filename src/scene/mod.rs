@@ -65,7 +65,7 @@ pub use finished::Scene;
 pub use in_view::{Appearance, BodyInView, SubPoint};
 pub use light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE, DARKEST_EV, Exposure, darkest_white};
 #[doc(hidden)]
-pub use light::{corona, glow, night_lights, photometry};
+pub use light::{corona, glare, night_lights, photometry};
 #[doc(hidden)]
 pub use point::{
     CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, disc_share, point_peak,

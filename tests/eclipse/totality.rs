@@ -91,7 +91,7 @@ fn bare_sun(time: &str, fov_deg: f64, size: u32) -> DrawnFrame {
     drawn(&space)
 }
 
-/// The corona and the glow are drawn in rectangles. The light shows no line at their edges: where faint, it changes from pixel to pixel by less than a third of the
+/// The corona and the glare are drawn in rectangles. The light shows no line at their edges: where faint, it changes from pixel to pixel by less than a third of the
 /// faintest visible light.
 #[test]
 fn faint_light_around_the_sun_has_no_sharp_edge() {

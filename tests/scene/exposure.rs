@@ -1,4 +1,4 @@
-//! Automatic exposure of bodies in a shadow, alone and next to lit bodies; and the glow of a partly hidden Sun.
+//! Automatic exposure of bodies in a shadow, alone and next to lit bodies; and the glare of a partly hidden Sun.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -7,7 +7,7 @@ use orrery::render::plan::SamplingQuality;
 use orrery::scene::camera::Placement;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
-use orrery::scene::{Scene, glow};
+use orrery::scene::{Scene, glare};
 use orrery::time::Instant;
 
 const IO: NaifId = NaifId(501);
@@ -100,10 +100,10 @@ fn visible_fraction_by_rays(body: &Placement, sun: &Placement) -> f64 {
     (0..RAYS).filter(is_unblocked).count() as f64 / RAYS as f64
 }
 
-/// The Sun emerges from behind Phobos, whose longest axis is about 1.5 times its shortest: the glow is proportional to the visible fraction of the
+/// The Sun emerges from behind Phobos, whose longest axis is about 1.5 times its shortest: the glare is proportional to the visible fraction of the
 /// disc, which rays measure.
 #[test]
-fn a_partly_hidden_sun_glows_in_proportion_to_its_visible_part() {
+fn a_partly_hidden_sun_has_glare_in_proportion_to_its_visible_part() {
     // One hour before Mars appears next to the Sun.
     let time = "2024-04-24T06:00:00Z";
     let lit = scene(&request(PHOBOS, time, Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(6.0) }, None));
@@ -117,9 +117,9 @@ fn a_partly_hidden_sun_glows_in_proportion_to_its_visible_part() {
             let scene = scene(&ViewRequest { exposure: ExposureRequest::Stops(0.0), ..request(PHOBOS, time, position, Some(60.0)) });
             let sun = scene.body(NaifId::SUN).expect("the Sun").placement;
             let expected = visible_fraction_by_rays(&scene.body(PHOBOS).expect("Phobos").placement, &sun);
-            let unhidden_glow = glow::VEILING_GLARE * (orrery::units::KM_PER_AU / sun.centre_km.length()).powi(2);
-            let glow_fraction = scene.glow.map_or(0.0, |g| f64::from(g.strength.x) / unhidden_glow);
-            assert!((glow_fraction - expected).abs() < 0.03, "{k} along {sideways}: {glow_fraction}, {expected} by rays");
+            let unhidden_glare = glare::VEILING_GLARE * (orrery::units::KM_PER_AU / sun.centre_km.length()).powi(2);
+            let glare_fraction = scene.glare.map_or(0.0, |g| f64::from(g.strength.x) / unhidden_glare);
+            assert!((glare_fraction - expected).abs() < 0.03, "{k} along {sideways}: {glare_fraction}, {expected} by rays");
             match expected {
                 0.0 => hidden += 1,
                 1.0 => unhidden += 1,

@@ -77,7 +77,7 @@ fn step_name(draw: &Draw) -> &'static str {
 /// 1. The sky and its stars, because everything else is in front of them.
 /// 2. Opaque bodies, translucent layers (rings, shells) and the corona, from far to near: an antialiased limb is blended over the object behind it,
 ///    which may be a ring. Of a body's refracted limb, the occlusion of the unbent Sun precedes the body, and the added light follows it.
-/// 3. Lines, points and the glow.
+/// 3. Lines, points and the glare.
 /// 4. The tone map.
 /// 5. Over the display image, the outline and the labels.
 pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<PassStep>, PlanError> {
@@ -162,7 +162,7 @@ pub(super) fn light_steps(
         over_hdr("minor planets", small_bodies::minor_planets(scene, provider)?),
         over_hdr("comets", small_bodies::comets(scene, provider)?),
         over_hdr("points", shared::points(scene, provider)?),
-        over_hdr("glow", shared::glow(scene, provider)?),
+        over_hdr("glow", shared::glare(scene, provider)?),
     ]);
     Ok(steps)
 }

@@ -1,4 +1,4 @@
-//! The draws of simple shaders: stars, points, lines, corona, refracted limbs, glow, tone map, bloom, outline, labels.
+//! The draws of simple shaders: stars, points, lines, corona, refracted limbs, glare, tone map, bloom, outline, labels.
 //!
 //! In: the scene and the layouts of the simple shaders. Out: draws and steps with their uniform bytes filled by field name. Always: only modules
 //! that [`modules`] returns are used. Not here: the draws of bodies; the choice of what is drawn (scene).
@@ -62,7 +62,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
         (!scene.comets.tails.is_empty(), "comet_tail"),
         (scene.corona.is_some(), "corona"),
         (!scene.limbs.is_empty(), "refracted_limb"),
-        (scene.glow.is_some(), "glow"),
+        (scene.glare.is_some(), "glow"),
         (scene.bloom, "shrink"),
         (scene.bloom || scene.outlined.is_some(), "blur"),
         (scene.bloom, "tone_map_bloom"),
@@ -230,16 +230,16 @@ pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     Ok(vec![PlanDraw { blend: Blend::Add, scissor, ..draw }])
 }
 
-pub(super) fn glow(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    let Some(glow) = &scene.glow else { return Ok(Vec::new()) };
+pub(super) fn glare(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    let Some(glare) = &scene.glare else { return Ok(Vec::new()) };
     let draw = simple_draw("glow", scene, provider, |w| {
-        w.vec3("sun_direction", glow.sun_direction)?;
-        w.f32("least_sq", glow.core_angle_sq)?;
-        w.vec3("strength", glow.strength)?;
-        w.f32("least", glow.cutoff)?;
-        w.vec2("tan_half_fov", glow.tan_half_fov)
+        w.vec3("sun_direction", glare.sun_direction)?;
+        w.f32("least_sq", glare.core_angle_sq)?;
+        w.vec3("strength", glare.strength)?;
+        w.f32("least", glare.cutoff)?;
+        w.vec2("tan_half_fov", glare.tan_half_fov)
     })?;
-    let scissor = scissor(glow.rect_in_clip, scene.camera.width, scene.camera.height);
+    let scissor = scissor(glare.rect_in_clip, scene.camera.width, scene.camera.height);
     Ok(vec![PlanDraw { blend: Blend::Add, scissor, ..draw }])
 }
 

@@ -185,7 +185,7 @@ impl TileTarget {
         if !self.split_pixels.is_empty() && self.split_index[range.clone()].iter().fold(false, |any, s| any | (*s != UNSPLIT)) {
             return false;
         }
-        // Blending zeros changes nothing, so the block stays unwritten. This is common far from the centre of a glow.
+        // Blending zeros changes nothing, so the block stays unwritten. This is common far from the centre of a glare.
         let bits = |lanes: &[f32]| lanes.iter().fold(0, |all, v| all | v.to_bits());
         if blend != Blend::Replace && source.iter().all(|lanes| bits(lanes) == 0) {
             return true;

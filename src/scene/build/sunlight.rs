@@ -8,7 +8,7 @@ use crate::scene::eclipse::refracted_limb::{self, RefractedLimb};
 use crate::scene::features::inputs::FrameContext;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::corona::{self, Corona};
-use crate::scene::light::glow::{self, Glow};
+use crate::scene::light::glare::{self, Glare};
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
@@ -19,7 +19,7 @@ pub(super) struct LightAroundSun {
     pub limbs: Vec<RefractedLimb>,
     /// The corona; its position in the order of draws is not set yet.
     pub corona: Option<Corona>,
-    pub glow: Option<Glow>,
+    pub glare: Option<Glare>,
 }
 
 impl LightAroundSun {
@@ -30,7 +30,7 @@ impl LightAroundSun {
         let transmittance = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.transmittance(towards));
         Self {
             limbs: refracted_limb::limbs(request, camera, placed, threshold, tint, reports),
-            glow: decide(request, Effect::Glow, glow::glow(camera, placed, threshold, transmittance), reports),
+            glare: decide(request, Effect::Glare, glare::glare(camera, placed, threshold, transmittance), reports),
             corona: decide(request, Effect::Corona, corona::corona(request, camera, placed, threshold, tint), reports),
         }
     }

@@ -99,8 +99,8 @@ pub(super) fn frames(
     }
     let frame_px = face_px + 2 * BORDER_PX;
     let mut effects = plain.effects.clone();
-    if effects.override_of(Effect::Glow).is_none() {
-        effects.set(Effect::Glow, false);
+    if effects.override_of(Effect::Glare).is_none() {
+        effects.set(Effect::Glare, false);
     }
     let layers = Layers {
         labels: false,

@@ -77,7 +77,7 @@ impl Composite {
             (camera.right, camera.up, camera.forward) = (image.right, image.up, image.forward);
             (camera.width, camera.height) = (image.width, image.height);
             (whole.draws, whole.lines, whole.limbs) = Default::default();
-            (whole.corona, whole.glow, whole.outlined) = (None, None, None);
+            (whole.corona, whole.glare, whole.outlined) = (None, None, None);
             (whole.stars, whole.points) = Default::default();
             // The faces draw these themselves. Texts of lines are left out, because they are placed for a single face.
             (whole.sky_images, whole.sky_lines, whole.orbits) = Default::default();

@@ -10,7 +10,7 @@
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar};
-use crate::scene::light::glow::{self, VEILING_GLARE};
+use crate::scene::light::glare::{self, VEILING_GLARE};
 use crate::scene::light::photometry::sun_disc_radiance;
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Threshold;
@@ -108,7 +108,7 @@ fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     if sine >= 1.0 {
         return ClipRect::VIEWPORT;
     }
-    glow::rect_around(camera, camera.in_axes(towards), 2.0 * (0.5 * sine.asin()).sin())
+    glare::rect_around(camera, camera.in_axes(towards), 2.0 * (0.5 * sine.asin()).sin())
 }
 
 /// The corona of a frame, whether it is visible, and the reason; `None` if it is outside the image. `tint`: colour that the air gives to light from
@@ -146,10 +146,10 @@ pub(crate) fn corona(
         return None;
     }
     let sun_px = 2.0 * sine / camera.pixel_tangent();
-    let has_glare = request.effects.override_of(Effect::Glow) != Some(false);
+    let has_glare = request.effects.override_of(Effect::Glare) != Some(false);
     let irradiance = (KM_PER_AU / sun.distance_km).powi(2);
     let glare = if has_glare {
-        VEILING_GLARE * irradiance * glow::visible_fraction(placed, sun) / sine.max(camera.pixel_tangent()).powi(2)
+        VEILING_GLARE * irradiance * glare::visible_fraction(placed, sun) / sine.max(camera.pixel_tangent()).powi(2)
     } else {
         0.0
     };

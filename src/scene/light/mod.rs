@@ -4,7 +4,7 @@ pub(crate) mod auto_exposure;
 pub(crate) mod brightness;
 pub mod corona;
 pub mod exposure;
-pub mod glow;
+pub mod glare;
 pub(crate) mod lights;
 pub(crate) mod magnitude;
 pub(crate) mod meter;

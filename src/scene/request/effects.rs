@@ -54,7 +54,7 @@ pub enum Effect {
     /// Points for bodies too small for a disc.
     Points,
     /// The glare around the Sun.
-    Glow,
+    Glare,
     /// The solar corona.
     Corona,
 }
@@ -83,7 +83,7 @@ impl Effect {
         Self::RefractedLimb,
         Self::PlanetShine,
         Self::Points,
-        Self::Glow,
+        Self::Glare,
         Self::Corona,
     ];
 
@@ -111,7 +111,7 @@ impl Effect {
             Self::RefractedLimb => "refracted-limb",
             Self::PlanetShine => "planet-shine",
             Self::Points => "points",
-            Self::Glow => "glow",
+            Self::Glare => "glow",
             Self::Corona => "corona",
         }
     }

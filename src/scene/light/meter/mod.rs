@@ -20,7 +20,7 @@ use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::eclipse::sun_occluders::evaluate_shadow;
 use crate::scene::light::corona;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE};
-use crate::scene::light::glow::VeilingGlare;
+use crate::scene::light::glare::VeilingGlare;
 use crate::scene::light::lights::{self, LightOn, Reflector};
 use crate::scene::light::night_lights::{self, NightLights};
 use crate::scene::light::photometry;
@@ -148,7 +148,7 @@ impl Meter<'_, '_> {
     /// Meters everything in the frame. `night`: the radiance that an image of the dark sky shows as white.
     pub(crate) fn read(&self, night: f64) -> MeterReading {
         let glare =
-            VeilingGlare::of(self.camera, self.placed).filter(|_| self.context.request.effects.override_of(Effect::Glow) != Some(false));
+            VeilingGlare::of(self.camera, self.placed).filter(|_| self.context.request.effects.override_of(Effect::Glare) != Some(false));
         let resolved_bodies: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
         let frame = MeteredFrame { meter: self, glare, sky: 0.0, resolved_bodies };
         let frame = MeteredFrame { sky: frame.skylight(), ..frame };

@@ -1,6 +1,6 @@
-//! The Sun's glow: the glare that the optics of the eye or a camera spread around the Sun's disc while the Sun is in the frame.
+//! The Sun's glare (effect and shader `glow`): light that the optics of the eye or a camera scatter around the Sun's disc while the Sun is in the frame.
 //!
-//! In: the Sun's apparent position, the bodies in front of it, the threshold. Out: [`Glow`], the uniforms of shaders/entry/glow.wesl, and the reason. The
+//! In: the Sun's apparent position, the bodies in front of it, the threshold. Out: [`Glare`], the uniforms of shaders/entry/glow.wesl, and the reason. The
 //! law is that of Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, valid from 1 to 30 degrees): about a tenth of the light is
 //! scattered. The law represents the glare of eye and lens together; a clean lens scatters less, by a factor that depends on the lens. Within the Sun's
 //! limb (or within a pixel, if that is wider) the glare is constant. It is drawn as far as it can change a display level: farther out it adds less than
@@ -23,9 +23,9 @@ pub const VEILING_GLARE: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
 /// Exponent with which the glare grows while the Sun enters the frame.
 const ENTRY_EXPONENT: i32 = 6;
 
-/// Uniforms of the glow, and where it is drawn.
+/// Uniforms of the glare, and where it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Glow {
+pub struct Glare {
     /// Left, top, right, bottom of the rectangle that contains all radiance above [`VISIBLE_LIGHT`] of white.
     pub rect_in_clip: Vec4,
     pub sun_direction: Vec3,
@@ -115,13 +115,13 @@ pub(crate) fn rect_around(camera: &Camera, towards: DVec3, chord: f64) -> ClipRe
     ClipRect { left, top, right, bottom }
 }
 
-/// The glow of a frame, whether it is visible, and the reason; `None` without a Sun in the frame. `transmittance`: that of the air in a direction.
-pub(crate) fn glow(
+/// The glare of a frame, whether it is visible, and the reason; `None` without a Sun in the frame. `transmittance`: that of the air in a direction.
+pub(crate) fn glare(
     camera: &Camera,
     placed: &[PlacedBody<'_>],
     threshold: Threshold,
     transmittance: impl Fn(DVec3) -> DVec3,
-) -> Option<(Glow, bool, Reason)> {
+) -> Option<(Glare, bool, Reason)> {
     let VeilingGlare { towards, strength, core_angle_sq, visible_fraction } = VeilingGlare::of(camera, placed)?;
     let strength = transmittance(towards) * strength;
     let at_limb = strength.max_element() / core_angle_sq;
@@ -131,7 +131,7 @@ pub(crate) fn glow(
     let in_camera = camera.in_axes(towards);
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
     let rect = rect_around(camera, in_camera, (strength.max_element() / cutoff.max(f64::MIN_POSITIVE)).sqrt());
-    let glow = Glow {
+    let glare = Glare {
         rect_in_clip: rect.of_whole_pixels(camera.half_size()).narrowed(),
         sun_direction: narrow(in_camera),
         core_angle_sq: narrow_scalar(core_angle_sq),
@@ -139,7 +139,7 @@ pub(crate) fn glow(
         tan_half_fov: narrow2(camera.tan_half_fov),
         cutoff: narrow_scalar(cutoff),
     };
-    Some((glow, on, reason))
+    Some((glare, on, reason))
 }
 
 #[cfg(test)]
