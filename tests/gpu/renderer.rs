@@ -79,7 +79,8 @@ fn golden_views_equal_the_software_renderers_on_gl() {
 fn assert_views_equal_the_software_renderers(gpu: &GpuRenderer) {
     let session = &*SESSION;
     let mut failures = Vec::new();
-    for (name, request) in compared_views() {
+    // "moon" is the negative control's.
+    for (_, (name, request)) in compared_views().into_iter().enumerate().filter(|(k, (name, _))| *name == "moon" || sweep::runs(*k, 4)) {
         let (_, plan) = session.plan(&request, SAMPLING).expect("a plan");
         let drawn = match gpu.render(&plan, session.library(), false) {
             // GL cannot blend 32-bit floats on this machine; the session then draws in software.

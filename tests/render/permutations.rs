@@ -5,6 +5,7 @@
 //! cargo test --test main permutations` records the sheet; look at it before committing. Images of costs have no tile, because every improved
 //! kernel changes them.
 
+use crate::support::sweep;
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, Precision, SoftwareRenderer, lowering};
 use orrery::scene::draw::{DrawFeatures, PixelView};
@@ -54,12 +55,13 @@ fn every_pair_of_values_draws_finite_light_that_f32_gets_right() {
     let (f32s, f64s) = (renderer(Precision::F32), renderer(Precision::F64));
     let keys = covering(2);
     assert!(keys.len() >= 10 * 8, "two dimensions have ten and eight values: {}", keys.len());
-    let failures: Vec<String> = keys.par_iter().filter_map(|k| check_key(&f32s, &f64s, k).err().map(|e| format!("{k}: {e}"))).collect();
+    let chosen: Vec<_> = keys.iter().enumerate().filter(|(k, _)| sweep::runs(*k, 4)).map(|(_, key)| key).collect();
+    let failures: Vec<String> = chosen.par_iter().filter_map(|k| check_key(&f32s, &f64s, k).err().map(|e| format!("{k}: {e}"))).collect();
     assert!(
         failures.is_empty(),
         "{} of {} keys; the first of them:\n{}",
         failures.len(),
-        keys.len(),
+        chosen.len(),
         failures[..failures.len().min(20)].join("\n")
     );
 }

@@ -74,7 +74,7 @@ fn reachable_and_covering_modules_are_valid_and_as_recorded() {
 }
 
 /// The part of all modules that a run proves is one of so many.
-const PARTS: usize = 16;
+const PARTS: usize = 64;
 
 /// Builds the modules; they are those of the record.
 fn compare_with(record: &DigestRecord, ids: &[(ModuleId, bool)]) {

@@ -1,6 +1,7 @@
 //! The sweeps of `stability` detect faults: each past fault, when injected, exceeds the bound of a sweep that passes without the fault.
 
 use crate::support::session::SESSION;
+use crate::support::sweep;
 use orrery::catalog::NaifId;
 use orrery::measure::Effort;
 use orrery::render::plan::{DepthState, Plan};
@@ -99,7 +100,7 @@ fn clouds_with_depth_conflicts_are_detected() {
 
 #[test]
 fn a_feature_that_is_chosen_too_late_is_detected() {
-    assert!(!swept(&SESSION, "needs-linear", InjectedFaults::default()).has_failed());
+    assert!(!sweep::in_full() || !swept(&SESSION, "needs-linear", InjectedFaults::default()).has_failed());
     // A floor of half the light instead of a thousandth.
     let coarse = Purpose::Linear { floor: 0.5 };
     assert!(swept(&SESSION, "needs-linear", InjectedFaults { purpose: Some(coarse), ..InjectedFaults::default() }).has_failed());
@@ -111,7 +112,10 @@ fn every_other_sweep_keeps_its_bound() {
     let tested_above = ["shadows", "umbra-exposure", "light-time", "depth", "needs-linear"];
     let failed: Vec<String> = SWEEPS
         .iter()
-        .filter(|s| !tested_above.contains(&s.name))
+        .filter(|s| !tested_above.contains(&s.name) || !sweep::in_full() && s.name == "needs-linear")
+        .enumerate()
+        .filter(|(k, _)| sweep::runs(*k, 4))
+        .map(|(_, s)| s)
         .map(|s| swept(&SESSION, s.name, InjectedFaults::default()))
         .filter(SweepReport::has_failed)
         .map(|r| format!("{}: {:e} of {:e} at {}: {}", r.name, r.found.worst, r.bound, r.found.location, r.found.cause))

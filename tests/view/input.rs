@@ -1,6 +1,7 @@
 //! The window under clicks and keys: the pressed row is selected, Escape closes one thing at a time and never the program, a failed search is reported and replaced, and
 //! no image is stretched.
 
+use crate::support::sweep;
 use crate::view::interface::{OwnPainter, interface, session, settle};
 use egui::accesskit::{Role, Toggled};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, Rect};
@@ -105,7 +106,7 @@ fn the_pressed_row_is_the_selected_row() {
     // Each row after a fresh start, when another body's moons are about to expand.
     for target in [NaifId::EARTH, SATURN, NaifId::MOON] {
         let visible_rows = rows(&without_images(target));
-        for (k, (id, name, _)) in visible_rows.iter().enumerate() {
+        for (k, (id, name, _)) in visible_rows.iter().enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
             let mut window = without_images(target);
             let rect = rows(&window)[k].2;
             click(&mut window, rect.center(), k % 2 == 0);
@@ -256,6 +257,7 @@ fn escape_closes_one_thing_at_a_time_and_never_the_program() {
     let tabs: Vec<Option<Tab>> = std::iter::once(None).chain(Tab::ALL.map(Some)).collect();
     let mut window = pausable_window(interface(SATURN, TIME), &Arc::default(), 700.0);
     window.run_steps(2);
+    let mut cases = 0;
     for search in [Search::Untouched, Search::Empty, Search::Typed, Search::Failed, Search::Unfocused, Search::Menu] {
         for tab in &tabs {
             for bits in 0..8 {
@@ -266,7 +268,8 @@ fn escape_closes_one_thing_at_a_time_and_never_the_program() {
                 }
                 // The open panel is varied with one state of the search and with each of the others open and closed.
                 let is_varied = tab.is_none() || matches!(tab, Some(Tab::Information)) || search == Search::Untouched || bits == 3;
-                if !is_varied {
+                cases += 1;
+                if !is_varied || !sweep::runs(cases, 5) {
                     continue;
                 }
                 // After everything is closed, the state is the initial one.

@@ -1,5 +1,6 @@
 //! Names of bodies in the view against each other and against what the window shows over the view: hints, messages, *What to see now*.
 
+use crate::support::sweep;
 use crate::view::input::Window;
 use crate::view::interface::{harness, interface};
 use egui::epaint::{ClippedShape, Shape};
@@ -56,7 +57,9 @@ fn names_keep_clear_of_hints_messages_and_each_other() {
     for (target, distance_radii) in TARGETS {
         for size in SIZES {
             let mut window = window(target, distance_radii, size);
-            for (k, (yaw, pitch)) in (-2..=2).flat_map(|yaw| (-3..=3).map(move |pitch| (yaw, pitch))).enumerate() {
+            for (k, (yaw, pitch)) in
+                (-2..=2).flat_map(|yaw| (-3..=3).map(move |pitch| (yaw, pitch))).enumerate().filter(|(k, _)| sweep::runs(*k, 3))
+            {
                 let state = window.state_mut();
                 if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut state.viewer.view.eye {
                     (*yaw_deg, *pitch_deg) = (f64::from(yaw) * 7.0, f64::from(pitch) * 5.6);
@@ -107,6 +110,7 @@ fn names_keep_clear_of_hints_messages_and_each_other() {
     println!("{} of {frames} frames without hints and messages: {:?}", bare.len(), bare.first());
     println!("{shown} names, {selected_shown} of selected bodies; usually covered {usually_covered}, {selected_usually_covered}");
     assert!(10 * bare.len() < frames, "{} of {frames} frames without hints and messages", bare.len());
-    assert!(shown > 500 && selected_shown > 50, "{shown} names, {selected_shown} of selected bodies");
-    assert!(usually_covered > 50 && selected_usually_covered > 3, "{usually_covered}, {selected_usually_covered}");
+    let part = if sweep::in_full() { 1 } else { 5 };
+    assert!(part * shown > 500 && part * selected_shown > 50, "{shown} names, {selected_shown} of selected bodies");
+    assert!(part * usually_covered > 50 && (part > 1 || selected_usually_covered > 3), "{usually_covered}, {selected_usually_covered}");
 }

@@ -1,6 +1,7 @@
 //! The window in German: the choice applies at once and is kept, buttons lie inside the window, and no more texts are truncated than in
 //! English.
 
+use crate::support::sweep;
 use crate::view::interface::{harness, interface, session, settle};
 use egui::accesskit::Role;
 use egui::epaint::{ClippedShape, Shape};
@@ -59,7 +60,7 @@ fn numbers_and_dates_are_german() {
 #[test]
 fn german_buttons_fit() {
     for size in [[1100.0, 640.0], [760.0, 480.0]] {
-        for tab in std::iter::once(None).chain(Tab::ALL.map(Some)) {
+        for (_, tab) in std::iter::once(None).chain(Tab::ALL.map(Some)).enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
             let mut harness = harness(interface(SATURN, EQUINOX));
             harness.set_size(size.into());
             harness.state_mut().tab = tab;

@@ -1,5 +1,6 @@
 //! Texts of other layers are translated: reasons of scenes by their messages, and texts of the shipped catalogs by their names.
 
+use crate::support::sweep;
 use crate::view::interface::session;
 use crate::view::marked_texts::Scan;
 use orrery::catalog::NaifId;
@@ -24,7 +25,7 @@ fn reasons_of_scenes_are_messages() {
     let subjects =
         named.iter().map(|body| (body.id, time)).chain(catalog.moments().iter().filter_map(|m| Some((catalog.body(m.target)?.id, m.time))));
     let mut features = BTreeSet::new();
-    for (k, (target, time)) in subjects.enumerate() {
+    for (k, (target, time)) in subjects.enumerate().filter(|(k, _)| sweep::runs(*k, 4)) {
         for (n, distance_radii) in [Some(1.001), Some(3.0), Some(400.0)].into_iter().enumerate() {
             let effects =
                 ["", "+eclipse=linear,+atmosphere=vertex", "-clouds,-eclipse,-atmosphere", "+atmosphere=table,+planet-shine,+ring-shine"]
@@ -50,7 +51,8 @@ fn reasons_of_scenes_are_messages() {
             scan.check(&format!("{target:?}"), reasons);
         }
     }
-    assert!(features.len() > 35 && scan.checked > 2000, "{} features, {} reasons", features.len(), scan.checked);
+    let (min_features, min_reasons) = if sweep::in_full() { (36, 2001) } else { (20, 201) };
+    assert!(features.len() >= min_features && scan.checked >= min_reasons, "{} features, {} reasons", features.len(), scan.checked);
     assert!(scan.faults.is_empty(), "{} of {} texts: {:#?}", scan.faults.len(), scan.checked, scan.faults);
     language::set(Language::English);
 }
