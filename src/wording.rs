@@ -119,12 +119,12 @@ mod tests {
         let cases =
             ["", "mars", &"x".repeat(200), &"x".repeat(201), &"é".repeat(5000), "a\u{1b}[2Jb\r\n\t", "\u{202e}sram", &"\u{7}".repeat(150)];
         for given in cases {
-            for most in [20, MAX_ECHO_CHARS] {
-                let shown = echo_within(given, most);
-                assert!(shown.chars().count() <= most, "{given:?}: {} characters", shown.chars().count());
+            for max_chars in [20, MAX_ECHO_CHARS] {
+                let shown = echo_within(given, max_chars);
+                assert!(shown.chars().count() <= max_chars, "{given:?}: {} characters", shown.chars().count());
                 assert!(!shown.chars().any(controls_terminal), "{shown:?}");
                 // Short harmless input is unchanged.
-                if given.chars().count() <= most && !given.chars().any(controls_terminal) {
+                if given.chars().count() <= max_chars && !given.chars().any(controls_terminal) {
                     assert_eq!(shown, given);
                 }
             }

@@ -21,7 +21,7 @@ pub(crate) fn catalog(common: &Common) -> Result<Catalog, CliError> {
 pub(crate) fn fragments(common: &Common) -> Result<Fragments, CliError> {
     let edited = match &common.shaders {
         Some(folder) => {
-            fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps)).map_err(|e| CliError::Failed(e.to_string()))?
+            fragment_times(folder).and_then(|times| read_fragments(folder, &times)).map_err(|e| CliError::Failed(e.to_string()))?
         }
         None => Fragments::default(),
     };

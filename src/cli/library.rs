@@ -79,7 +79,7 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             let (status, maps) = (library.status(), maps.unwrap_or_default());
             let folder = status.folder.map_or("in memory".to_owned(), |f| f.display().to_string());
             print_result(&format!(
-                "folder     {folder}\nentries    {} ({} kB)\nother versions  {} ({} kB)\nmaps       {} ({} kB)\nof other versions  {} ({} kB)\n",
+                "folder     {folder}\nentries    {} ({} kB)\nother versions  {} ({} kB)\nmaps       {} ({} kB)\nmaps of other versions  {} ({} kB)\n",
                 status.entries,
                 status.bytes / 1000,
                 status.other_entries,

@@ -141,10 +141,10 @@ fn range(changes: &[&ModuleChange], of: &dyn Fn(&Figures) -> Option<f64>) -> Opt
         Some(if a == b { 0.0 } else { 100.0 * (b - a) / a.abs().max(f64::MIN_POSITIVE) })
     };
     let percent_changes: Vec<f64> = changes.iter().filter_map(percent_change).collect();
-    let (least, greatest) = percent_changes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, g), p| (l.min(*p), g.max(*p)));
+    let (min, max) = percent_changes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, g), p| (l.min(*p), g.max(*p)));
     match percent_changes.len() {
         0 => None,
-        _ if least == 0.0 && greatest == 0.0 => Some("unchanged".into()),
-        _ => Some(format!("{least:+.2} % to {greatest:+.2} %")),
+        _ if min == 0.0 && max == 0.0 => Some("unchanged".into()),
+        _ => Some(format!("{min:+.2} % to {max:+.2} %")),
     }
 }

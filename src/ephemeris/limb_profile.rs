@@ -153,9 +153,9 @@ mod tests {
     fn level_ground_has_a_level_limb() {
         for km in [-2.0, 0.0, 3.5] {
             let profile = LimbProfile::seen_from(&map(|_, _| km), from(5.0, -7.0, 370_000.0));
-            let [least, greatest] = profile.range_km();
+            let [lowest, highest] = profile.range_km();
             // The samples start at the sphere's limb, not at that of the ground, so the sampled view ray may pass slightly lower.
-            assert!((least - km).abs() < 2e-3 && (greatest - km).abs() < 2e-3, "{km}: {least} to {greatest}");
+            assert!((lowest - km).abs() < 2e-3 && (highest - km).abs() < 2e-3, "{km}: {lowest} to {highest}");
         }
     }
 
@@ -176,9 +176,9 @@ mod tests {
             let profile = LimbProfile::seen_from(&map(hill), from(0.125, 0.0, 370_000.0));
             let beyond_limb_rad = (summit_deg - limb_deg).to_radians();
             let expected = (DEFAULT_SPHERE_KM + 9.0) * beyond_limb_rad.cos() - DEFAULT_SPHERE_KM;
-            let [_, greatest] = profile.range_km();
+            let [_, highest] = profile.range_km();
             assert_eq!(expected > 0.1, seen, "{expected}");
-            assert!((greatest - expected.max(0.0)).abs() < 0.03, "{behind_deg}: {greatest} for {expected}");
+            assert!((highest - expected.max(0.0)).abs() < 0.03, "{behind_deg}: {highest} for {expected}");
             if seen {
                 // The highest point must lie in the east, whichever way the position angle counts.
                 let highest = (0..LIMB_POINTS).max_by(|a, b| profile.heights_km[*a].total_cmp(&profile.heights_km[*b])).expect("points");

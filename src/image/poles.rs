@@ -232,11 +232,12 @@ mod tests {
             ]
         };
         let (before, after) = (level(place), smoothed(level(place), PoleFilter::Values));
-        let most = |c: usize| before.iter().flatten().zip(after.iter().flatten()).map(|(a, b)| (a[c] - b[c]).abs()).fold(0.0, f32::max);
+        let max_difference =
+            |c: usize| before.iter().flatten().zip(after.iter().flatten()).map(|(a, b)| (a[c] - b[c]).abs()).fold(0.0, f32::max);
         // At the pole a row is averaged completely: the error is half of the change of 0.33 x 0.05 rad over half a texel.
-        assert!(most(0) < 0.006, "{}", most(0));
+        assert!(max_difference(0) < 0.006, "{}", max_difference(0));
         // sigma = 0.6 texels = 0.03 rad: exp(-(8 * 0.03)² / 2) takes 3 % of the amplitude of 0.2; at the pole a tenth, as above.
-        assert!(most(1) < 0.03, "{}", most(1));
+        assert!(max_difference(1) < 0.03, "{}", max_difference(1));
     }
 
     #[test]

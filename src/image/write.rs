@@ -47,8 +47,8 @@ pub fn write_exr(
     use exr::prelude::{AttributeValue, Image, SpecificChannels, Text, Vec2, WritableImage};
     check(width, height, hdr.len())?;
     let (w, h) = (width as usize, height as usize);
-    let pixel = |at: Vec2<usize>| {
-        let [r, g, b, a] = hdr[at.y() * w + at.x()];
+    let pixel = |position: Vec2<usize>| {
+        let [r, g, b, a] = hdr[position.y() * w + position.x()];
         (r, g, b, a)
     };
     let mut image = Image::from_channels((w, h), SpecificChannels::rgba(pixel));

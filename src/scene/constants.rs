@@ -24,15 +24,15 @@ pub const RING_SHINE_COLUMNS: usize = 33;
 pub(crate) const ERFCX_SLOPE: f64 = 0.46;
 
 /// Rows of the multiple-scattering table: heights spaced quadratically from the ground to the top. One more row contains the irradiance of level ground.
-pub const MULTIPLE_HEIGHTS: usize = 8;
+pub const MULTI_SCATTER_HEIGHTS: usize = 8;
 /// Columns of the multiple-scattering table: cosines of the Sun's zenith angle.
-pub const MULTIPLE_SUNS: usize = 16;
+pub const MULTI_SCATTER_SUNS: usize = 16;
 /// Bend in x = mu / (|mu| + bend), in which the columns are evenly spaced; mu is the cosine of the Sun's zenith angle.
-pub(crate) const MULTIPLE_BEND: f64 = 0.3;
+pub(crate) const MULTI_SCATTER_BEND: f64 = 0.3;
 /// x of the first column; the last column is for a Sun in the zenith.
-pub(crate) const MULTIPLE_FIRST: f64 = -0.5;
+pub(crate) const MULTI_SCATTER_FIRST: f64 = -0.5;
 /// Coefficients of the polynomial in x that approximates the table at one height for a Sun above the horizon.
-pub(crate) const MULTIPLE_COEFFICIENTS: usize = 5;
+pub(crate) const MULTI_SCATTER_COEFFICIENTS: usize = 5;
 
 /// Rows of the table of multiply scattered light in an eclipse's shadow: heights. One more row contains the irradiance of level ground.
 pub const IN_SHADOW_HEIGHTS: usize = 4;

@@ -90,11 +90,11 @@ impl Scene {
     /// Rectangles of the texts in the image: caption, scale bar, compass, names of features, labels of lines. Without the names of bodies.
     #[cfg_attr(not(feature = "view"), expect(dead_code, reason = "the window alone asks for them"))]
     pub(crate) fn text_rects(&self) -> Vec<Rect> {
-        let margin = |layer: &labels::LabelLayer| layer.occupied(&LabelMetrics::of_size(layer.size_px)).collect::<Vec<_>>();
-        let lines = |layer: &line_texts::TextLayer| {
+        let label_rects = |layer: &labels::LabelLayer| layer.occupied(&LabelMetrics::of_size(layer.size_px)).collect::<Vec<_>>();
+        let line_text_rects = |layer: &line_texts::TextLayer| {
             let metrics = LabelMetrics::of_size(layer.size_px);
             layer.texts.iter().map(|text| metrics.rect(&text.text, text.left_px)).collect::<Vec<_>>()
         };
-        self.labels.iter().flat_map(margin).chain(self.texts.iter().flat_map(lines)).collect()
+        self.labels.iter().flat_map(label_rects).chain(self.texts.iter().flat_map(line_text_rects)).collect()
     }
 }

@@ -42,10 +42,10 @@ pub mod rings;
 #[doc(hidden)]
 pub mod sky;
 #[doc(hidden)]
+pub mod stated_errors;
+#[doc(hidden)]
 pub mod surface;
 mod thresholds;
-#[doc(hidden)]
-pub mod stated_errors;
 mod visibility;
 
 #[doc(hidden)]

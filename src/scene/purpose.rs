@@ -66,8 +66,8 @@ impl Threshold {
         }
     }
 
-    /// The greatest radiance that, added to black, is left out.
-    pub(crate) fn least_radiance(self) -> f64 {
+    /// The smallest radiance, added to black, that is kept.
+    pub(crate) fn min_radiance(self) -> f64 {
         self.cutoff_radiance(VISIBLE_LIGHT)
     }
 
@@ -91,7 +91,7 @@ impl Threshold {
         match self.purpose {
             Purpose::Display => {
                 let light = self.relative_to_white(radiance);
-                reason!("of-white", light = format_args!("{light:.2e}"), least = format_args!("{VISIBLE_LIGHT:.2e}"))
+                reason!("of-white", light = format_args!("{light:.2e}"), threshold = format_args!("{VISIBLE_LIGHT:.2e}"))
             }
             Purpose::Linear { .. } => reason!("of-linear-light", light = format_args!("{radiance:.2e}")),
         }
@@ -99,14 +99,14 @@ impl Threshold {
 
     /// A relative change and its threshold, in words.
     pub(crate) fn change_description(self, change: f64) -> Reason {
-        reason!("of-the-light", part = format_args!("{change:.2e}"), least = format_args!("{:.2e}", self.min_change()))
+        reason!("of-the-light", part = format_args!("{change:.2e}"), threshold = format_args!("{:.2e}", self.min_change()))
     }
 }
 
 impl std::fmt::Display for Purpose {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Display => reason!("purpose-display", least = format_args!("{VISIBLE_LIGHT:.2e}")).fmt(f),
+            Self::Display => reason!("purpose-display", threshold = format_args!("{VISIBLE_LIGHT:.2e}")).fmt(f),
             Self::Linear { floor } => reason!("purpose-linear", floor = format_args!("{floor:.0e}")).fmt(f),
         }
     }

@@ -29,10 +29,10 @@ impl StatedError {
     pub(crate) fn reason(&self) -> Reason {
         // Rounds to 1e-4 %, so that no binary digits show (100 * 0.07 = 7.000000000000001).
         let percent = |fraction: f64| (fraction * 1e6).round() / 1e4;
-        let (model, most, of) = (self.name, percent(self.max_error), message!(self.quantity.0));
+        let (model, max, of) = (self.name, percent(self.max_error), message!(self.quantity.0));
         match self.error_95_percent {
-            Some(part) => reason!("model-error-mostly", model = model, most = most, mostly = percent(part), of = of),
-            None => reason!("model-error", model = model, most = most, of = of),
+            Some(part) => reason!("model-error-mostly", model = model, max = max, mostly = percent(part), of = of),
+            None => reason!("model-error", model = model, max = max, of = of),
         }
     }
 }
@@ -68,8 +68,9 @@ pub const AIR_TRANSMITTANCE: f64 = 3e-4;
 
 /// The error of an atmosphere model; `None` without an atmosphere.
 pub fn of_atmosphere(model: AtmosphereModel) -> Option<StatedError> {
-    let stated =
-        |name, error_95_percent, max_error, quantity| Some(StatedError { name, error_95_percent: Some(error_95_percent), max_error, quantity });
+    let stated = |name, error_95_percent, max_error, quantity| {
+        Some(StatedError { name, error_95_percent: Some(error_95_percent), max_error, quantity })
+    };
     match model {
         AtmosphereModel::None => None,
         AtmosphereModel::Vertex => stated("vertex", 0.1, 1.2, SINGLE_SCATTERING),

@@ -55,7 +55,7 @@ fn fragment(about: &str, constants: &[SharedConstant]) -> String {
 }
 
 fn air() -> String {
-    let span = 1.0 / (1.0 + shared::MULTIPLE_BEND) - shared::MULTIPLE_FIRST;
+    let span = 1.0 / (1.0 + shared::MULTI_SCATTER_BEND) - shared::MULTI_SCATTER_FIRST;
     let in_shadow = (shared::IN_SHADOW_HEIGHTS + 1) * shared::IN_SHADOW_COLUMNS;
     let occluders = usize::from(MAX_OCCLUDERS);
     fragment(
@@ -71,32 +71,32 @@ fn air() -> String {
                 "Multiple-scattering table: height rows; one extra row is for level ground.",
                 "air_table",
                 "MULTI_SCATTER_HEIGHTS",
-                Value::U32(shared::MULTIPLE_HEIGHTS),
+                Value::U32(shared::MULTI_SCATTER_HEIGHTS),
             ),
             constant(
                 "Its columns, evenly spaced in x = mu / (|mu| + MULTI_SCATTER_BEND), mu the cosine of the Sun's zenith angle.",
                 "air_table",
                 "MULTI_SCATTER_SUNS",
-                Value::U32(shared::MULTIPLE_SUNS),
+                Value::U32(shared::MULTI_SCATTER_SUNS),
             ),
-            constant("Constant of that column scale.", "air_table", "MULTI_SCATTER_BEND", Value::F32(shared::MULTIPLE_BEND)),
+            constant("Constant of that column scale.", "air_table", "MULTI_SCATTER_BEND", Value::F32(shared::MULTI_SCATTER_BEND)),
             constant(
                 "The first column is at x = -MULTI_SCATTER_BELOW_HORIZON.",
                 "air_table",
                 "MULTI_SCATTER_BELOW_HORIZON",
-                Value::F32(-shared::MULTIPLE_FIRST),
+                Value::F32(-shared::MULTI_SCATTER_FIRST),
             ),
             constant(
                 "Columns per unit of x; the last column has the Sun at the zenith.",
                 "air_table",
                 "MULTI_SCATTER_SUNS_PER_UNIT",
-                Value::F32((shared::MULTIPLE_SUNS - 1) as f64 / span),
+                Value::F32((shared::MULTI_SCATTER_SUNS - 1) as f64 / span),
             ),
             constant(
                 "Coefficients of the polynomial in x at one height.",
                 "air_table",
                 "MULTI_SCATTER_COEFFICIENTS",
-                Value::U32(shared::MULTIPLE_COEFFICIENTS),
+                Value::U32(shared::MULTI_SCATTER_COEFFICIENTS),
             ),
             constant(
                 "Table of multiply scattered light in an eclipse: columns, one per distance from the occluder's limb.",

@@ -190,7 +190,7 @@ fn sweep_views(
     if !explained.is_empty() {
         found.location = Value::Array(explained);
     }
-    let named = omitted.iter().map(|(effect, (views, most))| format!("{effect} in {views} (up to {most:.2e})")).collect::<Vec<_>>();
+    let named = omitted.iter().map(|(effect, (views, max))| format!("{effect} in {views} (up to {max:.2e})")).collect::<Vec<_>>();
     let over = figures.iter().filter(|f| f.0.difference > bound).count();
     let mut sorted: Vec<f64> = figures.iter().map(|f| f.0.difference).collect();
     sorted.sort_by(f64::total_cmp);

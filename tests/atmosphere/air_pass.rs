@@ -12,8 +12,8 @@ use orrery::time::Instant;
 const SIDE: u32 = 512;
 
 /// Bounds of the whole images: levels of 255, and the error in thresholds of a display. Measured: see docs/accuracy.md.
-const MOST_LEVELS: u8 = 1;
-const MOST_THRESHOLDS: f64 = 1.0;
+const MAX_LEVELS: u8 = 1;
+const MAX_THRESHOLDS: f64 = 1.0;
 
 /// Name, time, position and quality of views of the Earth: by day, in a total eclipse, from the Moon's side at half phase, over the evening, at night.
 fn views() -> Vec<(&'static str, ViewRequest)> {
@@ -45,22 +45,25 @@ fn views() -> Vec<(&'static str, ViewRequest)> {
     ]
 }
 
-/// The display levels and the light of a scene.
-fn image(scene: &Scene) -> (Vec<[u8; 4]>, Vec<[f32; 4]>) {
+/// The display levels and the light of an image's pixels.
+type LevelsAndLight = (Vec<[u8; 4]>, Vec<[f32; 4]>);
+
+fn image(scene: &Scene) -> LevelsAndLight {
     let plan = plan::plan(scene, &*SESSION, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
     let (frame, _) = SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn");
     (frame.display, frame.hdr)
 }
 
 struct Difference {
-    /// Greatest difference of a level, and the number of pixels that differ in their light.
+    /// Greatest difference of a display level.
     levels: u8,
+    /// Number of pixels that differ in their light.
     changed: usize,
     /// Greatest difference of light in thresholds: `VISIBLE_CHANGE` of the light, or `VISIBLE_LIGHT` of white where that is more.
     thresholds: f64,
 }
 
-fn difference(a: &(Vec<[u8; 4]>, Vec<[f32; 4]>), b: &(Vec<[u8; 4]>, Vec<[f32; 4]>), white: f64) -> Difference {
+fn difference(a: &LevelsAndLight, b: &LevelsAndLight, white: f64) -> Difference {
     let levels = a.0.iter().zip(&b.0).flat_map(|(x, y)| (0..3).map(move |c| x[c].abs_diff(y[c]))).max().unwrap_or(0);
     let changed = a.1.iter().zip(&b.1).filter(|(x, y)| x != y).count();
     let channels = a.1.iter().zip(&b.1).flat_map(|(x, y)| (0..3).map(move |c| (f64::from(x[c]), f64::from(y[c]))));
@@ -68,13 +71,13 @@ fn difference(a: &(Vec<[u8; 4]>, Vec<[f32; 4]>), b: &(Vec<[u8; 4]>, Vec<[f32; 4]
     Difference { levels, changed, thresholds }
 }
 
-/// The image whose pixels evaluate their air.
-fn evaluated(request: &ViewRequest) -> (Vec<[u8; 4]>, Vec<[f32; 4]>) {
+/// The image whose pixels all evaluate their own air.
+fn image_by_pixel(request: &ViewRequest) -> LevelsAndLight {
     image(&SESSION.scene(&ViewRequest { coarse_air: false, ..request.clone() }).expect("a scene"))
 }
 
 /// The image with the bound times `factor` (0: nothing is interpolated).
-fn with_bound(scene: &Scene, factor: f32) -> (Vec<[u8; 4]>, Vec<[f32; 4]>) {
+fn with_bound(scene: &Scene, factor: f32) -> LevelsAndLight {
     let mut scene = scene.clone();
     scene.draws.iter_mut().for_each(|d| d.uniforms.air.coarse_bound *= factor);
     image(&scene)
@@ -86,13 +89,13 @@ fn interpolated_air_keeps_its_bound() {
         let scene = SESSION.scene(&request).expect("a scene");
         let readers = scene.draws.iter().filter(|d| d.features.air_pass == AirPass::Read).count();
         assert_eq!(readers, 2, "{name}: ground and clouds read the image");
-        let interpolated = difference(&evaluated(&request), &image(&scene), scene.exposure.white());
+        let interpolated = difference(&image_by_pixel(&request), &image(&scene), scene.exposure.white());
         let report = format!(
             "{name}: {} levels, {:.2} thresholds, {} pixels changed",
             interpolated.levels, interpolated.thresholds, interpolated.changed
         );
         println!("{report}");
-        assert!(interpolated.levels <= MOST_LEVELS && interpolated.thresholds <= MOST_THRESHOLDS, "{report}");
+        assert!(interpolated.levels <= MAX_LEVELS && interpolated.thresholds <= MAX_THRESHOLDS, "{report}");
         // By day nearly all of the disc, which fills half of the image, is interpolated.
         assert!(!name.starts_with("day") || interpolated.changed > (SIDE * SIDE / 3) as usize, "{report}");
     }
@@ -100,18 +103,18 @@ fn interpolated_air_keeps_its_bound() {
 
 /// Negative control, on a disc that is hardly larger than the smallest with a coarse image: without the bound the error exceeds it.
 #[test]
-fn a_bound_that_is_no_bound_is_noticed() {
+fn a_missing_bound_is_detected() {
     let mut worst = 0.0_f64;
     for (name, request) in views() {
         let request = ViewRequest { width: 160, height: 160, ..request };
         let scene = SESSION.scene(&request).expect("a scene");
-        let (exact, white) = (evaluated(&request), scene.exposure.white());
+        let (exact, white) = (image_by_pixel(&request), scene.exposure.white());
         let (bounded, loose) = (difference(&exact, &image(&scene), white), difference(&exact, &with_bound(&scene, 1e6), white));
         println!("{name}: {:.2} thresholds, without a bound {:.2}", bounded.thresholds, loose.thresholds);
-        assert!(bounded.levels <= MOST_LEVELS && bounded.thresholds <= MOST_THRESHOLDS, "{name}: {:.2}", bounded.thresholds);
+        assert!(bounded.levels <= MAX_LEVELS && bounded.thresholds <= MAX_THRESHOLDS, "{name}: {:.2}", bounded.thresholds);
         worst = worst.max(loose.thresholds);
     }
-    assert!(worst > 2.0 * MOST_THRESHOLDS, "{worst}");
+    assert!(worst > 2.0 * MAX_THRESHOLDS, "{worst}");
 }
 
 /// Without room for an error each pixel evaluates its air by the same code: only the compiler's order of additions may differ.
@@ -119,8 +122,8 @@ fn a_bound_that_is_no_bound_is_noticed() {
 fn without_room_for_an_error_each_pixel_evaluates_its_air() {
     let (name, request) = views().swap_remove(2);
     let scene = SESSION.scene(&request).expect("a scene");
-    let apart = difference(&evaluated(&request), &with_bound(&scene, 0.0), scene.exposure.white());
-    assert!(apart.thresholds < 0.01, "{name}: {:.4}, {} pixels", apart.thresholds, apart.changed);
+    let rounding = difference(&image_by_pixel(&request), &with_bound(&scene, 0.0), scene.exposure.white());
+    assert!(rounding.thresholds < 0.01, "{name}: {:.4}, {} pixels", rounding.thresholds, rounding.changed);
 }
 
 #[test]

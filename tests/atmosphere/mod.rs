@@ -3,8 +3,8 @@
 mod air_pass;
 mod clouds;
 mod limb_profile;
+mod model_bounds;
 mod refracted_limb;
 mod shadows;
 mod single_scattering;
-mod model_bounds;
 mod twilight;

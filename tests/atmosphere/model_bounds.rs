@@ -242,8 +242,9 @@ fn errors(model: &str, precision: Precision) -> (Vec<f64>, f64, String) {
         let answer = prober.answer(&question.to_string()).expect("an answer");
         let (radiance, transmittance) = (vector(&answer["radiance"]), vector(&answer["transmittance"]));
         assert!(radiance.is_finite() && radiance.min_element() >= 0.0 && transmittance.is_finite(), "{ray:?}: {answer}");
-        let error = ((radiance - reference.radiance).abs() / reference.radiance.max(DVec3::splat(stated_errors::MIN_OF_ZENITH * air_case.zenith)))
-            .max_element();
+        let error = ((radiance - reference.radiance).abs()
+            / reference.radiance.max(DVec3::splat(stated_errors::MIN_OF_ZENITH * air_case.zenith)))
+        .max_element();
         let transmittance_error = (transmittance - reference.transmittance).abs().max_element();
         let describe = || format!("{}, {}, {ray:?}: {radiance} for {}", air_case.name, FAMILIES[ray_case.family], reference.radiance);
         if error > worst_radiance {

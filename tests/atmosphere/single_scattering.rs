@@ -146,7 +146,8 @@ fn an_empty_atmosphere_changes_nothing() {
     // Large enough for the rim of the atmosphere to be drawn.
     let large = |effects: &str| ViewRequest { width: 400, height: 400, ..earth_at("2024-06-08T06:00:00Z", effects) };
     let (with, without) = (large("+atmosphere"), large("-atmosphere"));
-    let draws_with_air = empty.scene(&with).expect("a scene").draws.iter().filter(|d| d.features.air.model != AtmosphereModel::None).count();
+    let draws_with_air =
+        empty.scene(&with).expect("a scene").draws.iter().filter(|d| d.features.air.model != AtmosphereModel::None).count();
     assert!(draws_with_air >= 3, "ground, clouds and sky are drawn with the empty air: {draws_with_air}");
     let airless = empty.draw(&without, SAMPLING, true).expect("draws").frame.hdr;
     assert_eq!(empty.draw(&with, SAMPLING, true).expect("draws").frame.hdr, airless);

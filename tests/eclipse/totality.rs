@@ -312,9 +312,9 @@ fn a_planet_near_the_horizon_is_dimmed_by_the_air() {
         }
     }
     assert!(extinctions.len() > 5, "{extinctions:?}");
-    let (least, most) = extinctions.iter().fold((f64::MAX, 0.0_f64), |(a, b), k| (a.min(*k), b.max(*k)));
+    let (min, max) = extinctions.iter().fold((f64::MAX, 0.0_f64), |(a, b), k| (a.min(*k), b.max(*k)));
     // Green: gas 0.09; with aerosol and ozone 0.1 to 0.25 in total.
-    assert!(least > 0.1 && most < 0.25 && most / least < 1.1, "{extinctions:?}");
+    assert!(min > 0.1 && max < 0.25 && max / min < 1.1, "{extinctions:?}");
 }
 
 /// The point's flux at the camera without air, from the magnitude.

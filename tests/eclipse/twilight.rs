@@ -288,16 +288,16 @@ fn every_sky_has_a_night() {
     let cases = [(NaifId(499), (0.0, 0.0), "2024-03-20T12:00:00Z"), (NaifId::EARTH, (0.0, 0.0), "2024-03-20T23:59:00Z")];
     for (body, location, time) in cases {
         for model in ["table", "pixel-8", "pixel-32", "vertex"] {
-            let mut least = f64::MAX;
+            let mut min = f64::MAX;
             for hour in 0..6 {
                 let time = parse_time(time).plus_seconds(f64::from(hour) * 4.0 * 3600.0);
                 for height in [60.0, 5.0, -40.0] {
                     let c = sky(body, location, time, height, 0.0, &format!("{CLEAR_SKY},-eclipse,+atmosphere={model}"));
                     assert!(c.min_element() > 0.0 && c.is_finite(), "{body:?} {model} {hour} {height}: {c}");
-                    least = least.min(c.y);
+                    min = min.min(c.y);
                 }
             }
-            assert!(least * UNIT_CD_M2 < 1e-3, "{body:?} {model}: one of the instants must be at night: {least:e}");
+            assert!(min * UNIT_CD_M2 < 1e-3, "{body:?} {model}: one of the instants must be at night: {min:e}");
         }
     }
 }

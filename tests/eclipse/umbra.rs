@@ -117,12 +117,12 @@ fn sunlight_is_exact_at_the_contacts_and_falls_monotonically() {
                         |k: usize| format!("{model:?} {precision} {count} occluders {shape:?} at {}: {:?}", distances[k], light[k]);
                     for (k, rgb) in light.iter().enumerate() {
                         let outline = shape.shifted(direction * distances[k] + aside);
-                        let (least, most) = outline.levels();
+                        let (min, max) = outline.levels();
                         let margin = 2e-3;
-                        if most < 1.0 - margin && outline.semi.y > 1.0 {
+                        if max < 1.0 - margin && outline.semi.y > 1.0 {
                             assert_eq!(*rgb, [0.0; 3], "{}", describe(k));
                             receiver_counts[0] += 1;
-                        } else if least > 1.0 + margin && outline.centre.length() > 1.0 {
+                        } else if min > 1.0 + margin && outline.centre.length() > 1.0 {
                             assert_eq!(*rgb, [1.0; 3], "{}", describe(k));
                             receiver_counts[1] += 1;
                         } else {

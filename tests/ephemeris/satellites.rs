@@ -178,7 +178,7 @@ fn the_planets_and_their_moons_balance_on_the_barycentre() {
     let (ephemeris, catalog) = (ephemeris(), Catalog::embedded());
     let gm = |id| catalog.body(NaifId(id)).and_then(|b| b.gm_km3_s2).expect("a GM");
     // Largest offsets: the sum over the moons of GM ratio times distance.
-    for (planet, moons, most_km) in [
+    for (planet, moons, max_km) in [
         (599, &[501, 502, 503, 504][..], 250.0),
         (699, &[606, 608, 605, 604, 603][..], 340.0),
         (799, &[701, 702, 703, 704, 705][..], 60.0),
@@ -194,7 +194,7 @@ fn the_planets_and_their_moons_balance_on_the_barycentre() {
         println!("{planet}: {:.3} km, stated {:.3}", centre.state.pos_km.length(), centre.error_km);
         // Moons that this sum leaves out may change the balance by a hundred metres.
         assert!(remainder_km < 0.1, "{planet}: {remainder_km} km");
-        assert!(centre.state.pos_km.length() > 1.0 && centre.state.pos_km.length() < most_km, "{planet}: {}", centre.state.pos_km);
+        assert!(centre.state.pos_km.length() > 1.0 && centre.state.pos_km.length() < max_km, "{planet}: {}", centre.state.pos_km);
         assert!(centre.error_km < 50.0 && centre.source < Source::Kernel);
         // Without the moons, the planet alone is off the barycentre.
         assert!((from_barycentre(planet) * gm(planet)).length() / gm(planet) > 0.1);

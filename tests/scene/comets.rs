@@ -45,7 +45,7 @@ fn passages_agree_with_the_almanacs() {
         assert!((orbit.passage_days - days(time)).abs() < 0.5, "{name}: {} days off", orbit.passage_days - days(time));
         assert!((orbit.perihelion_au - q_au).abs() < 0.004, "{name}: {}", orbit.perihelion_au);
     }
-    for (name, time, least_au) in [
+    for (name, time, min_au) in [
         ("Halley", "1985-11-27T12:00:00Z", 0.620),
         ("Halley", "1986-04-11T06:00:00Z", 0.417),
         ("Hyakutake", "1996-03-25T07:00:00Z", 0.1018),
@@ -57,7 +57,7 @@ fn passages_agree_with_the_almanacs() {
         let nearest =
             (-400..=400).map(|k| days(time) + 0.05 * f64::from(k)).min_by(|a, b| distance(*a).total_cmp(&distance(*b))).expect("some");
         assert!((nearest - days(time)).abs() < 1.0, "{name}: {} days off", nearest - days(time));
-        assert!((distance(nearest) - least_au).abs() < 0.003, "{name}: {} au", distance(nearest));
+        assert!((distance(nearest) - min_au).abs() < 0.003, "{name}: {} au", distance(nearest));
         // Ten days later the comet is farther away.
         assert!(distance(nearest + 10.0) > distance(nearest) + 0.002);
     }

@@ -80,12 +80,12 @@ fn names_are_placed_on_their_features() {
 /// At every zoom, on bodies with many names: no two names overlap, all are inside the image and on the near side, and larger features come first.
 #[test]
 fn names_do_not_overlap_and_are_on_the_near_side() {
-    let mut most_names = 0;
+    let mut max_names = 0;
     for (body, distance) in [(301, 40.0), (301, 6.0), (301, 3.0), (301, 1.3), (499, 6.0), (299, 8.0), (606, 8.0), (199, 3.0), (401, 4.0)] {
         let scene = scene(&view(body, "+features,+labels,+caption,+scale-bar,+compass", Some(distance)));
         let layer = layer(&scene);
         let rects = rects(layer);
-        most_names = most_names.max(rects.len());
+        max_names = max_names.max(rects.len());
         let texts = &layer.margin.texts;
         let placement = scene.body(NaifId(body)).expect("a body").placement;
         let name = &SESSION.catalog().body(NaifId(body)).expect("it").name;
@@ -101,7 +101,7 @@ fn names_do_not_overlap_and_are_on_the_near_side() {
             assert!(placement.camera_in_unit_sphere().dot(unit) > 1.0, "{} is on the far side", f.name);
         }
     }
-    assert!(most_names > 30, "{most_names}");
+    assert!(max_names > 30, "{max_names}");
 }
 
 /// From the Earth, all six landing sites are named once the Moon is large enough, and none while the Moon is small.

@@ -77,8 +77,8 @@ fn waves_reflect_nearly_all_light_and_never_more() {
             let points = hemisphere(incidence_deg, slope_sq);
             let fraction = reflected_fraction(&points, &fragment.run(&points));
             println!("slope² {slope_sq}, {incidence_deg} deg: {fraction:.4}");
-            let least = if incidence_deg > 80.0 { 0.79 } else { 0.89 };
-            assert!((least..1.005).contains(&fraction), "slope² {slope_sq}, {incidence_deg} deg: {fraction}");
+            let min = if incidence_deg > 80.0 { 0.79 } else { 0.89 };
+            assert!((min..1.005).contains(&fraction), "slope² {slope_sq}, {incidence_deg} deg: {fraction}");
         }
     }
     // Without the shadowing term more light would leave than arrives.

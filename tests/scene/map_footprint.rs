@@ -122,11 +122,11 @@ fn pixels_across_the_limb_keep_their_width() {
             let steps = of_quads(value, &rays, &places);
             let lengths =
                 places.iter().zip(steps).map(|(place, step)| (step.length() / width(*place), step.length() / width(*place).sqrt()));
-            lengths.fold((f64::INFINITY, 0.0_f64), |(least, most), (pixels, chords)| (least.min(pixels), most.max(chords)))
+            lengths.fold((f64::INFINITY, 0.0_f64), |(min, max), (pixels, chords)| (min.min(pixels), max.max(chords)))
         };
-        let (least, most) = shortest("vec4f(HIT.step_x, 0.0)");
-        assert!(least > 0.9, "{least} pixels");
-        assert!(most < 2.0, "{most} of the chord of a pixel");
+        let (min, max) = shortest("vec4f(HIT.step_x, 0.0)");
+        assert!(min > 0.9, "{min} pixels");
+        assert!(max < 2.0, "{max} of the chord of a pixel");
         shortest_difference = shortest_difference.min(shortest("vec4f(dpdx(HIT.position), 0.0)").0);
     }
     assert!(shortest_difference < 0.7, "differences were as wide: {shortest_difference}");

@@ -119,8 +119,8 @@ fn ellipsoid(around: u32) -> String {
 fn mean_and_greatest_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> (f64, f64) {
     let level = |v: f32| f64::from(255.0 * v.clamp(0.0, 1.0));
     let all = a.iter().zip(b).flat_map(|(a, b)| (0..3).map(move |k| (level(a[k]) - level(b[k])).abs()));
-    let (sum, most) = all.fold((0.0, 0.0_f64), |(s, m), d| (s + d, m.max(d)));
-    (sum / (3 * a.len()) as f64, most)
+    let (sum, max) = all.fold((0.0, 0.0_f64), |(s, m), d| (s + d, m.max(d)));
+    (sum / (3 * a.len()) as f64, max)
 }
 
 fn lit_pixels(image: &[[f32; 4]]) -> usize {
@@ -161,9 +161,9 @@ fn a_fine_mesh_of_the_ellipsoid_looks_like_the_ellipsoid() {
             // Some viewpoints are above the night side.
             assert!(lit_pixels(&exact) > 1000 || view == PixelView::Final, "the body must be visible");
             lit_views += usize::from(view == PixelView::Final && lit_pixels(&exact) > 1000);
-            let (mean, most) = mean_and_greatest_difference(&mesh, &exact);
+            let (mean, max) = mean_and_greatest_difference(&mesh, &exact);
             let (coarse_mean, _) = mean_and_greatest_difference(&coarse.draw("", view, from).1, &exact);
-            println!("{view:?} from {from:.0}: mean {mean:.3}, greatest {most:.1}; of a coarse mesh {coarse_mean:.3}");
+            println!("{view:?} from {from:.0}: mean {mean:.3}, greatest {max:.1}; of a coarse mesh {coarse_mean:.3}");
             assert!(mean < bound(view), "{view:?} from {from}: mean {mean}");
             let is_detected = coarse_mean > bound(view) || lit_pixels(&exact) < 1000;
             assert!(is_detected, "{view:?} from {from}: a mesh of 30 degrees passes too, {coarse_mean}");
@@ -192,8 +192,8 @@ fn an_open_bowl_shows_its_inside_only_if_two_sided() {
     let seen: Vec<_> = drawn.frame.hdr.iter().filter(|p| p[..3] != [0.0; 3]).collect();
     assert!(seen.len() > 3000, "{} pixels", seen.len());
     // At the rim the inside is seen edge-on, so its normal is perpendicular to the view.
-    let least = seen.iter().map(|p| p[0]).fold(1.0, f32::min);
-    assert!(least > 0.499, "the normals of the inside do not face the viewer: {least}");
+    let min = seen.iter().map(|p| p[0]).fold(1.0, f32::min);
+    assert!(min > 0.499, "the normals of the inside do not face the viewer: {min}");
     // From the other side, both variants look like a closed body.
     let outside = |user_mesh: &UserMesh| lit_pixels(&user_mesh.draw("", PixelView::Albedo, -from).1);
     assert!(outside(&one_sided) > 3000 && outside(&one_sided) == outside(&two_sided));

@@ -8,7 +8,7 @@ use orrery::session::Session;
 use orrery::time::Instant;
 
 /// The smallest ratio of a pixel's light with relief to its light without, where the smooth Moon is lit.
-fn least_light_ratio(session: &Session, from: NaifId, time: &str) -> f64 {
+fn min_light_ratio(session: &Session, from: NaifId, time: &str) -> f64 {
     let image = |effects: &str| {
         let request = ViewRequest {
             position: Position::Over { towards: Some(from), distance_radii: Some(60.0) },
@@ -31,10 +31,10 @@ fn a_full_moon_has_no_black_dots_on_its_limb() {
     let session = &*crate::support::session::SESSION;
     // Seen from the Sun's side no visible slope is dark; with the Sun's centre on the horizon half of its light is left.
     for time in ["2024-04-23T23:00:00Z", "2024-06-22T01:00:00Z"] {
-        let least = least_light_ratio(session, NaifId::SUN, time);
-        println!("{time}: {least:.3}");
-        assert!(least > 0.4, "{time}: {least} of the smooth Moon's light");
+        let min = min_light_ratio(session, NaifId::SUN, time);
+        println!("{time}: {min:.3}");
+        assert!(min > 0.4, "{time}: {min} of the smooth Moon's light");
     }
     // At first quarter, slopes along the terminator are dark: the comparison must be able to fail.
-    assert!(least_light_ratio(session, NaifId::EARTH, "2024-04-15T19:00:00Z") < 0.1);
+    assert!(min_light_ratio(session, NaifId::EARTH, "2024-04-15T19:00:00Z") < 0.1);
 }

@@ -6,8 +6,8 @@
 use crate::support::session::SESSION;
 use crate::support::sweep;
 use glam::{DMat3, DVec2, DVec3};
-use orrery::catalog::{Catalog, NaifId};
 use orrery::catalog::stars::{Star, StarCatalog};
+use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::Ephemeris;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::photometry::irradiance_of_magnitude;
@@ -467,18 +467,18 @@ fn brightness_is_continuous_in_exposure_and_field_of_view() {
     // A sprite's light falls to zero at its rim, and all samples of a lit pixel are inside the sprite.
     // sRGB rises by at most 255 x 0.62 levels per octave of light, near white and with the tone map's slope of 1: a fiftieth of a stop is 3 levels.
     let step = 0.02;
-    let (mut worst, mut least_lit, mut most_lit) = (0, usize::MAX, 0);
+    let (mut worst, mut min_lit, mut max_lit) = (0, usize::MAX, 0);
     let mut before = levels(5.0, 6.0);
     for k in 1..=700 {
         let now = levels(5.0, 6.0 + step * f64::from(k));
         worst = worst.max(greatest_difference(&before, &now));
         let lit = now.chunks(3).filter(|p| p[1] > 0).count();
-        (least_lit, most_lit) = (least_lit.min(lit), most_lit.max(lit));
+        (min_lit, max_lit) = (min_lit.min(lit), max_lit.max(lit));
         before = now;
     }
-    println!("exposure: worst step {worst} levels; {least_lit} to {most_lit} pixels lit");
+    println!("exposure: worst step {worst} levels; {min_lit} to {max_lit} pixels lit");
     assert!(worst <= 3, "{worst} levels in a fiftieth of a stop");
-    assert!(most_lit > 10 * least_lit.max(1), "stars must appear and disappear: {least_lit} to {most_lit}");
+    assert!(max_lit > 10 * min_lit.max(1), "stars must appear and disappear: {min_lit} to {max_lit}");
     // The comparison must be able to fail.
     assert!(greatest_difference(&levels(5.0, 12.0), &levels(5.0, 12.6)) > 20);
     // The middle star stays on its pixel while the others leave the frame: its light scales with the square of the field.

@@ -72,7 +72,7 @@ fn painted_texts(shapes: &[ClippedShape]) -> Vec<PaintedText> {
 #[test]
 fn all_text_is_legible_in_both_themes() {
     let mut harness = harness(interface(NaifId(699), "2017-05-17T00:00:00Z"));
-    let mut least = (f64::INFINITY, String::new());
+    let mut lowest = (f64::INFINITY, String::new());
     for dark in [true, false] {
         harness.state_mut().settings.dark = Some(dark);
         for tab in std::iter::once(None).chain(Tab::ALL.map(Some)) {
@@ -88,13 +88,13 @@ fn all_text_is_legible_in_both_themes() {
             assert!(all.len() > 30, "{tab:?}: {} texts", all.len());
             for w in all {
                 let ratio = contrast(w.colour, w.background);
-                if ratio < least.0 {
-                    least = (ratio, format!("{tab:?}, dark {dark}: {w:?}"));
+                if ratio < lowest.0 {
+                    lowest = (ratio, format!("{tab:?}, dark {dark}: {w:?}"));
                 }
             }
         }
     }
-    assert!(least.0 >= 4.5, "{:.2}: {}", least.0, least.1);
+    assert!(lowest.0 >= 4.5, "{:.2}: {}", lowest.0, lowest.1);
 }
 
 #[test]

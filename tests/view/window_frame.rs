@@ -238,18 +238,18 @@ fn the_painter_and_the_software_pass_are_timed() {
     }
     assert!(interface.shown().is_some() && primitives.len() > 10);
     let mut pixels = vec![0; (size[0] * size[1]) as usize];
-    let mut least = [f64::INFINITY; 2];
+    let mut min_ms = [f64::INFINITY; 2];
     for _ in 0..30 {
         let start = Instant::now();
         painter.paint(&mut Canvas { width: size[0] as usize, height: size[1] as usize, pixels: &mut pixels }, 1.0, &primitives);
-        least[0] = least[0].min(start.elapsed().as_secs_f64() * 1e3);
+        min_ms[0] = min_ms[0].min(start.elapsed().as_secs_f64() * 1e3);
         let start = Instant::now();
         let plan = plan::interface(ui_primitives(&painter, size, 1.0, &primitives, None), size, &*SESSION).expect("a plan");
         let drawn = SESSION.renderer().render(&plan, SESSION.library(), false).expect("drawn");
-        least[1] = least[1].min(start.elapsed().as_secs_f64() * 1e3);
+        min_ms[1] = min_ms[1].min(start.elapsed().as_secs_f64() * 1e3);
         assert_eq!(drawn.0.display.len(), pixels.len());
     }
-    println!("painter {:.2} ms, software pass with its plan {:.2} ms", least[0], least[1]);
+    println!("painter {:.2} ms, software pass with its plan {:.2} ms", min_ms[0], min_ms[1]);
 }
 
 /// Edited shader fragments: the GPU draws with the new ones, on the same device, and with the old ones again.

@@ -27,8 +27,8 @@ enum Coordinates {
 
 impl<'de> Deserialize<'de> for Coordinates {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct OfList;
-        impl<'de> Visitor<'de> for OfList {
+        struct CoordinatesVisitor;
+        impl<'de> Visitor<'de> for CoordinatesVisitor {
             type Value = Coordinates;
             fn expecting(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
                 f.write_str("field coordinates: numbers in lists")
@@ -56,7 +56,7 @@ impl<'de> Deserialize<'de> for Coordinates {
                 }
             }
         }
-        deserializer.deserialize_any(OfList)
+        deserializer.deserialize_any(CoordinatesVisitor)
     }
 }
 
@@ -168,8 +168,8 @@ impl<'de> Deserialize<'de> for Geometry {
 type TimedGeometries = (Geometries, Option<Instant>);
 
 fn members<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeometries, Content), D::Error> {
-    struct OfObject;
-    impl<'de> Visitor<'de> for OfObject {
+    struct ObjectVisitor;
+    impl<'de> Visitor<'de> for ObjectVisitor {
         type Value = (TimedGeometries, Content);
         fn expecting(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
             f.write_str("an object of GeoJSON with its \"type\"")
@@ -222,7 +222,7 @@ fn members<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeometrie
             Ok(((members.geometries, members.time), members.content))
         }
     }
-    deserializer.deserialize_map(OfObject)
+    deserializer.deserialize_map(ObjectVisitor)
 }
 
 /// Checks a `crs` member, which files before RFC 7946 could have: only the coordinate system of the standard is accepted.

@@ -190,15 +190,15 @@ mod tests {
     /// The limits hold for what a file holds in several features, and for several layers.
     #[test]
     fn lengths_of_features_and_of_layers_add_up() {
-        let most_pieces = (MAX_LENGTH_DEG / 180.0) as usize;
+        let max_pieces = (MAX_LENGTH_DEG / 180.0) as usize;
         let collection = |pieces: [usize; 2]| {
             let features = pieces.map(|n| format!("{{\"type\":\"Feature\",\"geometry\":{}}}", line(n)));
             geojson::read(&format!("{{\"type\":\"FeatureCollection\",\"features\":[{}]}}", features.join(",")))
         };
-        assert!(geojson::read(&line(most_pieces)).is_ok() && geojson::read(&line(most_pieces + 1)).is_err());
-        let content = collection([most_pieces / 2; 2]).expect("within the limit");
-        assert_eq!((content.lines.len(), content.positions), (2, most_pieces + 2));
-        let (_, why) = collection([most_pieces / 2, most_pieces / 2 + 1]).expect_err("together too long");
+        assert!(geojson::read(&line(max_pieces)).is_ok() && geojson::read(&line(max_pieces + 1)).is_err());
+        let content = collection([max_pieces / 2; 2]).expect("within the limit");
+        assert_eq!((content.lines.len(), content.positions), (2, max_pieces + 2));
+        let (_, why) = collection([max_pieces / 2, max_pieces / 2 + 1]).expect_err("together too long");
         assert!(why.contains("4000 times around the globe"), "{why}");
         let layer = DataLayer { lines: Arc::new(content.lines), ..DataLayer::new("a".into(), "a.json".into()) };
         let mut total = TotalSize::default();

@@ -38,15 +38,17 @@ pub(super) trait ElementHandler {
 /// Counts lines up to a byte offset; offsets must not decrease.
 struct Lines<'a> {
     text: &'a [u8],
-    at: usize,
+    /// Offset up to which lines are counted.
+    counted_to: usize,
     line: usize,
 }
 
 impl Lines<'_> {
-    fn up_to(&mut self, to: usize) -> usize {
-        let to = to.min(self.text.len());
-        self.line += self.text.get(self.at..to).map_or(0, |part| part.iter().filter(|b| **b == b'\n').count());
-        self.at = self.at.max(to);
+    /// The line that contains a byte offset.
+    fn line_at(&mut self, offset: usize) -> usize {
+        let offset = offset.min(self.text.len());
+        self.line += self.text.get(self.counted_to..offset).map_or(0, |part| part.iter().filter(|b| **b == b'\n').count());
+        self.counted_to = self.counted_to.max(offset);
         self.line
     }
 }
@@ -68,11 +70,11 @@ fn element(start: &BytesStart<'_>, line: usize) -> Result<Element, String> {
 /// The line number, and what is wrong there.
 pub(super) fn walk(document: &str, handler: &mut impl ElementHandler) -> Result<(), (usize, String)> {
     let mut reader = Reader::from_str(document.trim_start_matches('\u{feff}'));
-    let mut lines = Lines { text: document.as_bytes(), at: 0, line: 1 };
+    let mut lines = Lines { text: document.as_bytes(), counted_to: 0, line: 1 };
     let mut path: Vec<Element> = Vec::new();
     let mut has_root = false;
     loop {
-        let line = lines.up_to(usize::try_from(reader.buffer_position()).unwrap_or(usize::MAX));
+        let line = lines.line_at(usize::try_from(reader.buffer_position()).unwrap_or(usize::MAX));
         let not_xml = |e: &dyn std::fmt::Display| (line, format!("not XML: {}", one_line(&e.to_string())));
         let event = reader.read_event().map_err(|e| not_xml(&e))?;
         match event {

@@ -121,24 +121,24 @@ impl SmallBodies {
     pub fn synthetic_belt(count: usize) -> Self {
         let axis = |o: &HeliocentricOrbit| o.perihelion_au / (1.0 - o.eccentricity);
         let embedded = Self::embedded();
-        let models: Vec<&SmallBody> = embedded.minor_planets.iter().filter(|b| (2.06..3.28).contains(&axis(&b.orbit))).collect();
+        let templates: Vec<&SmallBody> = embedded.minor_planets.iter().filter(|b| (2.06..3.28).contains(&axis(&b.orbit))).collect();
         let mut random = Random::new(0);
         let mut uniform = || random.unit_interval();
         let body = |k: usize| {
-            let model = models[((uniform() * models.len() as f64) as usize).min(models.len() - 1)];
-            let o = &model.orbit;
+            let template = templates[((uniform() * templates.len() as f64) as usize).min(templates.len() - 1)];
+            let o = &template.orbit;
             let e = (o.eccentricity + 0.04 * (uniform() - 0.5)).clamp(0.0, 0.6);
             let a = axis(o) + 0.04 * (uniform() - 0.5);
             // The orbital plane is rotated about the ecliptic's pole, the perihelion within the plane.
             let (node, turn) = (TAU * uniform(), TAU * uniform());
             let pole = DVec3::new(0.0, -rows::OBLIQUITY.sin(), rows::OBLIQUITY.cos());
             let normal = DQuat::from_axis_angle(pole, node) * o.to_perihelion.cross(o.along_perihelion);
-            let first = DQuat::from_axis_angle(normal, turn) * normal.any_orthonormal_vector();
+            let to_perihelion = DQuat::from_axis_angle(normal, turn) * normal.any_orthonormal_vector();
             let orbit = HeliocentricOrbit {
                 perihelion_au: a * (1.0 - e),
                 eccentricity: e,
-                to_perihelion: first,
-                along_perihelion: normal.cross(first),
+                to_perihelion,
+                along_perihelion: normal.cross(to_perihelion),
                 passage_days: TAU / GAUSS_CONSTANT * a.powf(1.5) * uniform(),
             };
             // The number of bodies grows by half a decade per magnitude (Ivezic et al. 2001, Astron. J. 122, 2749), up to magnitude 17.

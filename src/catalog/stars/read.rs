@@ -1,8 +1,8 @@
 //! Star catalogues as text: comma-separated values with named columns, and the fixed columns of Hipparcos' hip2.dat.
 //!
 //! In: the text. Out: the epoch and the stars, or the first wrong line, with its field. A table's first line names its columns; a word such as J2016.0 in that
-//! line is the epoch of the places; the default is J2000. Unknown columns are ignored. A text whose first line names no columns is hip2.dat (van Leeuwen 2007,
-//! CDS I/311), whose places are of J1991.25. Not read: quotes that enclose commas, errors of the values.
+//! line is the epoch of the positions; the default is J2000. Unknown columns are ignored. A text whose first line names no columns is hip2.dat (van Leeuwen 2007,
+//! CDS I/311), whose positions are of J1991.25. Not read: quotes that enclose commas, errors of the values.
 
 use super::{Star, StarFileError, julian_epoch};
 use crate::units::RAD_PER_ARCSEC;
@@ -116,18 +116,18 @@ fn star(values: &[Option<f64>; FIELDS.len()]) -> Star {
     let mas = RAD_PER_ARCSEC / 1000.0;
     // A negative parallax is a measurement error of a distant star.
     let parallax_rad = value(PARALLAX).max(0.0) * mas;
-    let along = value(RADIAL) / KM_S_PER_AU_YEAR * parallax_rad;
+    let radial_per_year = value(RADIAL) / KM_S_PER_AU_YEAR * parallax_rad;
     Star {
         hip: value(HIP) as u32,
         direction,
-        motion_per_year: (east * value(PM_RA) + north * value(PM_DEC)) * mas + direction * along,
+        motion_per_year: (east * value(PM_RA) + north * value(PM_DEC)) * mas + direction * radial_per_year,
         parallax_rad,
         v_magnitude: value(V) as f32,
         b_v: values[B_V].map(|b_v| b_v as f32),
     }
 }
 
-fn of_table(line: &str, columns: &Columns) -> Result<Star, String> {
+fn star_of_table(line: &str, columns: &Columns) -> Result<Star, String> {
     let cells: Vec<&str> = line.split(',').collect();
     if cells.len() != columns.count {
         return Err(format!("{} values, and the first line names {} columns", cells.len(), columns.count));
@@ -151,7 +151,7 @@ fn v_of_hp(hp: f64, b_v: f64) -> f64 {
     hp + 0.0072 + x * (-0.2964 + x * (0.1110 + x * 0.0157))
 }
 
-fn of_hip2(line: &str) -> Result<Star, String> {
+fn star_of_hip2(line: &str) -> Result<Star, String> {
     let short = || "too short for hip2.dat, and the first line names no columns such as ra_deg,dec_deg,v_mag".to_owned();
     if line.len() < HIP2_BYTES {
         return Err(short());
@@ -160,7 +160,7 @@ fn of_hip2(line: &str) -> Result<Star, String> {
     let mut values = [None; FIELDS.len()];
     for (k, columns) in &HIP2 {
         let text = cell(columns)?;
-        // The places of hip2.dat are in radians.
+        // The positions of hip2.dat are in radians.
         let text = if matches!(*k, RA | DEC) {
             text.trim().parse::<f64>().map_or(text.to_owned(), |v| v.to_degrees().to_string())
         } else {
@@ -187,7 +187,7 @@ pub(super) fn read(file: &str, text: &str) -> Result<(f64, Vec<Star>), StarFileE
         if stars.len() == MAX_STARS {
             return Err(wrong(number, format!("more than {MAX_STARS} stars")));
         }
-        let star = columns.as_ref().map_or_else(|| of_hip2(line), |columns| of_table(line, columns));
+        let star = columns.as_ref().map_or_else(|| star_of_hip2(line), |columns| star_of_table(line, columns));
         stars.push(star.map_err(|e| wrong(number, e))?);
     }
     if stars.is_empty() {

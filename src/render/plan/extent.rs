@@ -125,18 +125,18 @@ mod tests {
     #[test]
     fn a_block_is_left_out_only_if_each_of_its_pixels_is_beyond_an_outline() {
         let extents = [Extent { inside: circle(100.0), outside: None }, Extent { inside: circle(110.0), outside: Some(circle(90.0)) }];
-        for (extent, [least, most]) in extents.iter().zip([[-1.0, 100.0], [90.0, 110.0]]) {
+        for (extent, [min, max]) in extents.iter().zip([[-1.0, 100.0], [90.0, 110.0]]) {
             let (mut missed, mut covered) = (0, 0);
             for (x, y) in (0..256).step_by(16).flat_map(|x| (0..256).step_by(8).map(move |y| (x, y))) {
                 let distance = |px: u32, py: u32| (f64::from(px) + 0.5 - 128.0).hypot(f64::from(py) + 0.5 - 128.0);
                 let all = |test: &dyn Fn(f64) -> bool| (x..x + 16).all(|px| (y..y + 8).all(|py| test(distance(px, py))));
                 let block = [x, y, x + 16, y + 8];
-                let shown = |d: f64| d > least - 1.0 && d < most + 1.0;
+                let shown = |d: f64| d > min - 1.0 && d < max + 1.0;
                 if extent.misses(block) {
                     assert!(all(&|d| !shown(d)), "{block:?}");
                     missed += 1;
                 } else {
-                    assert!(!all(&|d| d > most + 25.0 || d < least - 4.0), "{block:?} is far beyond");
+                    assert!(!all(&|d| d > max + 25.0 || d < min - 4.0), "{block:?} is far beyond");
                 }
                 if extent.covers(block) {
                     assert!(all(&shown) && !extent.misses(block), "{block:?}");
@@ -144,7 +144,7 @@ mod tests {
                 }
             }
             // Of 512 blocks the circle covers 245, and its edge crosses some 60.
-            assert!(missed > 150 && (covered > 160 || least > 0.0), "{missed} {covered}");
+            assert!(missed > 150 && (covered > 160 || min > 0.0), "{missed} {covered}");
         }
     }
 

@@ -31,7 +31,7 @@ pub(crate) fn ground_lines(
     let diameter_px = body.map_or(0.0, |p| 2.0 * (p.placement.radii_km.x / p.distance_km).min(1.0).asin().tan() / camera.pixel_tangent());
     let Some(p) = body.filter(|p| diameter_px >= MIN_DIAMETER_PX && !p.placement.camera_is_inside()) else {
         let reason = || {
-            let size = || reason!("lines-small", size = format_args!("{diameter_px:.1}"), least = MIN_DIAMETER_PX);
+            let size = || reason!("lines-small", size = format_args!("{diameter_px:.1}"), threshold = MIN_DIAMETER_PX);
             if body.is_none() { reason!("lines-no-target") } else { size() }
         };
         let left_out = |(_, feature): (bool, &'static str)| Decision { feature, on: false, reason: reason(), stated_error: None };

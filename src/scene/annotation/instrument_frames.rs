@@ -144,8 +144,8 @@ mod tests {
         for (angle, wide, high) in [(0.0, 6.0, 2.0), (90.0, 2.0, 6.0)] {
             let found = frames(&[instrument(field, angle)], &camera, Some(DVec3::X), 13.0);
             let rays: Vec<DVec3> = found.segments.iter().flat_map(|p| p.ends).map(ray).collect();
-            let most = |of: &dyn Fn(&DVec3) -> f64| rays.iter().map(|r| (of(r) / r.x).atan().to_degrees()).fold(0.0, f64::max);
-            assert!((most(&|r| r.y) - wide).abs() < 1e-3 && (most(&|r| r.z) - high).abs() < 1e-3, "{angle}");
+            let max_angle_deg = |of: &dyn Fn(&DVec3) -> f64| rays.iter().map(|r| (of(r) / r.x).atan().to_degrees()).fold(0.0, f64::max);
+            assert!((max_angle_deg(&|r| r.y) - wide).abs() < 1e-3 && (max_angle_deg(&|r| r.z) - high).abs() < 1e-3, "{angle}");
         }
         // At 30 degrees the upper side leans to the east, which is left of north.
         let tilted = frames(&[instrument(field, 30.0)], &camera, Some(DVec3::X), 13.0);

@@ -44,9 +44,9 @@ impl LabelSide {
     pub const DEFAULT: Self = Self { left: false, below: false, lines: 0 };
 
     /// The places of a name, in the order in which they are tried. `most_lines`: the greatest distance.
-    fn places(most_lines: u8) -> impl Iterator<Item = Self> {
+    fn places(max_lines: u8) -> impl Iterator<Item = Self> {
         let at = |lines| [(false, false), (true, false), (false, true), (true, true)].map(|(left, below)| Self { left, below, lines });
-        (0..=most_lines).flat_map(at)
+        (0..=max_lines).flat_map(at)
     }
 
     /// Vector in pixels from the centre of a body of this radius to the end of the name's centre line that is closer to the body.
@@ -203,8 +203,8 @@ pub(crate) fn body_labels(
         let of_side = |side: LabelSide| (side, label_rect(centre_px, radius_px, &name, metrics, side));
         let margin = DVec2::new(NAME_MARGIN * metrics.glyph_width_px, 0.0);
         let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_image(size) && !names.iter().any(|n| n.overlaps(&rect.padded(margin)));
-        let most_lines = if b.id == selected { SELECTED_LINES } else { 0 };
-        let place = LabelSide::places(most_lines).map(of_side).find(fits);
+        let max_lines = if b.id == selected { SELECTED_LINES } else { 0 };
+        let place = LabelSide::places(max_lines).map(of_side).find(fits);
         names.extend(place.map(|(_, rect)| rect));
         chosen.push(Label { body: b.id, name, centre_px, radius_px, name_side: place.map(|(side, _)| side) });
     }

@@ -294,7 +294,7 @@ pub(crate) fn line(
     let all = arcs(camera, &conic, p.placement.centre_km, OPACITY * remaining, line_colour(p.body));
     let size_px = half_length_px(camera, &conic, p.placement.centre_km);
     let reason = match all.len() {
-        0 if size_px < FADE_PX.0 => reason!("orbit-small", size = format_args!("{size_px:.1}"), least = FADE_PX.0),
+        0 if size_px < FADE_PX.0 => reason!("orbit-small", size = format_args!("{size_px:.1}"), threshold = FADE_PX.0),
         0 => reason!("outside-frame"),
         n => reason!("orbit-arcs", body = &parent.name, size = format_args!("{size_px:.0}"), count = n),
     };

@@ -84,15 +84,15 @@ pub(crate) fn shell(body: &Body, placement: &Placement) -> Option<Placement> {
 }
 
 /// Whether the atmosphere can change the image, with the reason.
-pub(crate) fn is_significant(body: &Body, air: &Atmosphere, inside: bool, diameter_px: f64, least: Threshold) -> (bool, Reason) {
+pub(crate) fn is_significant(body: &Body, air: &Atmosphere, inside: bool, diameter_px: f64, threshold: Threshold) -> (bool, Reason) {
     if inside {
         return (true, reason!("air-camera-inside", height = air.top_km));
     }
     let rim_px = rim_px(body, air, diameter_px);
     let change = 1.0 - (-vertical_optical_depth(air).max_element()).exp();
-    let light = least.change_description(change);
-    let reason = reason!("air-rim", height = format_args!("{rim_px:.2}"), least = RIM_PX, light = light);
-    (rim_px >= RIM_PX || (least.is_exceeded_by_change(change) && diameter_px >= 1.0), reason)
+    let light = threshold.change_description(change);
+    let reason = reason!("air-rim", height = format_args!("{rim_px:.2}"), threshold = RIM_PX, light = light);
+    (rim_px >= RIM_PX || (threshold.is_exceeded_by_change(change) && diameter_px >= 1.0), reason)
 }
 
 /// Height in pixels below which the rim beyond the limb is left out, because each pixel there would show it as if it were one pixel high.

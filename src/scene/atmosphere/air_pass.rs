@@ -36,7 +36,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         () if threshold.is_linear() => off(reason!("air-pass-linear")),
         () if request.quality == Quality::Reference => off(reason!("air-pass-reference")),
         () if inputs.diameter_px < MIN_DIAMETER_PX => {
-            off(reason!("air-pass-small", size = format_args!("{:.0}", inputs.diameter_px), least = MIN_DIAMETER_PX))
+            off(reason!("air-pass-small", size = format_args!("{:.0}", inputs.diameter_px), threshold = MIN_DIAMETER_PX))
         }
         () => (
             true,
@@ -56,6 +56,6 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 pub(crate) fn set_bound(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_, '_>) {
     let irradiance = uniforms.lights.first().map_or(1.0, |l| l.irradiance.max_element());
     let threshold = inputs.threshold();
-    let on_black = threshold.least_radiance() / f64::from(irradiance.max(f32::MIN_POSITIVE));
+    let on_black = threshold.min_radiance() / f64::from(irradiance.max(f32::MIN_POSITIVE));
     uniforms.air.coarse_bound = Vec2::new(camera::narrow_scalar(threshold.min_change()), camera::narrow_scalar(on_black));
 }

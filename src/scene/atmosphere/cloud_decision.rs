@@ -39,7 +39,7 @@ fn shell(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Opti
     }
     let (span, max_span) = detail::ground_deg_per_px(inputs.frame.camera, &shell, Some(&clouds.map));
     let has_billows = span < max_span && !decisions.log.is_switched_off(Effect::Detail) && decisions.chosen.eclipse.occluders == 0;
-    let sizes = reason!("detail-cloud-span", span = format_args!("{span:.4}"), most = format_args!("{max_span:.4}"));
+    let sizes = reason!("detail-cloud-span", span = format_args!("{span:.4}"), threshold = format_args!("{max_span:.4}"));
     let reason = detail::law(Detail::Billows).and(sizes);
     decisions.log.note("cloud-detail", has_billows, reason);
     decisions.chosen.cloud_detail = has_billows;

@@ -97,7 +97,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     if !inside && rim_px < air::SHADED_RIM_PX && features.ring_shadow != RingShadow::None {
         features.ring_shadow = RingShadow::PointSun;
         uniforms.air.rim_is_thin = 1.0;
-        let reason = reason!("air-ring-shadow", height = format_args!("{rim_px:.2}"), least = air::SHADED_RIM_PX);
+        let reason = reason!("air-ring-shadow", height = format_args!("{rim_px:.2}"), threshold = air::SHADED_RIM_PX);
         decisions.log.note("ring-shadow-on-air", true, reason);
     }
     let name = format!("{} air", body.name);

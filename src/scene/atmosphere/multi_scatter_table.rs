@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
 /// Rows: heights spaced quadratically from the ground to the top. Columns: cosines of the Sun's zenith angle, densest at the horizon.
-pub use crate::scene::constants::{MULTIPLE_HEIGHTS as HEIGHTS, MULTIPLE_SUNS as SUNS};
+pub use crate::scene::constants::{MULTI_SCATTER_HEIGHTS as HEIGHTS, MULTI_SCATTER_SUNS as SUNS};
 /// One row per height, then one for the irradiance of level ground.
 pub const NODES: usize = (HEIGHTS + 1) * SUNS;
 /// The source files that determine the table: an edit of one of them invalidates tables cached on disk. From the rest of the program they use only the
@@ -32,7 +32,7 @@ const ON_GROUND: SampleCounts = SampleCounts { directions: 1024, steps: 48 };
 const STEPS: usize = 24;
 /// Upper limit of the fraction of light that scatters again, so that the series converges.
 const MAX_RESCATTERED: f64 = 0.98;
-use crate::scene::constants::{MULTIPLE_BEND as BEND, MULTIPLE_FIRST as FIRST};
+use crate::scene::constants::{MULTI_SCATTER_BEND as BEND, MULTI_SCATTER_FIRST as FIRST};
 
 /// Number of directions over the sphere, and of integration steps along each.
 #[derive(Clone, Copy)]

@@ -194,7 +194,7 @@ pub fn select_occluders<'a>(
         let gap = occluder.penumbra_gap(&axis, extent.max_radius);
         if gap > 0.0 {
             let distance_ratio = gap / occluder.penumbra_radius(&axis, extent.max_radius);
-            if occluder.max_obscuration > VISIBLE_CHANGE && nearest.is_none_or(|(least, _)| distance_ratio < least) {
+            if occluder.max_obscuration > VISIBLE_CHANGE && nearest.is_none_or(|(min_ratio, _)| distance_ratio < min_ratio) {
                 nearest = Some((distance_ratio, &body.name));
             }
             continue;

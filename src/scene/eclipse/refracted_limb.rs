@@ -54,10 +54,10 @@ fn slopes(transmittances: &[DVec3]) -> Vec<DVec3> {
     let slope = |k: usize| {
         let (before, here, after) = (at(k.saturating_sub(1)), at(k), at(k + 1));
         let (up, down) = (after - here, here - before);
-        let least = (2.0 * up.abs()).min(2.0 * down.abs()).min(0.5 * (up + down).abs());
+        let steepest = (2.0 * up.abs()).min(2.0 * down.abs()).min(0.5 * (up + down).abs());
         let rises = up.cmpgt(DVec3::ZERO) & down.cmpgt(DVec3::ZERO);
         let falls = up.cmplt(DVec3::ZERO) & down.cmplt(DVec3::ZERO);
-        DVec3::select(rises, least, DVec3::select(falls, -least, DVec3::ZERO))
+        DVec3::select(rises, steepest, DVec3::select(falls, -steepest, DVec3::ZERO))
     };
     (0..transmittances.len()).map(slope).collect()
 }
@@ -258,7 +258,7 @@ pub(crate) fn limbs(
             _ if camera_is_inside(p) => Some(reason!("eclipse-in-air")),
             _ if sun.distance_km <= p.distance_km => Some(reason!("eclipse-not-before-sun")),
             _ if body.diameter_px < BLEND_TO_PX => {
-                Some(reason!("eclipse-disc-small", size = format_args!("{:.1}", body.diameter_px), least = BLEND_TO_PX))
+                Some(reason!("eclipse-disc-small", size = format_args!("{:.1}", body.diameter_px), threshold = BLEND_TO_PX))
             }
             _ => None,
         };
@@ -274,16 +274,16 @@ pub(crate) fn limbs(
         let tint = tint(p.placement.centre_km);
         let centre: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint;
         let shown = layers.map(|layers| {
-            let most = sky.max_radiance(&layers, centre, camera.pixel_tangent() * sky.distance).max_element();
-            (layers, most)
+            let max_radiance = sky.max_radiance(&layers, centre, camera.pixel_tangent() * sky.distance).max_element();
+            (layers, max_radiance)
         });
-        let Some((layers, most)) = shown.filter(|(_, most)| *most > 0.0) else {
+        let Some((layers, max_radiance)) = shown.filter(|(_, max_radiance)| *max_radiance > 0.0) else {
             note(false, reason!("eclipse-no-layer"));
             continue;
         };
         let on = match effects.override_of(Effect::RefractedLimb) {
             Some(on) => note(on, reason!("set-by-you")),
-            None => note(threshold.is_exceeded_by(most), reason!("eclipse-at-most", light = threshold.description(most))),
+            None => note(threshold.is_exceeded_by(max_radiance), reason!("eclipse-at-most", light = threshold.description(max_radiance))),
         };
         if on {
             all.extend(refracted_limb(camera, p, sun, &layers, tint));

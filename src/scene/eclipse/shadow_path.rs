@@ -117,9 +117,9 @@ impl PassageGeometry<'_, '_> {
             }
             if step.abs() < 0.1 {
                 let cone = self.cone(s)?;
-                let (least, widest) = (axis_vector.length(), 1.0 + cone.radius(ConeKind::Penumbra));
-                let half_s = 1.2 * ((widest * widest - least * least).max(0.0)).sqrt() / velocity.length();
-                return (least < widest).then_some((s, half_s.min(MAX_HALF_S)));
+                let (nearest, widest) = (axis_vector.length(), 1.0 + cone.radius(ConeKind::Penumbra));
+                let half_s = 1.2 * ((widest * widest - nearest * nearest).max(0.0)).sqrt() / velocity.length();
+                return (nearest < widest).then_some((s, half_s.min(MAX_HALF_S)));
             }
         }
         None

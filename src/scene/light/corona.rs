@@ -156,7 +156,7 @@ pub(crate) fn corona(
     // The corona must change the glare by the same relative amount by which a feature must change white.
     let on = sun_px >= MIN_SUN_PX && threshold.is_exceeded_by(limb - VISIBLE_CHANGE * glare);
     let reason = if sun_px < MIN_SUN_PX {
-        reason!("corona-sun-small", size = format_args!("{sun_px:.2}"), least = MIN_SUN_PX)
+        reason!("corona-sun-small", size = format_args!("{sun_px:.2}"), threshold = MIN_SUN_PX)
     } else {
         let index = flattening(request.time);
         let light = threshold.description(limb);

@@ -120,13 +120,13 @@ impl Effect {
 impl Effect {
     /// Names of the models among which the user may choose, as in `+eclipse=linear`.
     pub fn variants(self) -> &'static [&'static str] {
-        const MODELS: [&str; EclipseModel::CHOICES.len()] = [
+        const ECLIPSE_MODELS: [&str; EclipseModel::CHOICES.len()] = [
             EclipseModel::Linear.name(),
             EclipseModel::UniformDisc.name(),
             EclipseModel::LimbDarkened.name(),
             EclipseModel::Refracted.name(),
         ];
-        const MODELS: [&str; AtmosphereModel::CHOICES.len()] = [
+        const ATMOSPHERE_MODELS: [&str; AtmosphereModel::CHOICES.len()] = [
             AtmosphereModel::Vertex.name(),
             AtmosphereModel::Pixel8.name(),
             AtmosphereModel::Pixel16.name(),
@@ -134,8 +134,8 @@ impl Effect {
             AtmosphereModel::Table.name(),
         ];
         match self {
-            Self::Eclipse => &MODELS,
-            Self::Atmosphere => &MODELS,
+            Self::Eclipse => &ECLIPSE_MODELS,
+            Self::Atmosphere => &ATMOSPHERE_MODELS,
             _ => &[],
         }
     }

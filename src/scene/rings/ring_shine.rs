@@ -346,8 +346,8 @@ mod tests {
             let (sin, cos) = (f64::from(k) * 2.399_963).sin_cos();
             shine.irradiance(DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z, sun)
         };
-        let most = (0..20_000).map(irradiance_at_point).fold(0.0, f64::max);
-        assert!(most <= shine.brightest * (1.0 + 1e-3) && most > 0.9 * shine.brightest, "{most} of {}", shine.brightest);
+        let brightest = (0..20_000).map(irradiance_at_point).fold(0.0, f64::max);
+        assert!(brightest <= shine.brightest * (1.0 + 1e-3) && brightest > 0.9 * shine.brightest, "{brightest} of {}", shine.brightest);
         assert_eq!(shine.irradiance(DVec3::X, sun), 0.0);
     }
 
@@ -388,10 +388,10 @@ mod tests {
             };
             let (own, mixed) = (geometry.table().expect("a table"), geometry.interpolate(&RingShines::default()).expect("a table"));
             let worst = |other: &RingShine| own.texels.iter().zip(&other.texels).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-            let most = own.texels.iter().copied().fold(0.0, f32::max);
-            assert!(worst(&mixed) < 1e-3 * most, "sine {sine}: {} of {most}", worst(&mixed));
+            let brightest = own.texels.iter().copied().fold(0.0, f32::max);
+            assert!(worst(&mixed) < 1e-3 * brightest, "sine {sine}: {} of {brightest}", worst(&mixed));
             let alone = RingShineGeometry { sine: below, ..geometry }.table().expect("a table");
-            assert!(worst(&alone) > 3.0 * worst(&mixed), "one milestone alone, sine {sine}: {} of {most}", worst(&alone));
+            assert!(worst(&alone) > 3.0 * worst(&mixed), "one milestone alone, sine {sine}: {} of {brightest}", worst(&alone));
         }
     }
 

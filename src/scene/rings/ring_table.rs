@@ -320,7 +320,7 @@ mod tests {
             let bins = RadiusBins::of(&intervals);
             let [at_inner, per_inverse, last] = bins.formula.map(narrow_scalar);
             let (from, to) = (intervals[0].from, intervals[intervals.len() - 1].to);
-            let (mut reads, mut most) = (0, 0);
+            let (mut reads, mut max_reads) = (0, 0);
             const SAMPLES: usize = 100_000;
             for k in 0..SAMPLES {
                 let radius = narrow_scalar(from + (to - from) * (k as f64 / SAMPLES as f64).powi(3));
@@ -331,9 +331,9 @@ mod tests {
                 let expected = intervals.partition_point(|s| narrow_scalar(s.to) <= radius).min(intervals.len() - 1);
                 assert!(first <= expected, "{}, {radius}: bin {bin} begins in interval {first}, past {expected}", body.name);
                 reads += expected - first;
-                most = most.max(expected - first);
+                max_reads = max_reads.max(expected - first);
             }
-            assert!(reads < SAMPLES / 100 && most <= 5, "{}: {reads} reads more for {SAMPLES} places, {most} at most", body.name);
+            assert!(reads < SAMPLES / 100 && max_reads <= 5, "{}: {reads} reads more for {SAMPLES} places, {max_reads} at most", body.name);
         }
     }
 

@@ -172,8 +172,8 @@ impl<'a> RingView<'a> {
         let reason = match strongest {
             None => reason!("rings-none"),
             Some((change, name)) if seen.is_empty() => {
-                let least = self.threshold.min_change();
-                let light = reason!("of-white", light = format_args!("{change:.2e}"), least = format_args!("{least:.2e}"));
+                let min_change = self.threshold.min_change();
+                let light = reason!("of-white", light = format_args!("{change:.2e}"), threshold = format_args!("{min_change:.2e}"));
                 reason!("rings-strongest", ring = name, light = light)
             }
             Some((change, name)) => {
@@ -258,10 +258,10 @@ impl<'a> RingView<'a> {
         let corner =
             |k: usize| DVec2::from_angle(2.0 * PI * k as f64 / OUTLINE_CORNERS as f64) * (outer_km / (PI / OUTLINE_CORNERS as f64).cos());
         let body_to_icrf = self.placement.body_from_icrf.transpose();
-        let (mut least, mut most) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         let mut include = |p: DVec2| {
             let clip = self.camera.clip(self.placement.centre_km + body_to_icrf * p.extend(0.0))?;
-            (least, most) = (least.min(clip), most.max(clip));
+            (min, max) = (min.min(clip), max.max(clip));
             Some(())
         };
         for k in 0..OUTLINE_CORNERS {
@@ -274,8 +274,8 @@ impl<'a> RingView<'a> {
             }
         }
         let pad = DVec2::splat(PADDING_PX + 1.0) / self.camera.half_size();
-        let (least, most) = (least - pad, most + pad);
-        (least.x < most.x && least.y < most.y).then_some(ClipRect { left: least.x, top: most.y, right: most.x, bottom: least.y })
+        let (min, max) = (min - pad, max + pad);
+        (min.x < max.x && min.y < max.y).then_some(ClipRect { left: min.x, top: max.y, right: max.x, bottom: min.y })
     }
 
     /// Maximum number of segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: 32 per radius, as many as the longest footprint needs.
@@ -310,9 +310,9 @@ impl<'a> RingView<'a> {
             return (ThresholdCheck { on: false, reason }, None);
         }
         let shine = geometry.shine(&self.caches.ring_shines);
-        let most = shine.as_ref().map_or(0.0, |s| s.brightest) * radiance;
-        let reason = reason!("ring-shine-up-to", light = self.threshold.description(most));
-        (ThresholdCheck { on: self.threshold.is_exceeded_by(most), reason }, shine)
+        let max_radiance = shine.as_ref().map_or(0.0, |s| s.brightest) * radiance;
+        let reason = reason!("ring-shine-up-to", light = self.threshold.description(max_radiance));
+        (ThresholdCheck { on: self.threshold.is_exceeded_by(max_radiance), reason }, shine)
     }
 
     /// Uniforms of ring-shine on the globe. `phase_brightness`: the factor for the Sun's phase in the albedo. It does not apply to ring-shine and is

@@ -77,7 +77,7 @@ pub(crate) fn background(
         true => threshold.description(radiance),
         false => {
             let light = threshold.relative_to_white(radiance);
-            reason!("of-white", light = format_args!("{light:.1e}"), least = format_args!("{VISIBLE_LIGHT:.1e}"))
+            reason!("of-white", light = format_args!("{light:.1e}"), threshold = format_args!("{VISIBLE_LIGHT:.1e}"))
         }
     };
     let brightest = map.brightest * map.unit_radiance * boost;

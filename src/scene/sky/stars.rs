@@ -113,8 +113,8 @@ fn corner_rad(camera: &Camera) -> f64 {
 /// The faintest magnitude that is visible anywhere in the frame: that in the corners, where a pixel has the smallest solid angle.
 fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
     let pixel_sr = camera.pixel_tangent().powi(2) * corner_rad(camera).cos().powi(3);
-    let least_peak = threshold.cutoff_radiance(VISIBLE_LIGHT);
-    if least_peak > 0.0 { magnitude(least_peak / point_peak() * pixel_sr / PI) } else { f64::INFINITY }
+    let min_peak = threshold.cutoff_radiance(VISIBLE_LIGHT);
+    if min_peak > 0.0 { magnitude(min_peak / point_peak() * pixel_sr / PI) } else { f64::INFINITY }
 }
 
 /// Magnitude at which a star adds [`VISIBLE_LIGHT`] in the layer of bright stars, half a level of 255. By this a star of magnitude 0 is white, one of

@@ -52,20 +52,21 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 /// The uniforms of an overlay. `factor`: converts the image's colour to the albedo of the draw.
 pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> OverlayUniforms {
     let shape = body.radii_km / body.radii_km.x;
-    let (axes, kind, limits, around) = match overlay.projection {
+    let (axes, scale, limits, wraps_around) = match overlay.projection {
         OverlayProjection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => {
             let [west, east, south, north] = [west_deg, east_deg, south_deg, north_deg].map(f64::to_radians);
             let (sin, cos) = (0.5 * (west + east)).sin_cos();
-            let around = east_deg - west_deg >= 360.0;
-            let edge = |exists: bool, limit: f64, none: f64| if exists { limit } else { none };
+            let wraps_around = east_deg - west_deg >= 360.0;
+            let edge = |exists: bool, limit: f64, beyond: f64| if exists { limit } else { beyond };
             let limits = DVec4::new(
-                edge(!around, 0.0, -NO_EDGE),
-                edge(!around, 1.0, NO_EDGE),
+                edge(!wraps_around, 0.0, -NO_EDGE),
+                edge(!wraps_around, 1.0, NO_EDGE),
                 edge(north < FRAC_PI_2, 0.0, -NO_EDGE),
                 edge(south > -FRAC_PI_2, 1.0, NO_EDGE),
             );
             let axes = [DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0), DVec3::Z];
-            (axes, DVec4::new(1.0 / (east - west), 1.0 / (north - south), 0.5 * (north + south), 0.0), limits, around)
+            // The last component distinguishes the projections: 0 equirectangular, 1 orthographic.
+            (axes, DVec4::new(1.0 / (east - west), 1.0 / (north - south), 0.5 * (north + south), 0.0), limits, wraps_around)
         }
         OverlayProjection::Orthographic { latitude_deg, longitude_deg, width_km, height_km } => {
             let (sin_lat, cos_lat) = latitude_deg.to_radians().sin_cos();
@@ -80,8 +81,8 @@ pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> Overlay
             ([east, north, up], scale, DVec4::new(0.0, 1.0, 0.0, 1.0), false)
         }
     };
-    let light = (factor * DVec3::from_array(overlay.gain)).extend(overlay.opacity);
+    let colour_and_opacity = (factor * DVec3::from_array(overlay.gain)).extend(overlay.opacity);
     // The w of the axes' rows: the factor that stretches z for planetographic latitude, and the ratios of the semi-axes.
-    let rows = [axes[0].extend(1.0 / shape.z), axes[1].extend(shape.y), axes[2].extend(shape.z), kind, limits, light];
-    OverlayUniforms { rows: rows.map(|r| camera::narrow(r.truncate()).extend(camera::narrow_scalar(r.w))), wraps_around: around }
+    let rows = [axes[0].extend(1.0 / shape.z), axes[1].extend(shape.y), axes[2].extend(shape.z), scale, limits, colour_and_opacity];
+    OverlayUniforms { rows: rows.map(|r| camera::narrow(r.truncate()).extend(camera::narrow_scalar(r.w))), wraps_around }
 }

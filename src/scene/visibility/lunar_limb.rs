@@ -125,8 +125,8 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
     let reason = reason!(
         "limb-heights",
         count = LIMB_POINTS,
-        least = format_args!("{min_km:.2}"),
-        greatest = format_args!("{max_km:.2}"),
+        lowest = format_args!("{min_km:.2}"),
+        highest = format_args!("{max_km:.2}"),
         size = format_args!("{span_px:.2}"),
         limit = MIN_SPAN_PX
     );

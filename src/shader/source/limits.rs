@@ -119,12 +119,12 @@ mod tests {
     fn limits_are_exact() {
         let excess = |text: &str| first_excess(text).map(|(at, what)| (at, what.split_whitespace().nth(2).unwrap_or_default().to_owned()));
         let number = |n: usize| n.to_string();
-        for (unit, most) in [("(", MAX_DEPTH), ("f([", MAX_DEPTH / 2), ("{", MAX_DEPTH), ("vec2<", MAX_OPEN_ANGLES)] {
-            assert_eq!(excess(&unit.repeat(most)), None, "{unit}");
-            assert!(excess(&unit.repeat(most + 1)).is_some(), "{unit}");
+        for (unit, max) in [("(", MAX_DEPTH), ("f([", MAX_DEPTH / 2), ("{", MAX_DEPTH), ("vec2<", MAX_OPEN_ANGLES)] {
+            assert_eq!(excess(&unit.repeat(max)), None, "{unit}");
+            assert!(excess(&unit.repeat(max + 1)).is_some(), "{unit}");
             // Closing brackets inside comments do not count.
-            assert!(excess(&format!("{unit}/* ))]]}}}}>> */").repeat(most + 1)).is_some(), "{unit}");
-            assert!(excess(&format!("{unit}// ))]]}}>>\r").repeat(most + 1)).is_some(), "{unit}");
+            assert!(excess(&format!("{unit}/* ))]]}}}}>> */").repeat(max + 1)).is_some(), "{unit}");
+            assert!(excess(&format!("{unit}// ))]]}}>>\r").repeat(max + 1)).is_some(), "{unit}");
         }
         assert_eq!(excess(&"()[]{}".repeat(100_000)), None);
         assert_eq!(excess(&"x ".repeat(MAX_PART_BYTES)), None);

@@ -53,9 +53,9 @@ fn direction_from_sun(sunward: Option<DVec3>, axis: DVec3, sun_angle_deg: f64, p
 fn direction_with_moon(sunward: DVec3, moon_radii: DVec3, pole: DVec3) -> Option<DVec3> {
     // The camera has the Moon behind the Earth, so it stands on the other side of the Sun's direction.
     let axis = moon_radii.cross(sunward).try_normalize()?;
-    let [least, greatest] = SUN_ANGLE_RANGE_DEG;
-    let steps = ((greatest - least) / SUN_ANGLE_STEP_DEG) as u32;
-    let mut angles: Vec<f64> = (0..=steps).map(|k| least + f64::from(k) * SUN_ANGLE_STEP_DEG).collect();
+    let [min, max] = SUN_ANGLE_RANGE_DEG;
+    let steps = ((max - min) / SUN_ANGLE_STEP_DEG) as u32;
+    let mut angles: Vec<f64> = (0..=steps).map(|k| min + f64::from(k) * SUN_ANGLE_STEP_DEG).collect();
     angles.sort_by(|a, b| (a - SUN_ANGLE_DEG).abs().total_cmp(&(b - SUN_ANGLE_DEG).abs()));
     let directions =
         angles.iter().flat_map(|&angle| POLE_OFFSETS.map(|offset| direction_from_sun(Some(sunward), axis, angle, offset, pole)));

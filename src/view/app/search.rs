@@ -68,7 +68,7 @@ fn suggestion(name: impl Into<String>, about: impl Into<String>, target: SearchT
 }
 
 /// At most `most` suggestions for a text, the likeliest first.
-pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, most: usize) -> Vec<Suggestion> {
+pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: usize) -> Vec<Suggestion> {
     let text = text.trim();
     if text.is_empty() {
         return Vec::new();
@@ -86,23 +86,23 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, most: usize) 
     );
     found.extend(
         viewer
-            .completions(text, most)
+            .completions(text, max_count)
             .into_iter()
             .map(|body| suggestion(body_name(&body.name), about_body(body, viewer), SearchTarget::Body(body.id))),
     );
     found.extend(stars(text, catalog));
     found.extend(moments(text, catalog.moments()));
-    found.extend(cities::named(text, most).into_iter().map(|city| {
+    found.extend(cities::named(text, max_count).into_iter().map(|city| {
         suggestion(city.name, text!("search-city", country = catalog_text("country", city.country)), SearchTarget::City(city))
     }));
-    found.extend(features(text, viewer).take(most));
+    found.extend(features(text, viewer).take(max_count));
     found.extend(effects(text));
     if text.contains('.')
         && let Ok(key) = text.parse::<ShaderKey>()
     {
         found.push(suggestion(text, text!("search-key"), SearchTarget::Key(Box::new(key))));
     }
-    found.truncate(most);
+    found.truncate(max_count);
     found
 }
 
@@ -193,13 +193,13 @@ fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
 /// `51.5, -0.1`: latitude and east longitude, degrees.
 fn parse_place(text: &str) -> Option<(f64, f64)> {
     let (latitude, longitude) = text.split_once(',')?;
-    let number = |part: &str, most: f64| part.trim().trim_end_matches('°').parse().ok().filter(|v: &f64| v.abs() <= most);
+    let number = |part: &str, limit: f64| part.trim().trim_end_matches('°').parse().ok().filter(|v: &f64| v.abs() <= limit);
     Some((number(latitude, 90.0)?, number(longitude, 360.0)?))
 }
 
 /// Whether a word of at least `least` letters is the beginning of a known word.
-fn is_abbreviation(known: &str, least: usize, word: &str) -> bool {
-    word.len() >= least && known.starts_with(word)
+fn is_abbreviation(known: &str, min_chars: usize, word: &str) -> bool {
+    word.len() >= min_chars && known.starts_with(word)
 }
 
 /// German words in a search for events, and their English translations.
@@ -240,7 +240,7 @@ fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Inst
     if year.is_some() {
         words.pop();
     }
-    let is = |known: &str, least: usize| words.iter().any(|w| is_abbreviation(known, least, w));
+    let is = |known: &str, min_chars: usize| words.iter().any(|w| is_abbreviation(known, min_chars, w));
     let known = [
         "eclipses", "solar", "lunar", "total", "partial", "annular", "sun", "moon", "transits", "mercury", "venus", "shadows", "jupiter",
         "moons",

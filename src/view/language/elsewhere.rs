@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn reasons_are_shown_message_by_message() {
         let nearest = reason!("eclipse-nearest", body = "Moon", share = format_args!("{:.2}", 1.5));
-        let light = reason!("of-white", light = 2, least = 1);
+        let light = reason!("of-white", light = 2, threshold = 1);
         let both = nearest.and(reason!("eclipse-at-most", light = light)).and(reason!("set-by-you"));
         assert_eq!(reason_text(&both), both.to_string());
         set(Language::German);

@@ -71,7 +71,7 @@ fn describe(frames: &VecDeque<Frame>) -> String {
         .map(|s| format!("{} {} ms", named("stage", s.name()), decimal(mean(&|f| f.by_stage[*s as usize]), 1)))
         .collect();
     let total = mean(&|f| f.total);
-    text!("frames-description", frames = frames.len(), whole = decimal(total, 1), most = decimal(maximum, 1), stages = stages.join(", "))
+    text!("frames-description", frames = frames.len(), whole = decimal(total, 1), max = decimal(maximum, 1), stages = stages.join(", "))
 }
 
 /// Milliseconds by pass: GPU time if the GPU has timestamps, or wall time of the software renderer.
@@ -87,20 +87,20 @@ const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Sta
 
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
     let description = interface.performance.description(interface.viewport.last_s);
-    let account = &interface.performance;
+    let performance = &interface.performance;
     let plot = Plot::new("frame times").height(200.0).legend(Legend::default()).include_y(0.0).allow_scroll(false).y_axis_label("ms").show(
         ui,
         |plot| {
             let line = |value: &dyn Fn(&Frame) -> f64| -> PlotPoints<'_> {
-                account.frames.iter().enumerate().map(|(i, f)| [i as f64, value(f)]).collect()
+                performance.frames.iter().enumerate().map(|(i, f)| [i as f64, value(f)]).collect()
             };
             for stage in FRAME_STAGES {
                 plot.line(Line::new(named("stage", stage.name()), line(&|f| f.by_stage[stage as usize])));
             }
             // A frame without this pass counts as 0 ms.
-            for (pass, _) in account.frames.back().map_or(&[][..], |f| &f.by_pass) {
-                let of = |f: &Frame| f.by_pass.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
-                plot.line(Line::new(text!("frames-pass", pass = named("pass", pass)), line(&of)));
+            for (pass, _) in performance.frames.back().map_or(&[][..], |f| &f.by_pass) {
+                let pass_ms = |f: &Frame| f.by_pass.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
+                plot.line(Line::new(text!("frames-pass", pass = named("pass", pass)), line(&pass_ms)));
             }
             plot.line(Line::new(text!("frames-total"), line(&|f| f.total)));
         },
@@ -111,11 +111,11 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         node.set_value(description.clone());
         node.set_description(description);
     });
-    for line in &account.messages {
+    for line in &performance.messages {
         ui.add(egui::Label::new(line).wrap());
     }
     let Some(rendered) = interface.shown() else { return };
-    let account_of = |ui: &mut egui::Ui| {
+    let table_rows = |ui: &mut egui::Ui| {
         let mut line = |what: &str, value: String| {
             ui.label(what);
             ui.monospace(value);
@@ -125,7 +125,10 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         line(text!("perf-display"), if interface.on_gpu { "GPU" } else { "CPU" }.into());
         line(text!("perf-image"), format!("{}x{} px", rendered.width, rendered.height));
         line(text!("perf-frame"), format!("{} ms", decimal(rendered.took_ms, 1)));
-        line(text!("perf-frame-rate"), text!("perf-frame-rate-value", rate = decimal(account.arrival_s.len() as f64 / RATE_INTERVAL_S, 1)));
+        line(
+            text!("perf-frame-rate"),
+            text!("perf-frame-rate-value", rate = decimal(performance.arrival_s.len() as f64 / RATE_INTERVAL_S, 1)),
+        );
         for stage in FRAME_STAGES {
             line(named("stage", stage.name()), format!("{} ms", decimal(rendered.stages.spent(stage).as_secs_f64() * 1e3, 2)));
         }
@@ -138,7 +141,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             line(text!("perf-triangles-clipped"), timings.passes.iter().map(|p| p.clipped).sum::<usize>().to_string());
             line(text!("perf-triangles-shaded"), timings.passes.iter().map(|p| p.triangles).sum::<usize>().to_string());
         }
-        line(text!("perf-interface"), format!("{} ms", decimal(account.interface_ms, 2)));
+        line(text!("perf-interface"), format!("{} ms", decimal(performance.interface_ms, 2)));
         line(text!("perf-draws"), rendered.scene.draws.len().to_string());
         line(text!("perf-points"), rendered.scene.points.len().to_string());
         let shown = rendered.scene.bodies.iter().filter(|b| b.appearance != crate::scene::Appearance::NotShown).count();
@@ -153,7 +156,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
     };
     // The table may be higher than the window.
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        egui::Grid::new("account").num_columns(2).striped(true).show(ui, account_of);
+        egui::Grid::new("performance").num_columns(2).striped(true).show(ui, table_rows);
     });
 }
 

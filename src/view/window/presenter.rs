@@ -14,10 +14,10 @@ use std::num::NonZeroU32;
 use std::sync::Arc;
 use winit::window::Window;
 
-type Pixels = Surface<Arc<Window>, Arc<Window>>;
+type CpuSurface = Surface<Arc<Window>, Arc<Window>>;
 
 enum PresentBackend {
-    Cpu(Pixels),
+    Cpu(CpuSurface),
     Gpu(Box<DeviceSurface>),
 }
 
@@ -80,20 +80,20 @@ impl Presenter {
             PresenterChoice::OtherGpu => {}
         }
         // Only one backend at a time can own the window's surface.
-        let was_on_device = self.is_on_gpu();
+        let was_on_gpu = self.is_on_gpu();
         self.backend = None;
         match session.window_surface(self.window.clone()) {
             Some(Ok(surface)) => {
                 self.backend = Some(PresentBackend::Gpu(Box::new(surface)));
                 Ok(None)
             }
-            Some(Err(why)) if was_on_device => Err(PresentError::Gpu(Some(why.to_string()))),
+            Some(Err(why)) if was_on_gpu => Err(PresentError::Gpu(Some(why.to_string()))),
             Some(Err(why)) => {
                 self.gpu_failed = true;
                 self.backend = Some(cpu_backend(&self.window).map_err(PresentError::Cpu)?);
                 Ok(Some(format!("{why}: displaying via the CPU")))
             }
-            None if was_on_device => Err(PresentError::Gpu(None)),
+            None if was_on_gpu => Err(PresentError::Gpu(None)),
             None => {
                 self.backend = Some(cpu_backend(&self.window).map_err(PresentError::Cpu)?);
                 Ok(None)

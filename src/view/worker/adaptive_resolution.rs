@@ -49,12 +49,12 @@ impl AdaptiveResolution {
     pub(crate) fn scale(&mut self, pixels: u64) -> f64 {
         let Some(cost) = self.ms_per_megapixel else { return FIRST_SCALE };
         let full_size_ms = cost * pixels as f64 / 1e6;
-        let of_interval = |ms: f64| (full_size_ms / (ms - self.waiting_ms)).sqrt();
-        let fast = of_interval(FAST_MS);
-        let wanted = if fast <= COARSE { fast } else { of_interval(SLOW_MS).clamp(COARSE, MAX_SCALE) };
+        let scale_for_interval = |ms: f64| (full_size_ms / (ms - self.waiting_ms)).sqrt();
+        let fast = scale_for_interval(FAST_MS);
+        let target = if fast <= COARSE { fast } else { scale_for_interval(SLOW_MS).clamp(COARSE, MAX_SCALE) };
         // A finer image waits until it is well affordable; otherwise the resolution would change all the time.
-        if wanted > self.scale || wanted < self.scale - 1.5 * STEP {
-            self.scale = ((wanted / STEP).ceil() * STEP).max(1.0);
+        if target > self.scale || target < self.scale - 1.5 * STEP {
+            self.scale = ((target / STEP).ceil() * STEP).max(1.0);
         }
         self.scale
     }
@@ -90,8 +90,8 @@ mod tests {
             let is_coarse = (COARSE..=COARSE + 1.5 * STEP).contains(&scale);
             assert!(rate >= 30.0 && (scale >= COARSE || rate >= 60.0), "{ms} ms: {rate:.1} a second at 1/{scale}");
             // No coarser than the rate needs, but for the steps.
-            let most = if scale < COARSE { 80.0 } else { 40.0 };
-            assert!(scale == 1.0 || is_coarse || rate < most, "{ms} ms: {rate:.1} at 1/{scale}");
+            let max_rate = if scale < COARSE { 80.0 } else { 40.0 };
+            assert!(scale == 1.0 || is_coarse || rate < max_rate, "{ms} ms: {rate:.1} at 1/{scale}");
             scales.push(scale);
         }
         assert!(scales[0] == 1.0 && scales[6] == COARSE && scales[9] > 3.0 && scales[12] == 1.0, "{scales:?}");

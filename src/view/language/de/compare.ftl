@@ -1,8 +1,8 @@
 # The Compare panel.
 
 bound-up-to = bis { $max }
-bound-over = über { $least }
-bound-range = { $least } bis { $max }
+bound-over = über { $min }
+bound-range = { $min } bis { $max }
 bound-coming = Die Fehlerschranke wird berechnet
 bound-coming-label = die Fehlerschranke wird berechnet
 bound-image = Fehlerschranke jedes Pixels: { $name }

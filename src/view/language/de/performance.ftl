@@ -1,7 +1,7 @@
 # The Performance panel.
 
 frames-none = noch kein Bild
-frames-description = { $frames } Bilder: Mittel { $whole } ms, Maximum { $most } ms; { $stages }
+frames-description = { $frames } Bilder: Mittel { $whole } ms, Maximum { $max } ms; { $stages }
 frames-total = insgesamt
 frames-pass = Durchgang { $pass }
 frames-plot = Bildzeiten

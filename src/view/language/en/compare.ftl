@@ -1,8 +1,8 @@
 # The Compare panel.
 
 bound-up-to = up to { $max }
-bound-over = over { $least }
-bound-range = { $least } to { $max }
+bound-over = over { $min }
+bound-range = { $min } to { $max }
 bound-coming = Computing the error bound
 bound-coming-label = computing the error bound
 bound-image = Error bound of each pixel of { $name }

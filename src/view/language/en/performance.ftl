@@ -1,7 +1,7 @@
 # The Performance panel.
 
 frames-none = no frame yet
-frames-description = { $frames } frames: mean { $whole } ms, maximum { $most } ms; { $stages }
+frames-description = { $frames } frames: mean { $whole } ms, maximum { $max } ms; { $stages }
 frames-total = total
 frames-pass = pass { $pass }
 frames-plot = Frame times

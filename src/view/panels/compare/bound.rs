@@ -34,8 +34,8 @@ fn colour_index(levels: u8) -> usize {
 fn name_of(step: usize) -> String {
     match (step, COLOUR_STEPS[step].0) {
         (0, max) => text!("bound-up-to", max = max),
-        (k, u8::MAX) => text!("bound-over", least = COLOUR_STEPS[k - 1].0),
-        (k, max) => text!("bound-range", least = COLOUR_STEPS[k - 1].0 + 1, max = max),
+        (k, u8::MAX) => text!("bound-over", min = COLOUR_STEPS[k - 1].0),
+        (k, max) => text!("bound-range", min = COLOUR_STEPS[k - 1].0 + 1, max = max),
     }
 }
 

@@ -163,8 +163,8 @@ impl PairView {
 /// The size of an image scaled to the panel's width, but no higher than the panel.
 pub(crate) fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
     let width = ui.available_width();
-    let most = (ui.available_height() - CONTROLS_POINTS).max(MIN_POINTS);
-    let scale = (width / size.x.max(1.0)).min(most / size.y.max(1.0));
+    let max_height = (ui.available_height() - CONTROLS_POINTS).max(MIN_POINTS);
+    let scale = (width / size.x.max(1.0)).min(max_height / size.y.max(1.0));
     size * scale
 }
 

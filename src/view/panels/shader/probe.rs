@@ -66,9 +66,9 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     ui.horizontal(|ui| {
         ui.strong(text!("probe-pixel"));
         let [mut x, mut y] = pixel;
-        let most = interface.viewport.size_px.map(|side| side.saturating_sub(1));
-        let x_field = accessible::number(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=most[0]), text!("probe-x"));
-        let y_field = accessible::number(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=most[1]), text!("probe-y"));
+        let last_px = interface.viewport.size_px.map(|side| side.saturating_sub(1));
+        let x_field = accessible::number(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=last_px[0]), text!("probe-x"));
+        let y_field = accessible::number(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=last_px[1]), text!("probe-y"));
         if x_field.changed() || y_field.changed() {
             page.typed_px = Some([x, y]);
         }

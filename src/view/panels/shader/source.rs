@@ -80,7 +80,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'
 }
 
 /// Whether a feature's name equals a word or is the word with a suffix: `eclipse.1` belongs to `eclipse`.
-fn is_of(name: &str, word: &str) -> bool {
+fn is_part_of(name: &str, word: &str) -> bool {
     name.strip_prefix(word).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
@@ -97,7 +97,8 @@ impl SourcePage {
         if self.requested_in.as_ref().is_some_and(|shown| Arc::ptr_eq(shown, text)) {
             return;
         }
-        let found = self.requested.as_ref().and_then(|word| text.features.iter().position(|(name, lines)| is_of(name, word) && *lines > 0));
+        let found =
+            self.requested.as_ref().and_then(|word| text.features.iter().position(|(name, lines)| is_part_of(name, word) && *lines > 0));
         if let Some(feature) = found {
             self.requested_in = Some(Arc::clone(text));
             self.go_to(text, feature, false);
@@ -186,9 +187,9 @@ impl SourcePage {
 
     /// Jumps to the longest run of consecutive lines of a feature; `again`: to the next run.
     fn go_to(&mut self, text: &Text, feature: usize, again: bool) {
-        let of = |i: usize| text.lines.get(i).is_some_and(|l| usize::from(l.feature) == feature);
-        let starts: Vec<usize> = (0..text.lines.len()).filter(|i| of(*i) && (*i == 0 || !of(i - 1))).collect();
-        let length = |start: usize| (start..text.lines.len()).take_while(|i| of(*i)).count();
+        let has_feature = |i: usize| text.lines.get(i).is_some_and(|l| usize::from(l.feature) == feature);
+        let starts: Vec<usize> = (0..text.lines.len()).filter(|i| has_feature(*i) && (*i == 0 || !has_feature(i - 1))).collect();
+        let length = |start: usize| (start..text.lines.len()).take_while(|i| has_feature(*i)).count();
         let next = match self.run_start.filter(|_| again) {
             Some(here) => starts.iter().find(|s| **s > here).or(starts.first()),
             // The first lines of a feature are declarations; its longest run is its code.
@@ -219,14 +220,14 @@ impl SourcePage {
         }
         let margin = !text.features.is_empty();
         let mut clicked = None;
-        let stop = ui.interact(ui.available_rect_before_wrap(), ui.scope_id().with("lines"), Sense::focusable_noninteractive());
+        let tab_stop = ui.interact(ui.available_rect_before_wrap(), ui.scope_id().with("lines"), Sense::focusable_noninteractive());
         let about = text!("source-lines");
-        stop.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ListBox, true, about));
-        let (cursor_row, moved) = keys(ui, &stop, row_of(self.cursor_line).min(count.saturating_sub(1)), count);
+        tab_stop.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ListBox, true, about));
+        let (cursor_row, moved) = keys(ui, &tab_stop, row_of(self.cursor_line).min(count.saturating_sub(1)), count);
         if moved {
             self.cursor_line = rows.as_ref().map_or(cursor_row, |r| r[cursor_row]);
         }
-        if stop.has_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
+        if tab_stop.has_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
             clicked = text.lines.get(self.cursor_line).filter(|_| margin).map(|line| usize::from(line.feature));
         }
         area.show_rows(ui, height, count, |ui, range| {
@@ -251,9 +252,9 @@ impl SourcePage {
                         }
                     }
                     let shown = ui.add(egui::Label::new(layout_job(i + 1, &line.text, &self.needle, &font, dark)).extend());
-                    if stop.has_focus() && row == cursor_row {
+                    if tab_stop.has_focus() && row == cursor_row {
                         ui.painter().rect_stroke(shown.rect, 2.0, ui.visuals().selection.stroke, egui::StrokeKind::Outside);
-                        ui.ctx().accesskit_node_builder(stop.id, |list| list.set_active_descendant(shown.id.accesskit_id()));
+                        ui.ctx().accesskit_node_builder(tab_stop.id, |list| list.set_active_descendant(shown.id.accesskit_id()));
                         let feature = text.features.get(usize::from(line.feature)).filter(|_| margin);
                         if let Some((feature, _)) = feature {
                             ui.ctx().accesskit_node_builder(shown.id, |node| {
@@ -297,13 +298,13 @@ impl SourcePage {
 }
 
 /// Handles the navigation keys while the list has the focus. Returns the new row of the cursor, and whether it moved.
-fn keys(ui: &Ui, stop: &egui::Response, row: usize, count: usize) -> (usize, bool) {
+fn keys(ui: &Ui, tab_stop: &egui::Response, row: usize, count: usize) -> (usize, bool) {
     const PAGE: usize = 20;
-    if !stop.has_focus() || count == 0 {
+    if !tab_stop.has_focus() || count == 0 {
         return (row, false);
     }
     let arrows = egui::EventFilter { vertical_arrows: true, ..egui::EventFilter::default() };
-    ui.memory_mut(|memory| memory.set_focus_lock_filter(stop.id, arrows));
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(tab_stop.id, arrows));
     let last = count - 1;
     let steps = [
         (Key::ArrowDown, (row + 1).min(last)),
