@@ -1,6 +1,6 @@
 //! The tables of [`super::delta_t`], which names their sources.
 
-/// (first year, last year, a3, a2, a1, a0): Delta T = a0 + a1 u + a2 u² + a3 u³ s, u from 0 to 1 over the years.
+/// (first year, last year, a3, a2, a1, a0): Delta T = a0 + a1 u + a2 u² + a3 u³ seconds, u from 0 to 1 over the years.
 pub(super) const SPLINE: [[f64; 6]; 58] = [
     [-720.0, -100.0, 409.16, 776.247, -9999.586, 20371.848],
     [-100.0, 400.0, -503.433, 1303.151, -5822.27, 11557.668],

@@ -1,4 +1,4 @@
-//! The sky without the Sun's disc: in totality, where light from beyond the umbra keeps it above zero, and from day to night, against published illuminances and followed
+//! The sky without the Sun's disc: in totality, where light from beyond the umbra keeps it above zero, and from day to night, against published illuminances and traced
 //! photons.
 
 use super::totality::{DALLAS, TOTALITY, UNIT_CD_M2, drawn, on_ground, parse_time, request};
@@ -76,7 +76,7 @@ fn twilight_surrounds_the_horizon_in_totality() {
     assert!((0.05..5.0).contains(&ground), "{ground} lm/m2");
 }
 
-/// The table's factors against photons followed backwards through the same air with the same shadow: the second and all higher orders.
+/// The table's factors against photons traced backwards through the same air with the same shadow: the second and all higher orders.
 #[test]
 fn light_in_the_umbra_agrees_with_photons() {
     let catalog = Catalog::embedded();
