@@ -22,7 +22,7 @@ struct Fields {
     dir: [f64; 3],
     sun: [f64; 3],
     /// `tier` in queries, as in earlier versions.
-    #[serde(rename = "tier", alias = "model")]
+    #[serde(rename = "tier")]
     model: ModelName,
 }
 
