@@ -1,12 +1,12 @@
-//! Caches of slow, smooth functions of time on a fixed grid: [`GridCache`] for what belongs to an interval or a node, [`TimeGrid`] for values at nodes, between which the
-//! caller interpolates.
+//! Caches of slow, smooth functions of time on a fixed grid: [`GridCache`] for what belongs to an interval or a node, [`TimeGrid`] for values at nodes, from which the
+//! caller interpolates or extrapolates.
 //!
-//! In: a key, an instant, the function. Out: its values at the two nodes around the instant, and the weight of the later one. Always: the nodes are multiples
-//! of one step from J2000, so that a result does not depend on earlier calls. A frame asks for a planet's moons at dozens of instants that are light-seconds
+//! In: a key, an instant, the function. Out: its values at the two nodes around the instant and the weight of the later one, or its value at the nearest node and the
+//! seconds from there. Always: the nodes are multiples of one step from J2000, so that a result does not depend on earlier calls. A frame asks for a planet's moons at dozens of instants that are light-seconds
 //! apart: they share a few nodes, and the frames that follow at the same time need no others.
 
 use parking_lot::Mutex;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 use std::fmt;
 use std::hash::Hash;
 
@@ -15,7 +15,7 @@ const MAX_NODES: usize = 4096;
 
 /// Values by key and number on the grid.
 pub(crate) struct GridCache<K, V> {
-    values: Mutex<HashMap<(K, i64), V>>,
+    values: Mutex<FxHashMap<(K, i64), V>>,
     capacity: usize,
 }
 
@@ -62,6 +62,13 @@ impl<K: Copy + Eq + Hash, V: Clone> TimeGrid<K, V> {
     /// `step_s`: the distance of two nodes.
     pub(crate) fn new(step_s: f64) -> Self {
         Self { step_s, nodes: GridCache::with_capacity(MAX_NODES) }
+    }
+
+    /// The value at the nearest node, and the seconds from there to the instant. `compute` gets TDB seconds past J2000.
+    pub(crate) fn nearest(&self, key: K, tdb_s: f64, compute: impl FnOnce(f64) -> V) -> (V, f64) {
+        let node = (tdb_s / self.step_s).round();
+        let node_s = node * self.step_s;
+        (self.nodes.get(key, node as i64, || compute(node_s)), tdb_s - node_s)
     }
 
     /// The values at the nodes before and after an instant, and the weight of the second. `compute` gets TDB seconds past J2000.

@@ -308,6 +308,12 @@ fn a_kept_panel_stays_open_beside_another() {
     settle(&mut harness);
     assert!(close_button_x(&harness, "Information").is_none() && close_button_x(&harness, "Effects").is_some());
     assert!(harness.query_by_label("Keep open").is_none(), "there is no room to keep it");
+    // Narrower still, the list of bodies makes room for an open panel.
+    assert!(harness.query_by_label("Follow target").is_some());
+    harness.set_size(egui::vec2(640.0, 480.0));
+    settle(&mut harness);
+    assert!(harness.query_by_label("Follow target").is_none() && close_button_x(&harness, "Effects").is_some());
+    assert!(harness.state().bodies_shown, "it is hidden, not closed");
     harness.set_size(egui::vec2(1100.0, 640.0));
     settle(&mut harness);
     assert!(close_button_x(&harness, "Information").is_some() && close_button_x(&harness, "Effects").is_some());

@@ -16,6 +16,7 @@ mod language;
 mod marked_texts;
 mod now;
 mod panels;
+mod presets;
 mod search;
 mod sharing;
 mod stars;

@@ -170,7 +170,7 @@ fn the_renderer_is_chosen_in_the_window() {
         assert!(harness.query_by_label("auto").is_none(), "a build with one renderer offers no choice");
         return;
     }
-    for (name, preference) in [("gpu", RendererPreference::Gpu), ("software", RendererPreference::Software)] {
+    for (name, preference) in [("GPU", RendererPreference::Gpu), ("software", RendererPreference::Software)] {
         harness.get_by_label(name).click();
         settle(&mut harness);
         assert_eq!(session.renderers().1, preference);

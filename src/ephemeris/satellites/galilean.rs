@@ -2,10 +2,10 @@
 //!
 //! Time: TT days past 1950-01-01 00:00 (JD 2433282.5). Frame: the table's own plane near Jupiter's equator, rotated to ICRF by its matrix.
 
-use super::{ElementGrid, Elements, Term, tt_days_past};
+use super::{Derivatives, Elements, Sums, SumsGrid, Term, tt_days_past};
 use crate::ephemeris::State;
 use crate::time::Instant;
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec3};
 use serde::Deserialize;
 
 const EPOCH_JD_TT: f64 = 2_433_282.5;
@@ -39,34 +39,42 @@ struct Moon {
 pub struct GalileanL12 {
     moons: [Moon; 4],
     icrf_from_frame: DMat3,
-    elements: ElementGrid,
+    sums: SumsGrid,
 }
 
 impl GalileanL12 {
     pub(super) fn parse(json: &str) -> Result<Self, serde_json::Error> {
         let table: Table = serde_json::from_str(json)?;
         let axes = table.jup_to_eqj.map(DVec3::from_array);
-        Ok(Self { moons: table.moons, icrf_from_frame: DMat3::from_cols(axes[0], axes[1], axes[2]), elements: ElementGrid::default() })
+        Ok(Self { moons: table.moons, icrf_from_frame: DMat3::from_cols(axes[0], axes[1], axes[2]), sums: SumsGrid::default() })
     }
 
     /// State relative to Jupiter's centre; index 0 Io, 1 Europa, 2 Ganymede, 3 Callisto; `None` for another.
     pub fn state(&self, index: usize, t: Instant) -> Option<State> {
         let moon = self.moons.get(index)?;
-        let mut elements = self.elements.at(index, t, |node| Self::elements(moon, tt_days_past(node, EPOCH_JD_TT)));
-        elements.mean_longitude_rad += moon.al0 + moon.al1 * tt_days_past(t, EPOCH_JD_TT);
-        Some(elements.state(&self.icrf_from_frame))
+        let (sums, days_after) = self.sums.nearest(index, t, |node| Self::sums(moon, tt_days_past(node, EPOCH_JD_TT)));
+        Some(Self::elements(moon, t, &sums, days_after).state(&self.icrf_from_frame))
     }
 
-    /// The series; without the secular part of the mean longitude.
-    fn elements(moon: &Moon, days: f64) -> Elements {
-        let sum = |terms: &[Term]| terms.iter().map(|term| term.at(days, 0.0)).sum::<DVec2>();
-        let semi_major_axis_au = sum(&moon.a).x;
+    fn sums(moon: &Moon, days: f64) -> Sums {
+        let sum = |terms: &[Term]| Derivatives::sum(terms.iter().map(|term| term.at(days, [0.0; 3])));
+        Sums {
+            size: sum(&moon.a).map(|v| v.x),
+            longitude: sum(&moon.l).map(|v| v.y),
+            eccentricity: sum(&moon.z),
+            inclination: sum(&moon.zeta),
+        }
+    }
+
+    /// The elements at `t`, which is `days_after` the instant of `sums`.
+    fn elements(moon: &Moon, t: Instant, sums: &Sums, days_after: f64) -> Elements {
+        let semi_major_axis_au = sums.size.after(days_after);
         Elements {
             semi_major_axis_au,
             mean_motion_per_day: (moon.mu / semi_major_axis_au.powi(3)).sqrt(),
-            mean_longitude_rad: sum(&moon.l).y,
-            eccentricity: sum(&moon.z),
-            inclination: sum(&moon.zeta),
+            mean_longitude_rad: sums.longitude.after(days_after) + moon.al0 + moon.al1 * tt_days_past(t, EPOCH_JD_TT),
+            eccentricity: sums.eccentricity.after(days_after),
+            inclination: sums.inclination.after(days_after),
         }
     }
 }
@@ -83,14 +91,13 @@ pub fn error_km(index: usize, t: Instant) -> f64 {
 #[cfg(test)]
 impl GalileanL12 {
     pub(super) fn set_step(&mut self, step_s: f64) {
-        self.elements = ElementGrid::with_step(step_s);
+        self.sums = SumsGrid::with_step(step_s);
     }
 
     /// The state without the grid.
     pub(super) fn summed(&self, index: usize, t: Instant) -> Option<State> {
-        let (moon, days) = (self.moons.get(index)?, tt_days_past(t, EPOCH_JD_TT));
-        let mut elements = Self::elements(moon, days);
-        elements.mean_longitude_rad += moon.al0 + moon.al1 * days;
-        Some(elements.state(&self.icrf_from_frame))
+        let moon = self.moons.get(index)?;
+        let sums = Self::sums(moon, tt_days_past(t, EPOCH_JD_TT));
+        Some(Self::elements(moon, t, &sums, 0.0).state(&self.icrf_from_frame))
     }
 }

@@ -6,7 +6,7 @@
 //! Each element is a sum of groups; a group's terms share an integer combination of the moons' slow longitude variations. Those variations
 //! are the first group of each moon's longitude series, so they are summed first, for all moons that the groups name.
 
-use super::{ElementGrid, Elements, Term, tt_days_past};
+use super::{Derivatives, Elements, Sums, SumsGrid, Term, tt_days_past};
 use crate::ephemeris::State;
 use crate::time::Instant;
 use glam::{DMat3, DVec2};
@@ -48,7 +48,7 @@ pub struct Tass17 {
     icrf_from_frame: DMat3,
     /// Which driving moons each moon's arguments name, so that the others' variations are not summed.
     driven_by: [[bool; DRIVING_MOONS]; 8],
-    elements: ElementGrid,
+    sums: SumsGrid,
 }
 
 impl Tass17 {
@@ -61,53 +61,59 @@ impl Tass17 {
             // A moon's own variation is part of its longitude, whether a group names it or not.
             std::array::from_fn(|j| i == j || groups().any(|g| g.0[j] != 0))
         });
-        Ok(Self {
-            moons: table.bodies,
-            icrf_from_frame: icrf_from_ecliptic * ecliptic_from_frame,
-            driven_by,
-            elements: ElementGrid::default(),
-        })
+        Ok(Self { moons: table.bodies, icrf_from_frame: icrf_from_ecliptic * ecliptic_from_frame, driven_by, sums: SumsGrid::default() })
     }
 
     /// State relative to Saturn's centre; index 0 Mimas to 5 Titan, 6 Iapetus, 7 Hyperion; `None` for another.
     pub fn state(&self, index: usize, t: Instant) -> Option<State> {
         let moon = self.moons.get(index)?;
-        let mut elements = self.elements.at(index, t, |node| self.elements(index, moon, tt_days_past(node, EPOCH_JD_TT)));
-        elements.mean_longitude_rad += moon.s0[1] + moon.aam * tt_days_past(t, EPOCH_JD_TT);
-        Some(elements.state(&self.icrf_from_frame))
+        let (sums, days_after) = self.sums.nearest(index, t, |node| self.sums(index, moon, tt_days_past(node, EPOCH_JD_TT)));
+        Some(Self::elements(moon, t, &sums, days_after).state(&self.icrf_from_frame))
     }
 
-    /// The series; without the secular part of the mean longitude.
-    fn elements(&self, index: usize, moon: &Moon, days: f64) -> Elements {
+    fn sums(&self, index: usize, moon: &Moon, days: f64) -> Sums {
         let slow = self.slow_variations(index, days);
         let sum = |groups: &[Group]| {
             let of_group = |group: &Group| {
-                let shift: f64 = group.0.iter().zip(slow).map(|(&times, variation)| f64::from(times) * variation).sum();
-                group.1.iter().map(|term| term.at(days, shift)).sum::<DVec2>()
+                let shift = Derivatives::sum(group.0.iter().zip(slow).map(|(&times, variation)| variation.map(|v| f64::from(times) * v)));
+                Derivatives::sum(group.1.iter().map(|term| term.at(days, shift.0)))
             };
-            groups.iter().map(of_group).sum::<DVec2>()
+            Derivatives::sum(groups.iter().map(of_group))
         };
         let [motion, longitude, eccentricity, inclination] = &moon.series;
         // The slow variation of a driving moon is its first group: already summed.
-        let (own_slow, longitude) =
-            if index < DRIVING_MOONS { (slow[index], longitude.get(1..).unwrap_or_default()) } else { (0.0, &longitude[..]) };
+        let (own_slow, longitude) = if index < DRIVING_MOONS {
+            (slow[index], longitude.get(1..).unwrap_or_default())
+        } else {
+            (Derivatives::default(), &longitude[..])
+        };
+        Sums {
+            size: sum(motion).map(|v| v.x),
+            longitude: own_slow.plus(sum(longitude).map(|v| v.y)),
+            eccentricity: sum(eccentricity),
+            inclination: sum(inclination),
+        }
+    }
+
+    /// The elements at `t`, which is `days_after` the instant of `sums`.
+    fn elements(moon: &Moon, t: Instant, sums: &Sums, days_after: f64) -> Elements {
         let s0 = moon.s0;
-        let mean_motion_per_day = moon.aam * (1.0 + s0[0] + sum(motion).x);
+        let mean_motion_per_day = moon.aam * (1.0 + s0[0] + sums.size.after(days_after));
         Elements {
             semi_major_axis_au: (moon.mu / (mean_motion_per_day * mean_motion_per_day)).cbrt(),
             mean_motion_per_day,
-            mean_longitude_rad: own_slow + sum(longitude).y,
-            eccentricity: DVec2::new(s0[2], s0[3]) + sum(eccentricity),
-            inclination: DVec2::new(s0[4], s0[5]) + sum(inclination),
+            mean_longitude_rad: sums.longitude.after(days_after) + s0[1] + moon.aam * tt_days_past(t, EPOCH_JD_TT),
+            eccentricity: DVec2::new(s0[2], s0[3]) + sums.eccentricity.after(days_after),
+            inclination: DVec2::new(s0[4], s0[5]) + sums.inclination.after(days_after),
         }
     }
 
     /// Slow longitude variations in radians, of the driving moons that this one's arguments name; 0 for the others.
-    fn slow_variations(&self, index: usize, days: f64) -> [f64; 8] {
-        let mut slow = [0.0; 8];
+    fn slow_variations(&self, index: usize, days: f64) -> [Derivatives<f64>; 8] {
+        let mut slow = [Derivatives::default(); 8];
         for (j, named) in self.driven_by[index].iter().enumerate() {
             if *named && let Some(first) = self.moons[j].series[1].first() {
-                slow[j] = first.1.iter().map(|term| term.at(days, 0.0).y).sum();
+                slow[j] = Derivatives::sum(first.1.iter().map(|term| term.at(days, [0.0; 3]).map(|v| v.y)));
             }
         }
         slow
@@ -126,14 +132,13 @@ pub fn error_km(index: usize, t: Instant) -> f64 {
 #[cfg(test)]
 impl Tass17 {
     pub(super) fn set_step(&mut self, step_s: f64) {
-        self.elements = ElementGrid::with_step(step_s);
+        self.sums = SumsGrid::with_step(step_s);
     }
 
     /// The state without the grid.
     pub(super) fn summed(&self, index: usize, t: Instant) -> Option<State> {
-        let (moon, days) = (self.moons.get(index)?, tt_days_past(t, EPOCH_JD_TT));
-        let mut elements = self.elements(index, moon, days);
-        elements.mean_longitude_rad += moon.s0[1] + moon.aam * days;
-        Some(elements.state(&self.icrf_from_frame))
+        let moon = self.moons.get(index)?;
+        let sums = self.sums(index, moon, tt_days_past(t, EPOCH_JD_TT));
+        Some(Self::elements(moon, t, &sums, 0.0).state(&self.icrf_from_frame))
     }
 }

@@ -15,6 +15,7 @@ mod option_text;
 pub mod orbit;
 pub mod place_text;
 pub mod places;
+pub mod presets;
 pub mod search;
 pub mod settings;
 pub mod time_rate;

@@ -7,7 +7,6 @@ use super::event_search::{EventKind, EventSearch, SkyEvent};
 use super::moment_view::view_of_moment;
 use super::orbit::OrbitCamera;
 use super::places::{BodyPositions, SessionPositions};
-
 use super::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
 use crate::catalog::NaifId;
 use crate::catalog::moments::Moment;
@@ -19,7 +18,7 @@ use std::sync::Arc;
 
 const SATURN: NaifId = NaifId(699);
 /// Vertical field of view around the Moon, degrees.
-const MOON_FOV_DEG: f64 = 0.7;
+pub(crate) const MOON_FOV_DEG: f64 = 0.7;
 /// Distance from Saturn, in equatorial radii, at which its rings fit into a wide image.
 const SATURN_DISTANCE_RADII: f64 = 6.0;
 /// Angle between the camera and the Sun in azimuth.
@@ -65,6 +64,17 @@ impl NowItem {
             Self::Saturn => text!("now-saturn"),
             Self::Shadows => text!("now-shadows"),
             Self::Shader => text!("now-shader"),
+        }
+    }
+
+    /// English words by which the search field finds it, besides its name.
+    pub(crate) fn words(self) -> &'static str {
+        match self {
+            Self::Moon => "moon tonight now",
+            Self::Eclipse => "next eclipse",
+            Self::Saturn => "saturn now rings",
+            Self::Shadows => "triple shadow",
+            Self::Shader => "eclipse shader",
         }
     }
 

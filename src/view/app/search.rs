@@ -15,8 +15,10 @@ use crate::shader::key::ShaderKey;
 use crate::time::Instant;
 use crate::view::app::date_text::parse_date;
 use crate::view::app::event_search::EventKind;
+use crate::view::app::now_showing::NowItem;
 use crate::view::app::orbit::OrbitCamera;
 use crate::view::app::places::BodyPositions;
+use crate::view::app::presets::Preset;
 use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
 use crate::view::app::viewer::{Subject, Viewer};
 use crate::view::language::dates::day_text;
@@ -29,6 +31,9 @@ use glam::DVec3;
 #[derive(Clone, Debug, PartialEq)]
 pub enum SearchTarget {
     Body(NaifId),
+    Preset(Preset),
+    /// A view of *What to see now*.
+    Now(NowItem),
     /// Name in the catalog.
     Moment(String),
     /// Hipparcos number.
@@ -91,6 +96,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
             .map(|body| suggestion(body_name(&body.name), about_body(body, viewer), SearchTarget::Body(body.id))),
     );
     found.extend(stars(text, catalog));
+    found.extend(views(text));
     found.extend(moments(text, catalog.moments()));
     found.extend(cities::named(text, max_count).into_iter().map(|city| {
         suggestion(city.name, text!("search-city", country = catalog_text("country", city.country)), SearchTarget::City(city))
@@ -106,13 +112,24 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
     found
 }
 
-/// Names of bodies and stars similar to the text, nearest first.
-pub(crate) fn similar_names<'a>(text: &str, viewer: &'a Viewer) -> Vec<&'a str> {
-    nearest(text.trim(), names(viewer))
+/// What the user may have meant by a text that matches nothing, likeliest first: names of bodies, stars and cities similar to it, and the text with its misspelled
+/// words for events and views replaced.
+pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<String> {
+    let text = text.trim();
+    let words = Preset::ALL.into_iter().flat_map(|preset| preset.words().split_whitespace());
+    let known: Vec<&str> = EVENT_WORDS.into_iter().chain(GERMAN_WORDS.map(|(german, _)| german)).chain(words).collect();
+    let corrected = |word: &str| match word.parse::<f64>().is_err() && !known.contains(&word) {
+        true => nearest(word, known.iter().copied()).first().map_or(word.to_owned(), |near| (*near).to_owned()),
+        false => word.to_owned(),
+    };
+    let corrected_text = text.to_lowercase().split_whitespace().map(corrected).collect::<Vec<_>>().join(" ");
+    let is_new = corrected_text != text.to_lowercase() && !suggestions(&corrected_text, viewer, catalog, 1).is_empty();
+    let similar_names = nearest(text, names(viewer)).into_iter().map(str::to_owned);
+    similar_names.chain(is_new.then_some(corrected_text)).collect()
 }
 
-/// All names of bodies and stars.
-pub(crate) fn names(viewer: &Viewer) -> impl Iterator<Item = &str> {
+/// All names of bodies, stars and cities.
+fn names(viewer: &Viewer) -> impl Iterator<Item = &str> {
     // Both the name in the catalog and, where it differs, the name in the window's language.
     let bodies = viewer.subjects().iter().flat_map(|b| {
         Some(body_name(&b.name))
@@ -121,7 +138,7 @@ pub(crate) fn names(viewer: &Viewer) -> impl Iterator<Item = &str> {
             .chain([b.name.as_str()])
             .chain(b.aliases.iter().map(String::as_str))
     });
-    bodies.chain(STAR_NAMES.iter().map(|(name, _)| *name))
+    bodies.chain(STAR_NAMES.iter().map(|(name, _)| *name)).chain(cities::all().iter().map(|city| city.name))
 }
 
 fn about_body(body: &Subject, viewer: &Viewer) -> String {
@@ -142,6 +159,22 @@ fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
     let number = lower.strip_prefix("hip").and_then(|rest| rest.trim().parse().ok());
     found.extend(number.and_then(|hip| Some(suggestion(format!("HIP {hip}"), known(hip)?, SearchTarget::Star(hip)))));
     found
+}
+
+/// Views of general interest of whose name or words each typed word is the beginning of one.
+fn views(text: &str) -> impl Iterator<Item = Suggestion> {
+    let lower = text.to_lowercase();
+    let matches = move |words: &str| {
+        let known = words.to_lowercase();
+        lower.chars().count() >= 3 && lower.split_whitespace().all(|typed| known.split_whitespace().any(|word| word.starts_with(typed)))
+    };
+    let presets = Preset::ALL.map(|preset| {
+        (format!("{} {}", preset.name(), preset.words()), suggestion(preset.name(), preset.about(), SearchTarget::Preset(preset)))
+    });
+    // The others are found as events and moments.
+    let now = [NowItem::Moon, NowItem::Saturn]
+        .map(|item| (format!("{} {}", item.name(), item.words()), suggestion(item.name(), text!("now"), SearchTarget::Now(item))));
+    presets.into_iter().chain(now).filter(move |(words, _)| matches(words)).map(|(_, suggestion)| suggestion)
 }
 
 fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Suggestion> + 'a {
@@ -202,6 +235,12 @@ fn is_abbreviation(known: &str, min_chars: usize, word: &str) -> bool {
     word.len() >= min_chars && known.starts_with(word)
 }
 
+/// Words in a search for events, which may be abbreviated.
+const EVENT_WORDS: [&str; 14] = [
+    "eclipses", "solar", "lunar", "total", "partial", "annular", "sun", "moon", "transits", "mercury", "venus", "shadows", "jupiter",
+    "moons",
+];
+
 /// German words in a search for events, and their English translations.
 const GERMAN_WORDS: [(&str, &str); 18] = [
     ("finsternis", "eclipse"),
@@ -241,11 +280,7 @@ fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Inst
         words.pop();
     }
     let is = |known: &str, min_chars: usize| words.iter().any(|w| is_abbreviation(known, min_chars, w));
-    let known = [
-        "eclipses", "solar", "lunar", "total", "partial", "annular", "sun", "moon", "transits", "mercury", "venus", "shadows", "jupiter",
-        "moons",
-    ];
-    if !words.iter().all(|w| known.iter().any(|k| is_abbreviation(k, 3, w))) {
+    if !words.iter().all(|w| EVENT_WORDS.iter().any(|k| is_abbreviation(k, 3, w))) {
         return None;
     }
     let kinds = match () {

@@ -19,8 +19,18 @@ pub(crate) fn instant_text(t: Instant) -> String {
 
 /// An instant in UTC, rounded to the minute.
 pub(crate) fn minute_text(t: Instant) -> String {
-    let iso = t.plus_seconds(30.0).to_utc_iso();
-    match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(.."hh:mm".len())?))) {
+    day_and_clock(t.plus_seconds(30.0), "hh:mm".len())
+}
+
+/// An instant in UTC, rounded to the second.
+pub(crate) fn second_text(t: Instant) -> String {
+    day_and_clock(t.plus_seconds(0.5), "hh:mm:ss".len())
+}
+
+/// The day, and the first characters of the time of day.
+fn day_and_clock(t: Instant, length: usize) -> String {
+    let iso = t.to_utc_iso();
+    match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(..length)?))) {
         Some((date, clock)) => text!("date-minute", date = date_text_of(date), clock = clock),
         None => iso,
     }

@@ -26,6 +26,8 @@ const RANGES_DAYS: [(f64, &str); 4] =
     [(30.0, "range-month"), (365.25, "range-year"), (3652.5, "range-10-years"), (36_525.0, "range-100-years")];
 /// Index of the year in [`RANGES_DAYS`].
 const YEAR_RANGE: usize = 1;
+/// What separates the parts of a summary.
+const PART_SEPARATOR: &str = " · ";
 /// Height of the line above the list, points.
 const STATUS_HEIGHT: f32 = 24.0;
 /// Height of the table of an event's contacts, points: five rows, and the line above them.
@@ -270,10 +272,17 @@ fn row(ui: &mut egui::Ui, row: &Row, height: f32, is_chosen: bool) -> Response {
     let painter = ui.painter().with_clip_rect(response.rect.intersect(ui.clip_rect()));
     let corner = response.rect.left_top() + ui.spacing().button_padding;
     let below = corner + vec2(0.0, ui.text_style_height(&TextStyle::Body));
-    // A line that is too long ends in an ellipsis; the tooltip has all of it.
+    let width = response.rect.width() - 2.0 * ui.spacing().button_padding.x;
+    // The last parts of a line that is too long are left out, or it ends in an ellipsis; the tooltip has all of it.
     let line = |at: Pos2, text: String, style: TextStyle, colour: Color32| {
-        let wrap = TextWrapping::truncate_at_width(response.rect.width() - 2.0 * ui.spacing().button_padding.x);
-        let job = LayoutJob { wrap, ..LayoutJob::simple_singleline(text, style.resolve(ui.style()), colour) };
+        let font = style.resolve(ui.style());
+        let fits = |text: &str| painter.layout_no_wrap(text.to_owned(), font.clone(), colour).size().x <= width;
+        let mut shown = text.as_str();
+        while let Some((parts, _)) = shown.rsplit_once(PART_SEPARATOR).filter(|_| !fits(shown)) {
+            shown = parts;
+        }
+        let wrap = TextWrapping::truncate_at_width(width);
+        let job = LayoutJob { wrap, ..LayoutJob::simple_singleline(shown.to_owned(), font.clone(), colour) };
         painter.galley(at, painter.layout_job(job), colour);
     };
     line(corner, row.title.clone(), TextStyle::Body, title);
@@ -304,7 +313,7 @@ fn list(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker,
 /// The view of an event from its best standpoint.
 fn best_view(interface: &Interface, worker: &dyn RenderWorker, event: &SkyEvent) -> ViewState {
     let session = worker.session();
-    event.view(session.catalog(), &SessionPositions(session), &interface.viewer.view)
+    event.view(session.catalog(), &SessionPositions(session), &interface.base_view())
 }
 
 /// Selects an event that was found elsewhere and shows it from its best standpoint.
@@ -340,7 +349,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
             let altitude_deg = best.map_or(45.0, |l| l.altitude_deg);
             let place =
                 crate::events::GeodeticPosition { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
-            let mut view = event.view_from(place, altitude_deg, &interface.viewer.view);
+            let mut view = event.view_from(place, altitude_deg, &interface.base_view());
             view.tdb_s = best.map_or(view.tdb_s, |l| l.time.tdb_seconds_past_j2000());
             actions.push(Action::Show(Box::new(view)));
         }
@@ -352,6 +361,15 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
         contacts(interface, ui, worker, event);
     });
     ui.add_space(4.0);
+}
+
+/// Shows the name of a contact, which its tooltip explains.
+fn contact_name(ui: &mut egui::Ui, name: &str) {
+    let label = ui.label(named("contact", name));
+    let about = named("contact-about", name);
+    if about != name {
+        label.on_hover_text(about);
+    }
 }
 
 /// Shows the contacts at the chosen place, or those for the entire Earth if the event has none there.
@@ -382,13 +400,13 @@ fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
     Grid::new("contacts").num_columns(3).striped(true).show(ui, |ui| {
         if lines.is_empty() {
             for (name, time) in event.contacts() {
-                ui.label(named("contact", name));
+                contact_name(ui, name);
                 ui.monospace(month_day_second_text(*time));
                 ui.end_row();
             }
         }
         for line in lines {
-            ui.label(named("contact", line.name));
+            contact_name(ui, line.name);
             ui.monospace(month_day_second_text(line.time));
             if line.is_up {
                 ui.label(text!("events-altitude", degrees = decimal(line.altitude_deg, 0)));

@@ -16,7 +16,7 @@ use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use crate::view::app::place_text::place_degrees;
 use crate::view::app::settings::{Home, LengthUnit, Settings};
 use crate::view::faults::fault_text;
-use crate::view::language::dates::instant_text;
+use crate::view::language::dates::second_text;
 use crate::view::language::numbers::localised;
 use crate::view::language::{body_name, catalog_text, decimal, message_text, reason_text, signed, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
@@ -211,13 +211,13 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
             None => {}
         }
         if let Some(Ok(day)) = &report.day {
-            let clock = |t: Option<Instant>, none: &str| t.map_or(none.to_owned(), instant_text);
+            let clock = |t: Option<Instant>, none: &str| t.map_or(none.to_owned(), second_text);
             let never = if day.up_at_start { text!("fact-up-all-day") } else { text!("fact-down-all-day") };
             line(ui, text!("fact-rise"), clock(day.rise, never));
             line(
                 ui,
                 text!("fact-transit"),
-                day.transit.map_or("-".into(), |(t, deg)| text!("fact-transit-value", time = instant_text(t), deg = decimal(deg, 1))),
+                day.transit.map_or("-".into(), |(t, deg)| text!("fact-transit-value", time = second_text(t), deg = decimal(deg, 1))),
             );
             line(ui, text!("fact-set"), clock(day.set, never));
         }
@@ -268,13 +268,13 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
         }
         Ok(Some(p)) => {
             Grid::new("eclipse").num_columns(2).striped(true).show(ui, |ui| {
-                line(ui, text!("eclipse-first-contact"), instant_text(p.begins));
+                line(ui, text!("eclipse-first-contact"), second_text(p.begins));
                 if let Some((second, third)) = p.inner {
-                    line(ui, text!("eclipse-second-contact"), instant_text(second));
-                    line(ui, text!("eclipse-third-contact"), instant_text(third));
+                    line(ui, text!("eclipse-second-contact"), second_text(second));
+                    line(ui, text!("eclipse-third-contact"), second_text(third));
                 }
-                line(ui, text!("eclipse-greatest"), instant_text(p.greatest));
-                line(ui, text!("eclipse-last-contact"), instant_text(p.ends));
+                line(ui, text!("eclipse-greatest"), second_text(p.greatest));
+                line(ui, text!("eclipse-last-contact"), second_text(p.ends));
                 line(ui, text!("fact-magnitude"), decimal(p.magnitude, 4));
                 line(ui, text!("eclipse-sun-altitude"), format!("{}°", signed(p.altitude_deg, 1)));
                 line(ui, text!("eclipse-radii"), message_text(&report.radii));

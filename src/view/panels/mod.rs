@@ -42,10 +42,11 @@ pub use self::share::dialog::{FileDialog, FileRequest};
 use crate::scene::request::WarpMesh;
 use crate::view::app::exposure_adaptation::ExposureAdaptation;
 use crate::view::app::places::SessionPositions;
+use crate::view::app::presets::PresetChanges;
 use crate::view::app::settings::Settings;
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::{Action, Viewer};
-use crate::view::language::dates::{instant_text, minute_in_digits};
+use crate::view::language::dates::{minute_in_digits, minute_text};
 use crate::view::language::{self, Language, text};
 use crate::view::worker::render_worker::RenderWorker;
 use parking_lot::Mutex;
@@ -136,6 +137,8 @@ pub struct Interface {
     pub on_gpu: bool,
     /// Why the window shows another view than the requested one; `None` once the user has closed the message.
     pub warning: Option<String>,
+    /// What the last preset changed in the view.
+    preset_changes: Option<PresetChanges>,
     /// The warp mesh for a projector.
     pub warp: Option<Arc<WarpMesh>>,
     /// Function that opens a file dialog of the desktop, if available.
@@ -192,6 +195,7 @@ impl Interface {
             fullscreen: false,
             on_gpu: false,
             warning: None,
+            preset_changes: None,
             warp: None,
             file_dialog: None,
             is_styled: false,
@@ -289,6 +293,11 @@ impl Interface {
             match action {
                 Action::Turn(..) | Action::LookAround(..) => self.settings.hints.drag = true,
                 Action::Zoom(_) | Action::ChangeFov(_) => self.settings.hints.scroll = true,
+                Action::FlyTo(_) | Action::LookFrom(_) | Action::StandOn(..) => {
+                    if let Some(changes) = self.preset_changes {
+                        changes.undo_light(&mut self.viewer.view);
+                    }
+                }
                 _ => {}
             }
             if matches!(action, Action::FlyTo(_) | Action::Show(_)) {
@@ -342,12 +351,21 @@ impl Interface {
     /// The text of the window's title bar.
     pub(crate) fn title(&self) -> String {
         let view = &self.viewer.view;
-        format!("{} · {} · {} · Orrery", self.viewer.name(view.target), instant_text(view.time()), self.viewer.time_rate.label())
+        format!("{} · {} · {} · Orrery", self.viewer.name(view.target), minute_text(view.time()), self.viewer.time_rate.label())
     }
 
     /// The title for screen readers. It lacks the time, because a screen reader would announce each change.
     fn spoken_title(&self) -> String {
         format!("{} · {} · Orrery", self.viewer.name(self.viewer.view.target), self.viewer.time_rate.label())
+    }
+
+    /// The view from which others take quality, effects and layers: what a preset changed is undone.
+    pub(super) fn base_view(&self) -> ViewState {
+        let mut view = self.viewer.destination().clone();
+        if let Some(changes) = self.preset_changes {
+            changes.undo(&mut view);
+        }
+        view
     }
 
     /// Shows a saved view.

@@ -5,6 +5,7 @@ use super::{Interface, now, tour};
 use crate::catalog::moments::{KINDS, Moment};
 use crate::view::app::moment_view::view_of_moment;
 use crate::view::app::places::SessionPositions;
+use crate::view::app::presets::{Preset, PresetChanges};
 use crate::view::app::viewer::Action;
 use crate::view::language::dates::{day_text, instant_text};
 use crate::view::language::{catalog_detail, catalog_text, named, text};
@@ -30,6 +31,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         if filter.is_empty() {
             ui.strong(text!("now"));
             ui.horizontal_wrapped(|ui| now::row(interface, ui, worker, actions));
+            presets(interface, ui, worker, actions);
             tours(interface, ui, worker, actions);
         }
         for kind in KINDS {
@@ -43,7 +45,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
                 let about = catalog_detail("moment", &moment.name, "about", &moment.about);
                 let hover = text!("moments-hint", about = about, time = instant_text(moment.time), source = moment.source);
                 if ui.button(catalog_text("moment", &moment.name)).on_hover_text(hover).clicked() {
-                    match view_of_moment(moment, catalog, &SessionPositions(worker.session()), &interface.viewer.view) {
+                    match view_of_moment(moment, catalog, &SessionPositions(worker.session()), &interface.base_view()) {
                         Some(view) => actions.push(Action::Show(Box::new(view))),
                         None => interface.message = text!("outside-ephemeris", name = catalog_text("moment", &moment.name)),
                     }
@@ -52,6 +54,32 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             }
         }
     });
+}
+
+/// Shows a button for each view of general interest.
+fn presets(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    ui.add_space(6.0);
+    ui.strong(text!("presets"));
+    for preset in Preset::ALL {
+        if ui.button(preset.name()).on_hover_text(preset.about()).clicked() {
+            open_preset(interface, worker, preset, actions);
+        }
+        ui.weak(preset.about());
+    }
+}
+
+/// Shows a view of general interest at the current time.
+pub(crate) fn open_preset(interface: &mut Interface, worker: &dyn RenderWorker, preset: Preset, actions: &mut Vec<Action>) {
+    let (now, home) = (interface.viewer.now(), interface.information.home);
+    let base_view = interface.base_view();
+    match preset.view(&SessionPositions(worker.session()), now, home, &base_view) {
+        Some(view) => {
+            interface.preset_changes = Some(PresetChanges::between(&base_view, &view));
+            actions.push(Action::Show(Box::new(view)));
+            actions.extend(preset.rate().map(Action::RunAt));
+        }
+        None => interface.message = text!("outside-ephemeris", name = preset.name()),
+    }
 }
 
 /// Shows the built-in tours, and a field for tour files.

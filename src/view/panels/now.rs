@@ -16,12 +16,15 @@ use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
-use egui::{Align2, Color32, Rect, RichText, Sense, Stroke, TextStyle, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2};
+use egui::text::{LayoutJob, TextWrapping};
+use egui::{Align2, Color32, Rect, Sense, Stroke, TextStyle, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2};
 
 /// Size of an image, points.
 const SIZE: [f32; 2] = [136.0, 84.0];
 /// Pixels per point of an image, above 1 for screens with a high pixel density.
 const DENSITY: f32 = 1.5;
+/// Lines of the text below an image's title.
+const ABOUT_LINES: usize = 2;
 /// Smallest width and height of the viewport at which the row is shown, points.
 const MIN_VIEWPORT: [f32; 2] = [760.0, 300.0];
 
@@ -56,7 +59,7 @@ fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWor
     if interface.shown().is_none() {
         return;
     }
-    let base_view = ViewState { quality: Quality::Standard, ..interface.viewer.destination().clone() };
+    let base_view = ViewState { quality: Quality::Standard, ..interface.base_view() };
     let now = interface.viewer.now();
     let mut is_busy = false;
     for (item, state) in NowItem::ALL.into_iter().zip(&mut interface.now.tiles) {
@@ -156,26 +159,42 @@ pub(crate) fn row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
         }
     }
     let Some((item, chosen)) = clicked else { return false };
+    open(interface, ui.ctx(), worker, item, chosen, actions);
+    true
+}
+
+/// Shows the view of an item, with the panel that belongs to it.
+pub(crate) fn open(
+    interface: &mut Interface,
+    ctx: &egui::Context,
+    worker: &dyn RenderWorker,
+    item: NowItem,
+    chosen: NowView,
+    actions: &mut Vec<Action>,
+) {
     match chosen.event {
         Some(event) => {
-            interface.open(ui.ctx(), Tab::Events);
+            interface.open(ctx, Tab::Events);
             events::show(interface, worker, event, actions);
         }
         None => {
             let tdb_s = if chosen.is_now { interface.viewer.now().tdb_seconds_past_j2000() } else { chosen.view.tdb_s };
             actions.push(Action::Show(Box::new(ViewState { tdb_s, ..chosen.view })));
+            if chosen.is_now {
+                // Whatever the rate was before, what is called *now* passes in real time.
+                actions.push(Action::SetSpeed(1.0));
+            }
         }
     }
     if item == NowItem::Shader {
-        interface.open(ui.ctx(), Tab::Shader);
+        interface.open(ctx, Tab::Shader);
         interface.shader.show_feature("eclipse");
     }
-    true
 }
 
 fn button(ui: &mut Ui, item: NowItem, tile: Option<&Tile>) -> bool {
     let small = ui.text_style_height(&TextStyle::Small);
-    let size = Vec2::from(SIZE) + vec2(0.0, 2.0 * small + 6.0);
+    let size = Vec2::from(SIZE) + vec2(0.0, (1.0 + ABOUT_LINES as f32) * small + 6.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     let title = tile.map_or(item.name(), |t| t.now.title.as_str());
     let about = tile.map_or("", |t| t.now.about.as_str());
@@ -196,16 +215,12 @@ fn button(ui: &mut Ui, item: NowItem, tile: Option<&Tile>) -> bool {
     if response.hovered() || response.has_focus() {
         painter.rect_stroke(image, 4.0, Stroke::new(2.0, visuals.selection.bg_fill), egui::StrokeKind::Outside);
     }
-    let line = |at: f32, text: &str, colour| {
-        let galley = egui::WidgetText::from(RichText::new(text).small().color(colour)).into_galley(
-            ui,
-            Some(egui::TextWrapMode::Truncate),
-            SIZE[0],
-            TextStyle::Small,
-        );
-        painter.galley(pos2(rect.left(), at), galley, colour);
+    let lines = |at: f32, text: &str, max_rows: usize, colour| {
+        let wrap = TextWrapping { max_rows, ..TextWrapping::wrap_at_width(SIZE[0]) };
+        let job = LayoutJob { wrap, ..LayoutJob::simple_singleline(text.to_owned(), TextStyle::Small.resolve(ui.style()), colour) };
+        painter.galley(pos2(rect.left(), at), painter.layout_job(job), colour);
     };
-    line(image.bottom() + 3.0, title, visuals.strong_text_color());
-    line(image.bottom() + 3.0 + small, about, visuals.text_color());
+    lines(image.bottom() + 3.0, title, 1, visuals.strong_text_color());
+    lines(image.bottom() + 3.0 + small, about, ABOUT_LINES, visuals.text_color());
     response.clicked()
 }

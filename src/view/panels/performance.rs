@@ -88,9 +88,13 @@ const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Sta
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
     let description = interface.performance.description(interface.viewport.last_s);
     let performance = &interface.performance;
-    let plot = Plot::new("frame times").height(200.0).legend(Legend::default()).include_y(0.0).allow_scroll(false).y_axis_label("ms").show(
-        ui,
-        |plot| {
+    let plot = Plot::new("frame times")
+        .height(200.0)
+        .legend(Legend::default().text_style(egui::TextStyle::Small).background_alpha(0.4))
+        .include_y(0.0)
+        .allow_scroll(false)
+        .y_axis_label("ms")
+        .show(ui, |plot| {
             let line = |value: &dyn Fn(&Frame) -> f64| -> PlotPoints<'_> {
                 performance.frames.iter().enumerate().map(|(i, f)| [i as f64, value(f)]).collect()
             };
@@ -103,8 +107,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
                 plot.line(Line::new(text!("frames-pass", pass = named("pass", pass)), line(&pass_ms)));
             }
             plot.line(Line::new(text!("frames-total"), line(&|f| f.total)));
-        },
-    );
+        });
     plot.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, text!("frames-plot")));
     // Not every platform announces the value of an image.
     ui.ctx().accesskit_node_builder(plot.response.id, |node| {

@@ -1,20 +1,20 @@
 //! The search field, its suggestions, and the actions that they trigger.
 //!
 //! In: typed text, clicks. Out: actions, opened panels. Always: an error appears below the field until the text changes; when the field gets
-//! the focus, its text is selected; similar names are offered, never chosen automatically.
+//! the focus, its text is selected; similar texts are offered, never chosen automatically.
 
-use super::{Interface, Tab, events};
+use super::{Interface, Tab, events, moments, now};
 use crate::catalog::{Catalog, NaifId};
 use crate::scene::effects::EffectOverrides;
 use crate::view::app::moment_view::view_of_moment;
 use crate::view::app::places::SessionPositions;
-use crate::view::app::search::{SearchTarget, Suggestion, feature_view, names, similar_names, star_view, suggestions};
+use crate::view::app::search::{SearchTarget, Suggestion, feature_view, similar_texts, star_view, suggestions};
 use crate::view::app::settings::Home;
 use crate::view::app::viewer::Action;
 use crate::view::faults::fault_text;
 use crate::view::language::{catalog_text, text};
 use crate::view::worker::render_worker::RenderWorker;
-use crate::wording::{did_you_mean, echo_within};
+use crate::wording::echo_within;
 use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditState;
 use egui::{Id, Key, TextEdit};
@@ -100,14 +100,12 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     }
 }
 
-/// The error for a text that matches nothing, with similar names.
+/// The error for a text that matches nothing.
 fn not_found(interface: &Interface) -> String {
-    let typed = interface.search.typed.trim();
-    let hint = did_you_mean(typed, names(&interface.viewer)).map_or(String::new(), |hint| format!("; {hint}"));
-    text!("search-nothing", typed = echo_within(typed, MAX_ECHO_CHARS), hint = hint)
+    text!("search-nothing", typed = echo_within(interface.search.typed.trim(), MAX_ECHO_CHARS))
 }
 
-/// Shows the list below the search field: suggestions, or the error and similar names.
+/// Shows the list below the search field: suggestions, or the error and similar texts.
 fn suggestion_list(
     interface: &Interface,
     ui: &egui::Ui,
@@ -117,7 +115,7 @@ fn suggestion_list(
     chosen: &mut Option<SearchTarget>,
 ) {
     let failure = interface.search.failure.as_ref();
-    let similar = if found.is_empty() { similar_names(&interface.search.typed, &interface.viewer) } else { Vec::new() };
+    let similar = if found.is_empty() { similar_texts(&interface.search.typed, &interface.viewer, catalog) } else { Vec::new() };
     if found.is_empty() && failure.is_none() && similar.is_empty() {
         return;
     }
@@ -136,10 +134,10 @@ fn suggestion_list(
                     *chosen = Some(suggestion.target.clone());
                 }
             }
-            for name in similar {
-                let meant = suggestions(name, &interface.viewer, catalog, 1).into_iter().next();
+            for text in similar {
+                let meant = suggestions(&text, &interface.viewer, catalog, 1).into_iter().next();
                 if let Some(meant) = meant
-                    && ui.selectable_label(false, text!("search-did-you-mean", name = name)).clicked()
+                    && ui.selectable_label(false, text!("search-did-you-mean", name = text)).clicked()
                 {
                     *chosen = Some(meant.target);
                 }
@@ -177,7 +175,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
         }
         SearchTarget::Feature { body, feature } => {
             if let Some(subject) = interface.viewer.subject(body) {
-                actions.push(Action::Show(Box::new(feature_view(feature, subject, &interface.viewer.view))));
+                actions.push(Action::Show(Box::new(feature_view(feature, subject, &interface.base_view()))));
             }
         }
         SearchTarget::Effect(_) => interface.open(ctx, Tab::Effects),
@@ -189,15 +187,23 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
             interface.open(ctx, Tab::Events);
             events::search_for(interface, worker, &kinds, from);
         }
+        SearchTarget::Preset(preset) => moments::open_preset(interface, worker, preset, actions),
+        SearchTarget::Now(item) => {
+            let view = item.view(session, interface.viewer.now(), &interface.base_view());
+            match view {
+                Some(view) => now::open(interface, ctx, worker, item, view, actions),
+                None => interface.message = text!("outside-ephemeris", name = item.name()),
+            }
+        }
         SearchTarget::Moment(name) => {
             let moment = catalog.moments().iter().find(|m| m.name == name);
-            match moment.and_then(|m| view_of_moment(m, catalog, &places, &interface.viewer.view)) {
+            match moment.and_then(|m| view_of_moment(m, catalog, &places, &interface.base_view())) {
                 Some(view) => actions.push(Action::Show(Box::new(view))),
                 None => interface.message = text!("outside-ephemeris", name = name),
             }
         }
         SearchTarget::Star(hip) => {
-            let (stars, view) = (catalog.stars(), &interface.viewer.view);
+            let (stars, view) = (catalog.stars(), &interface.base_view());
             let years = stars.years_since_epoch(view.time().jd_tt());
             match stars.hip(hip).and_then(|star| star_view(star, years, &places, view)) {
                 Some(view) => {

@@ -1,7 +1,7 @@
 //! The panels at the sides of the sky: the list of bodies, the open panel, and a second panel that the user keeps open.
 //!
 //! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them. Always:
-//! the kept panel is on the other side of the sky than the open one, and is hidden while the window is too narrow for both. A panel whose title is dragged
+//! the kept panel is on the other side of the sky than the open one, and is hidden while the window is too narrow for both; so is the list of bodies beside an open panel. A panel whose title is dragged
 //! to the other half of the window goes there, and the other panel takes its side.
 
 use super::icons::{self, Icon};
@@ -16,6 +16,8 @@ use egui::{Align, CursorIcon, Label, Layout, Panel, RichText, ScrollArea, Sense,
 const MIN_WIDTHS: [f32; 2] = [190.0, 280.0];
 /// Window width from which two panels fit, points.
 const MIN_WIDTH_FOR_TWO: f32 = 1000.0;
+/// Window width from which the list of bodies and a panel fit, points.
+const MIN_WIDTH_FOR_BODIES: f32 = 800.0;
 /// Minimum width of the sky between two panels, points.
 const MIN_SKY_BETWEEN: f32 = 320.0;
 
@@ -70,7 +72,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
             *stored = Some(width);
         }
     };
-    if interface.bodies_shown {
+    if interface.bodies_shown && (interface.tab.is_none() || ui.ctx().content_rect().width() >= MIN_WIDTH_FOR_BODIES) {
         let width = valid_width(interface.settings.panels.bodies_width, MIN_WIDTHS[0]);
         let shown = Panel::left("bodies").default_size(width).min_size(MIN_WIDTHS[0]).show(ui, |ui| {
             // In a low window each part has its own scroll area.

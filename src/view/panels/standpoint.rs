@@ -10,7 +10,7 @@ use crate::view::language::numbers::typed_number;
 use crate::view::language::{body_name, text};
 use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
 
-/// The place typed into the fields for *Stand on surface*, degrees.
+/// The place typed into the fields for *Stand on surface*, degrees. On the Earth it is the observer's place instead, as for events and rise and set.
 #[derive(Default)]
 pub(crate) struct Standpoint {
     latitude_deg: f64,
@@ -35,21 +35,26 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
         }
     });
     from_another(interface, ui, selected, actions);
-    let standpoint = &mut interface.standpoint;
+    let on_earth = selected == NaifId::EARTH;
+    let (standpoint, home) = (&mut interface.standpoint, &mut interface.information.home);
+    let (latitude_deg, longitude_deg) = if on_earth {
+        (&mut home.latitude_deg, &mut home.longitude_deg)
+    } else {
+        (&mut standpoint.latitude_deg, &mut standpoint.longitude_deg)
+    };
     Grid::new("place").num_columns(2).spacing([6.0, 3.0]).show(ui, |ui| {
-        for (label, value, limit) in [
-            (text!("camera-latitude"), &mut standpoint.latitude_deg, 90.0),
-            (text!("camera-longitude"), &mut standpoint.longitude_deg, 180.0),
-        ] {
+        for (label, value, limit) in
+            [(text!("camera-latitude"), &mut *latitude_deg, 90.0), (text!("camera-longitude"), &mut *longitude_deg, 180.0)]
+        {
             ui.label(label);
-            let field = DragValue::new(value).range(-limit..=limit).speed(0.2).suffix("°");
+            let field = DragValue::new(value).range(-limit..=limit).speed(0.2).max_decimals(4).suffix("°");
             accessible::number(ui, field, &text!("camera-degrees", label = label));
             ui.end_row();
         }
     });
     let stand = icons::button(ui, Icon::Stand, text!("camera-stand"));
     if ui.add(stand).on_hover_text(text!("camera-stand-hint", name = name)).clicked() {
-        actions.push(Action::StandOn(standpoint.latitude_deg, standpoint.longitude_deg));
+        actions.push(Action::StandOn(*latitude_deg, *longitude_deg));
     }
     let (orbits, mut fixed) = match interface.viewer.view.eye {
         CameraPose::Orbit { fixed, .. } => (true, fixed),

@@ -74,7 +74,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     menu(interface, &response, &placement, actions);
     show_message(interface, ui, rect);
     now::over_viewport(interface, ui, worker, rect, actions);
-    if !interface.tour.is_open() {
+    if !interface.tour.is_open() && interface.warning.is_none() {
         hints(interface, ui, rect);
     }
     if interface.viewport.overlays != overlays {

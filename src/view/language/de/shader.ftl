@@ -89,6 +89,7 @@ page-gallery-hint = Bilder benachbarter Schlüssel
 shader-first = Das erste Bild wird gezeichnet.
 shader-point = wird als Punkt gezeichnet oder ist nicht sichtbar.
 shader-part-hint = Der Zeichenaufruf: { $name }, { $part }
+shader-shared = Gemeinsame Shader
 shader-shared-hint = Ein Hilfsshader, den alle Körper gemeinsam haben
 shader-copy = Kopieren
 shader-copy-hint = Den Namen des Moduls kopieren, wie ihn orrery shader emit annimmt
@@ -152,6 +153,8 @@ source-count = { $count ->
     }
 source-match = Treffer { $at } von { $count }
 source-feature-hint = { $lines } Zeilen für { $name }: ein Klick geht zum längsten Block, noch einer zum nächsten
+source-negated = { $count } fehlend
+source-negated-hint = Die Merkmale zeigen, die dieser Zeichenaufruf nicht hat und deren Fehlen Zeilen braucht
 source-only = Nur Zeilen für { $feature }
 source-needed-by = gebraucht von { $feature }
 source-line = Zeile { $line }, gebraucht von { $name }

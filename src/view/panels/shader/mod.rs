@@ -23,7 +23,7 @@ use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::key::ShaderKey;
 use crate::view::language::{named, plain, text};
 use crate::view::worker::render_worker::{RenderWorker, RenderedView};
-use egui::{RichText, ScrollArea};
+use egui::{ComboBox, RichText, ScrollArea};
 use queries::ShaderQueries;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -199,16 +199,20 @@ impl ShaderPanel {
                 }
             }
             ui.separator();
-            for shared in SIMPLE_MODULES {
-                let hover = text!("shader-shared-hint");
-                if ui
-                    .selectable_label(current == Some(InspectedModule::Shared(shared)), shared.replace('_', " "))
-                    .on_hover_text(hover)
-                    .clicked()
-                {
-                    self.chosen = Some(InspectedModule::Shared(shared));
+            let name_of = |shared: &str| shared.replace('_', " ");
+            let selected = match current {
+                Some(InspectedModule::Shared(shared)) => name_of(shared),
+                _ => text!("shader-shared").to_owned(),
+            };
+            let list = ComboBox::from_id_salt("shared modules").selected_text(selected).show_ui(ui, |ui| {
+                for shared in SIMPLE_MODULES {
+                    let module = InspectedModule::Shared(shared);
+                    if ui.selectable_label(current == Some(module), name_of(shared)).clicked() {
+                        self.chosen = Some(module);
+                    }
                 }
-            }
+            });
+            list.response.on_hover_text(text!("shader-shared-hint")).accessible_name(text!("shader-shared"));
         });
     }
 

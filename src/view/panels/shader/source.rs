@@ -24,6 +24,8 @@ pub(crate) struct SourcePage {
     /// Show only the lines of this feature.
     only_feature: bool,
     hides_margin: bool,
+    /// Show the features that this draw lacks, where lines depend on their absence.
+    shows_negated: bool,
     needle: String,
     /// Index of the current search result.
     match_index: usize,
@@ -161,9 +163,15 @@ impl SourcePage {
             ui.spacing_mut().interact_size.y = 16.0;
             ui.horizontal_wrapped(|ui| {
                 let mut all: Vec<_> = text.features.iter().enumerate().filter(|(_, f)| f.1 > 0).collect();
-                // Lines of negated features come last.
-                all.sort_by_key(|(_, (name, _))| name.starts_with("not "));
+                // Lines of negated features come last, on request.
+                let is_negated = |name: &str| name.starts_with("not ");
+                all.sort_by_key(|(_, (name, _))| is_negated(name));
+                let negated = all.iter().filter(|(_, (name, _))| is_negated(name)).count();
+                self.shows_negated |= self.feature.as_deref().is_some_and(is_negated);
                 for (k, (name, lines)) in all {
+                    if is_negated(name) && !self.shows_negated {
+                        continue;
+                    }
                     let chosen = self.feature.as_ref() == Some(name);
                     let words = RichText::new(format!("{name} {lines}")).size(SMALL).color(feature_colour(name, dark));
                     let hover = text!("source-feature-hint", lines = lines, name = name);
@@ -171,6 +179,10 @@ impl SourcePage {
                         self.requested = None;
                         self.go_to(text, k, chosen);
                     }
+                }
+                if negated > 0 {
+                    let words = RichText::new(text!("source-negated", count = negated)).size(SMALL);
+                    ui.toggle_value(&mut self.shows_negated, words).on_hover_text(text!("source-negated-hint"));
                 }
             });
         });

@@ -18,7 +18,7 @@ fn side_field(value: &mut u32) -> DragValue<'_> {
 /// Fields for width, height and labels, and their accessible names.
 fn format_fields(ui: &mut Ui, format: &mut ImageOptions, [width, height, labels]: [&str; 3]) {
     accessible::number(ui, side_field(&mut format.size[0]), width);
-    ui.label("x");
+    ui.label("×");
     accessible::number(ui, side_field(&mut format.size[1]), height);
     let labels = ui.checkbox(&mut format.names, text!("image-labels")).accessible_name(labels);
     labels.on_hover_text(text!("image-labels-hint"));
@@ -99,13 +99,12 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
 pub(crate) fn progress(interface: &mut Interface, ui: &mut Ui) {
     let now_s = interface.viewport.last_s;
     let Some(export) = &interface.share.export else { return };
-    let cancelled = ui.horizontal_wrapped(|ui| {
+    let cancelled = ui.horizontal(|ui| {
         ui.add(ProgressBar::new(export.fraction()).desired_width(120.0).show_percentage()).accessible_name(text!("export-bar"));
         let cancel = icons::button(ui, Icon::Stop, text!("export-cancel"));
-        let cancelled = ui.add(cancel).on_hover_text(text!("export-cancel-hint")).clicked();
-        ui.label(export.progress_text(now_s));
-        cancelled
+        ui.add(cancel).on_hover_text(text!("export-cancel-hint")).clicked()
     });
+    ui.label(export.progress_text(now_s));
     if cancelled.inner {
         interface.share.export = None;
         interface.message = text!("export-stopped").into();

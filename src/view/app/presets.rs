@@ -1,0 +1,188 @@
+//! Views of general interest that no moment of the catalog gives: the whole system, the Moon's phases, the sky tonight.
+//!
+//! In: the current time, the observer's place, positions. Out: a [`ViewState`] and the rate of time to show it with, or `None` if the ephemeris does not cover the time.
+//! Always: quality, effects and layers are those of the user, except the layers that a view consists of, which other views do not inherit ([`PresetChanges`]).
+
+use super::now_showing::MOON_FOV_DEG;
+use super::orbit::OrbitCamera;
+use super::places::BodyPositions;
+use super::settings::Home;
+use super::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
+use crate::catalog::NaifId;
+use crate::ephemeris::topocentric::ground_point_km;
+use crate::time::Instant;
+use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SUN_RADIUS_KM};
+use crate::view::language::{plain, text};
+use glam::DVec3;
+
+/// Height of the camera above the Sun's equator.
+const SYSTEM_ELEVATION_DEG: f64 = 40.0;
+/// Exposure of a view of the system, stops: the Sun's glare covers no orbit, and the layer of brightened stars shows stars.
+const SYSTEM_EXPOSURE_STOPS: f64 = 2.0;
+/// Distances from the Sun at which the orbits of Neptune and of Mars fill the image, au.
+const OUTER_DISTANCE_AU: f64 = 75.0;
+const INNER_DISTANCE_AU: f64 = 3.9;
+/// The sky's camera, over the ground by so much, looks at this altitude; its image ends just above the horizon.
+const SKY_HEIGHT_KM: f64 = 0.002;
+const SKY_ALTITUDE_DEG: f64 = 38.0;
+const SKY_FOV_DEG: f64 = 75.0;
+/// Stops by which stars are brighter than a photograph of the night sky shows them.
+const SKY_STARS_BOOST: f64 = 2.0;
+/// Altitude of the Sun below which the sky is dark.
+const DARK_SUN_DEG: f64 = -15.0;
+/// Interval of the search for a dark sky, and its length, seconds.
+const DARK_STEP_S: f64 = 600.0;
+const DARK_SEARCH_S: f64 = SECONDS_PER_DAY;
+
+/// A view of general interest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Preset {
+    WholeSystem,
+    InnerSystem,
+    MoonPhases,
+    SkyTonight,
+}
+
+impl Preset {
+    pub const ALL: [Self; 4] = [Self::WholeSystem, Self::InnerSystem, Self::MoonPhases, Self::SkyTonight];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::WholeSystem => text!("preset-system"),
+            Self::InnerSystem => text!("preset-inner-system"),
+            Self::MoonPhases => text!("preset-phases"),
+            Self::SkyTonight => text!("preset-sky"),
+        }
+    }
+
+    pub(crate) fn about(self) -> &'static str {
+        plain(match self {
+            Self::WholeSystem => "preset-system-about",
+            Self::InnerSystem => "preset-inner-system-about",
+            Self::MoonPhases => "preset-phases-about",
+            Self::SkyTonight => "preset-sky-about",
+        })
+    }
+
+    /// Words by which the search field finds it, besides its name.
+    pub(crate) fn words(self) -> &'static str {
+        match self {
+            Self::WholeSystem => "whole solar system all planets orbits sonnensystem planeten bahnen",
+            Self::InnerSystem => "inner solar system planets orbits inneres sonnensystem planeten bahnen",
+            Self::MoonPhases => "moon lunar phases mondphasen",
+            Self::SkyTonight => "night sky tonight stars constellations nachthimmel sternhimmel sternbilder",
+        }
+    }
+
+    /// Scene seconds per real second; `None` keeps the user's rate.
+    pub fn rate(self) -> Option<f64> {
+        match self {
+            Self::WholeSystem | Self::InnerSystem => None,
+            Self::MoonPhases => Some(SECONDS_PER_DAY),
+            Self::SkyTonight => Some(1.0),
+        }
+    }
+
+    pub fn view(self, places: &dyn BodyPositions, now: Instant, home: Home, base_view: &ViewState) -> Option<ViewState> {
+        let running = |view: ViewState| ViewState { paused: Some(false), ..view };
+        match self {
+            Self::WholeSystem => system(OUTER_DISTANCE_AU, places, now, base_view),
+            Self::InnerSystem => system(INNER_DISTANCE_AU, places, now, base_view),
+            Self::MoonPhases => {
+                Some(running(base_view.paused_view(now, NaifId::MOON, CameraPose::Centre { body: NaifId::EARTH }, MOON_FOV_DEG)))
+            }
+            Self::SkyTonight => {
+                let time = dark_time(places, now, home)?;
+                // The part of the sky in which the Sun, the Moon and the planets culminate.
+                let azimuth_deg = if home.latitude_deg < 0.0 { 0.0 } else { 180.0 };
+                let eye = CameraPose::Ground {
+                    body: NaifId::EARTH,
+                    latitude_deg: home.latitude_deg,
+                    longitude_deg: home.longitude_deg,
+                    height_km: SKY_HEIGHT_KM,
+                    azimuth_deg,
+                    altitude_deg: SKY_ALTITUDE_DEG,
+                };
+                let mut view = running(base_view.paused_view(time, NaifId::EARTH, eye, SKY_FOV_DEG));
+                (view.tracks, view.stars_boost, view.layers.constellations) = (false, SKY_STARS_BOOST, true);
+                Some(view)
+            }
+        }
+    }
+}
+
+/// What a preset may change besides camera and time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Look {
+    orbits: bool,
+    constellations: bool,
+    stars_boost: f64,
+    exposure_stops: Option<f64>,
+}
+
+impl Look {
+    fn of(view: &ViewState) -> Self {
+        let ViewState { orbits, stars_boost, exposure_stops, .. } = *view;
+        Self { orbits, constellations: view.layers.constellations, stars_boost, exposure_stops }
+    }
+}
+
+/// What the last preset changed, so that other views do not inherit it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PresetChanges {
+    before: Look,
+    after: Look,
+}
+
+impl PresetChanges {
+    pub(crate) fn between(before: &ViewState, after: &ViewState) -> Self {
+        Self { before: Look::of(before), after: Look::of(after) }
+    }
+
+    /// Undoes the changes of a view in which the user has changed none of them since.
+    pub(crate) fn undo(&self, view: &mut ViewState) {
+        if Look::of(view) == self.after {
+            self.undo_light(view);
+            (view.orbits, view.layers.constellations) = (self.before.orbits, self.before.constellations);
+        }
+    }
+
+    /// The same for the light alone: whoever flies to a body from the whole system keeps its lines.
+    pub(crate) fn undo_light(&self, view: &mut ViewState) {
+        if Look::of(view) == self.after {
+            (view.stars_boost, view.exposure_stops) = (self.before.stars_boost, self.before.exposure_stops);
+        }
+    }
+}
+
+/// The planets' orbits from above, at the same azimuth as the Earth.
+fn system(distance_au: f64, places: &dyn BodyPositions, now: Instant, base_view: &ViewState) -> Option<ViewState> {
+    let pole = places.body_from_icrf(NaifId::SUN, now)?.row(2);
+    let earth_km = places.between_km(NaifId::SUN, NaifId::EARTH, now)?;
+    let mut orbit = OrbitCamera::from_offset(earth_km.try_normalize()?, 1.0, pole);
+    orbit.elevation_rad = SYSTEM_ELEVATION_DEG.to_radians();
+    orbit.distance_radii = distance_au * KM_PER_AU / SUN_RADIUS_KM;
+    let view = base_view.paused_view(now, NaifId::SUN, orbit_pose(NaifId::SUN, false, orbit), FOV_DEG);
+    Some(ViewState { orbits: true, exposure_stops: Some(SYSTEM_EXPOSURE_STOPS), paused: None, ..view })
+}
+
+/// The first time from now on at which the sky over a place is dark, or that of the lowest Sun within a day.
+fn dark_time(places: &dyn BodyPositions, now: Instant, home: Home) -> Option<Instant> {
+    let (_, up) = ground_point_km(DVec3::ONE, home.latitude_deg, home.longitude_deg, 0.0);
+    let sine_of_sun = |time: Instant| -> Option<f64> {
+        let sun = places.between_km(NaifId::EARTH, NaifId::SUN, time)?.try_normalize()?;
+        Some((places.body_from_icrf(NaifId::EARTH, time)? * sun).dot(up))
+    };
+    let mut lowest: Option<(f64, Instant)> = None;
+    for step in 0..=(DARK_SEARCH_S / DARK_STEP_S) as u32 {
+        let time = now.plus_seconds(f64::from(step) * DARK_STEP_S);
+        let sine = sine_of_sun(time)?;
+        if sine < DARK_SUN_DEG.to_radians().sin() {
+            return Some(time);
+        }
+        if lowest.is_none_or(|(least, _)| sine < least) {
+            lowest = Some((sine, time));
+        }
+    }
+    lowest.map(|(_, time)| time)
+}

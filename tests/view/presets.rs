@@ -1,0 +1,156 @@
+//! Views of general interest: found by search and in the Moments panel, and what they show.
+
+use crate::view::input::{Window, type_text, without_images};
+use crate::view::interface::session;
+use egui::Key;
+use egui_kittest::kittest::Queryable;
+use orrery::catalog::NaifId;
+use orrery::ephemeris::topocentric::{Observer, ObserverSky};
+use orrery::time::Instant;
+use orrery::view::app::now_showing::NowItem;
+use orrery::view::app::places::{BodyPositions, SessionPositions};
+use orrery::view::app::presets::Preset;
+use orrery::view::app::search::{SearchTarget, suggestions};
+use orrery::view::app::settings::Home;
+use orrery::view::app::view_state::{CameraPose, ViewState};
+use orrery::view::panels::Tab;
+
+const MARS: NaifId = NaifId(499);
+
+fn base_view() -> ViewState {
+    without_images(MARS).state().viewer.view.clone()
+}
+
+fn targets(text: &str) -> Vec<SearchTarget> {
+    let window = without_images(MARS);
+    suggestions(text, &window.state().viewer, session().catalog(), 8).into_iter().map(|s| s.target).collect()
+}
+
+#[test]
+fn search_finds_views_by_the_words_of_a_newcomer() {
+    for (text, target) in [
+        ("whole system", SearchTarget::Preset(Preset::WholeSystem)),
+        ("solar system", SearchTarget::Preset(Preset::WholeSystem)),
+        ("Sonnensystem", SearchTarget::Preset(Preset::WholeSystem)),
+        ("inner planets", SearchTarget::Preset(Preset::InnerSystem)),
+        ("moon phases", SearchTarget::Preset(Preset::MoonPhases)),
+        ("night sky", SearchTarget::Preset(Preset::SkyTonight)),
+        ("the sky", SearchTarget::Preset(Preset::SkyTonight)),
+        ("moon tonight", SearchTarget::Now(NowItem::Moon)),
+        ("saturn now", SearchTarget::Now(NowItem::Saturn)),
+    ] {
+        assert_eq!(targets(text).first(), Some(&target), "{text}");
+    }
+    assert_eq!(targets("moon").first(), Some(&SearchTarget::Body(NaifId::MOON)), "a body comes first");
+    assert!(targets("whole nonsense").is_empty());
+}
+
+fn window_after_search(text: &str) -> Window {
+    let mut window = without_images(MARS);
+    type_text(&mut window, "/");
+    type_text(&mut window, text);
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+    window
+}
+
+/// On the Earth the fields for *Stand on surface* are the observer's place, as in events and in rise and set; on other bodies they are their own.
+#[test]
+fn one_place_serves_the_ground_and_events() {
+    let stand = |window: &mut Window, body: NaifId| {
+        window.state_mut().viewer.selected = body;
+        window.run_steps(3);
+        window.get_by_label("Stand on surface").click_accesskit();
+        window.run_steps(3);
+        let CameraPose::Ground { latitude_deg, .. } = window.state().viewer.view.eye else { panic!("not on the ground") };
+        latitude_deg
+    };
+    // A search for a city sets the observer's place.
+    let mut window = window_after_search("mazat");
+    assert!((stand(&mut window, NaifId::EARTH) - 23.2).abs() < 0.1);
+    assert_eq!(stand(&mut window, MARS), 0.0);
+}
+
+#[test]
+fn the_system_is_seen_from_above_with_its_orbits() {
+    let window = window_after_search("whole system");
+    let view = &window.state().viewer.view;
+    let CameraPose::Orbit { body: NaifId::SUN, elevation_deg, .. } = view.eye else { panic!("{:?}", view.eye) };
+    assert!((elevation_deg - 40.0).abs() < 1e-9 && view.orbits && view.target == NaifId::SUN);
+    // The button in the Moments panel leads to the same view.
+    let mut window = without_images(MARS);
+    window.state_mut().tab = Some(Tab::Moments);
+    window.run_steps(3);
+    window.get_by_label("Whole solar system").click_accesskit();
+    window.run_steps(3);
+    assert_eq!(window.state().viewer.view.eye, view.eye);
+}
+
+#[test]
+fn phases_of_the_moon_pass_by_a_day_each_second() {
+    let window = window_after_search("moon phases");
+    let viewer = &window.state().viewer;
+    assert_eq!((viewer.view.target, viewer.view.eye), (NaifId::MOON, CameraPose::Centre { body: NaifId::EARTH }));
+    assert_eq!(viewer.time_rate.rate(), 86_400.0);
+}
+
+/// What the view of the system and the sky tonight switch on is gone in the next view, unless the user has changed it; whoever flies to a body keeps the orbits.
+#[test]
+fn other_views_do_not_inherit_what_a_view_switched_on() {
+    let mut window = window_after_search("whole system");
+    let search = |window: &mut Window, text: &str| {
+        type_text(window, "/");
+        type_text(window, text);
+        window.key_press(Key::Enter);
+        window.run_steps(3);
+    };
+    assert!(window.state().viewer.view.exposure_stops.is_some());
+    search(&mut window, "saturn");
+    let goal = window.state().viewer.destination();
+    assert_eq!((goal.orbits, goal.exposure_stops), (true, None));
+    for (first, next) in [("whole system", "sky tonight"), ("sky tonight", "moon phases"), ("moon phases", "moon tonight")] {
+        let mut window = window_after_search(first);
+        search(&mut window, next);
+        let view = &window.state().viewer.view;
+        let is_sky = next == "sky tonight";
+        assert_eq!((view.orbits, view.exposure_stops), (false, None), "{first}, {next}");
+        assert_eq!((view.layers.constellations, view.stars_boost > 0.0), (is_sky, is_sky), "{first}, {next}");
+        assert_eq!(window.state().viewer.time_rate.rate(), if next == "moon phases" { 86_400.0 } else { 1.0 }, "{first}, {next}");
+    }
+    // A changed exposure is the user's.
+    let mut window = window_after_search("whole system");
+    window.state_mut().viewer.view.exposure_stops = Some(5.0);
+    search(&mut window, "saturn");
+    assert_eq!(window.state().viewer.destination().exposure_stops, Some(5.0));
+}
+
+/// At any season and from any latitude the Sun is as low as the sky tonight allows.
+#[test]
+fn the_sky_tonight_is_dark() {
+    let places = SessionPositions(session());
+    let base_view = base_view();
+    for (latitude_deg, darkest) in [(51.4769, true), (-33.9, true), (0.0, true), (78.2, false)] {
+        for day in ["2026-03-20T12:00:00Z", "2026-06-21T03:00:00Z", "2026-12-21T22:00:00Z"] {
+            let home = Home { latitude_deg, longitude_deg: 18.4 };
+            let now = Instant::parse(day).expect("a time");
+            let view = Preset::SkyTonight.view(&places, now, home, &base_view).expect("a view");
+            let waited_s = view.tdb_s - now.tdb_seconds_past_j2000();
+            assert!((0.0..=86_400.0).contains(&waited_s), "{latitude_deg} {day}");
+            let place = Observer { body: NaifId::EARTH, latitude_deg, longitude_deg: 18.4, height_km: 0.0 };
+            let sky = ObserverSky { catalog: session().catalog(), ephemeris: session().ephemeris(), place };
+            let sun = sky.topocentric(NaifId::SUN, view.time()).expect("the Sun");
+            // The Sun does not get as low in June at 51 degrees north and all summer at 78.
+            let reachable = darkest && !(latitude_deg > 50.0 && day.contains("-06-"));
+            assert!(!reachable || sun.altitude_deg < -14.9, "{latitude_deg} {day}: {}", sun.altitude_deg);
+            let CameraPose::Ground { azimuth_deg, altitude_deg, .. } = view.eye else { panic!("not on the ground") };
+            assert_eq!(azimuth_deg, if latitude_deg < 0.0 { 0.0 } else { 180.0 });
+            assert!(altitude_deg - 0.5 * view.fov_deg > 0.0 && view.layers.constellations, "the image ends above the horizon");
+        }
+    }
+    // A date outside the ephemeris has no view.
+    let far = Instant::from_tdb_seconds_past_j2000(1e13);
+    assert!(places.between_km(NaifId::EARTH, NaifId::SUN, far).is_none());
+    for preset in [Preset::WholeSystem, Preset::InnerSystem, Preset::SkyTonight] {
+        assert!(preset.view(&places, far, Home::default(), &base_view).is_none(), "{preset:?}");
+    }
+}
