@@ -26,6 +26,10 @@ pub(crate) const CHORDS_PER_ARC: u32 = 8;
 pub(crate) const HALF_WIDTH_PX: f32 = 0.6;
 /// Radiance of a white line relative to the radiance that is shown as white.
 pub(crate) const LEVEL: f32 = 0.3;
+/// Power to which the components of a body's colour are raised for its orbit.
+const HUE_POWER: f64 = 3.0;
+/// Part of white in an orbit's colour.
+const WHITE_PART: f64 = 0.3;
 /// Half length in pixels at which an orbit starts to appear, and at which it is opaque.
 const FADE_PX: (f64, f64) = (3.0, 12.0);
 /// Ratios of an orbit's size to that of the frame at the target's distance, at which the orbit starts to fade, and at which it is invisible. It does not
@@ -266,9 +270,10 @@ fn fade_at_target(camera: &Camera, conic: &Conic, body_km: DVec3, target_distanc
     (if in_frame { 1.0 } else { remaining }, size_ratio)
 }
 
-/// The colour of a body's orbit and trace: the body's colour, mixed with an equal part of white. Linear RGB.
+/// The colour of a body's orbit and trace: the body's hue, exaggerated so that the orbits of neighbours differ, and some white. Linear RGB.
 pub(crate) fn line_colour(body: &Body) -> DVec3 {
-    body.colour.as_dvec3() / f64::from(body.colour.max_element()) * 0.5 + 0.5
+    let colour = body.colour.as_dvec3() / f64::from(body.colour.max_element());
+    colour.powf(HUE_POWER).lerp(DVec3::ONE, WHITE_PART)
 }
 
 /// The orbit of one body and the decision about it. `None`: the body has no parent. `target_distance_km`: distance of the target.
@@ -469,6 +474,19 @@ mod tests {
         assert_eq!((at_body(1.0, 1), at_body(0.0, 0)), (vec![0.8], vec![0.8 * MIN_OPACITY as f32]), "it ends and begins at the body");
         let tiny = Camera { position_km: camera.position_km * 1e4, ..camera };
         assert!(arcs(&tiny, &conic, state.pos_km - tiny.position_km, 0.8, DVec3::ONE).is_empty(), "an orbit of a few pixels has no line");
+    }
+
+    #[test]
+    fn orbits_of_neighbouring_planets_differ_in_colour() {
+        let catalog = crate::Catalog::embedded();
+        let colour = |name: &str| line_colour(catalog.body_named(name).expect("in the catalog"));
+        let planets = ["Mercury", "Venus", "Earth", "Mars", "Jupiter", "Saturn", "Uranus", "Neptune"].map(colour);
+        for pair in planets.windows(2) {
+            // As bytes of an image.
+            let [a, b] = [pair[0], pair[1]].map(|c| c.map(|v| 255.0 * crate::units::linear_to_srgb(v)));
+            assert!((a - b).abs().max_element() > 10.0, "{a} and {b}");
+        }
+        assert!(planets.iter().all(|c| c.max_element() == 1.0 && c.min_element() >= WHITE_PART));
     }
 
     /// An orbit thousands of times as large as the frame at the target is left out unless its body is in the frame.
