@@ -478,13 +478,11 @@ mod tests {
 
     #[test]
     fn orbits_of_neighbouring_planets_differ_in_colour() {
-        let catalog = crate::Catalog::embedded();
-        let colour = |name: &str| line_colour(catalog.body_named(name).expect("in the catalog"));
+        let colour = |name: &str| line_colour(crate::Catalog::embedded().body_named(name).expect("in the catalog"));
         let planets = ["Mercury", "Venus", "Earth", "Mars", "Jupiter", "Saturn", "Uranus", "Neptune"].map(colour);
         for pair in planets.windows(2) {
-            // As bytes of an image.
             let [a, b] = [pair[0], pair[1]].map(|c| c.map(|v| 255.0 * crate::units::linear_to_srgb(v)));
-            assert!((a - b).abs().max_element() > 10.0, "{a} and {b}");
+            assert!((a - b).abs().max_element() > 10.0, "{a} and {b} of 255");
         }
         assert!(planets.iter().all(|c| c.max_element() == 1.0 && c.min_element() >= WHITE_PART));
     }
