@@ -1,7 +1,7 @@
 //! Views of general interest that no moment of the catalog gives: the whole system, the Moon's phases, the sky tonight.
 //!
 //! In: the current time, the observer's place, positions. Out: a [`ViewState`] and the rate of time to show it with, or `None` if the ephemeris does not cover the time.
-//! Always: quality, effects and layers are those of the user, except the layers that a view consists of, which other views do not inherit ([`PresetChanges`]).
+//! Always: quality, effects and layers are those of the user, except the layers that a view consists of, which other views do not inherit (`PresetChanges`).
 
 use super::now_showing::MOON_FOV_DEG;
 use super::orbit::OrbitCamera;
