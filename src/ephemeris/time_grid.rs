@@ -2,8 +2,8 @@
 //! caller interpolates or extrapolates.
 //!
 //! In: a key, an instant, the function. Out: its values at the two nodes around the instant and the weight of the later one, or its value at the nearest node and the
-//! seconds from there. Always: the nodes are multiples of one step from J2000, so that a result does not depend on earlier calls. A frame asks for a planet's moons at dozens of instants that are light-seconds
-//! apart: they share a few nodes, and the frames that follow at the same time need no others.
+//! seconds from there. Always: the nodes are multiples of one step from J2000, so that a result does not depend on earlier calls. A frame asks for a
+//! planet's moons at dozens of instants that are light-seconds apart: they share a few nodes, and the frames that follow at the same time need no others.
 
 use parking_lot::Mutex;
 use rustc_hash::FxHashMap;

@@ -227,7 +227,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "pairs",
         (1.0, "255ths"),
-        "a level, in full 1.13, on rings behind a small moon that fills the frame from afar: f32 holds a place in them to 14 m; on a GPU 3.34 there (NVIDIA H100), since it interpolates rays less exactly",
+        "a level, in full 1.13, on rings behind a small moon that fills the frame from afar: f32 holds a place in them to 14 m; on a GPU 3.34 there (NVIDIA H100; llvmpipe 1.64, since it interpolates rays)",
         views::pairs,
     )
     .in_full(1.2)

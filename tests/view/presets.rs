@@ -1,8 +1,8 @@
 //! Views of general interest: found by search and in the Moments panel, and what they show.
 
-use crate::view::input::{Window, type_text, without_images};
+use crate::view::input::{Window, without_images};
 use crate::view::interface::session;
-use egui::Key;
+use crate::view::search::{MARS, search, window_after_search};
 use egui_kittest::kittest::Queryable;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
@@ -14,8 +14,6 @@ use orrery::view::app::search::{SearchTarget, suggestions};
 use orrery::view::app::settings::Home;
 use orrery::view::app::view_state::{CameraPose, ViewState};
 use orrery::view::panels::Tab;
-
-const MARS: NaifId = NaifId(499);
 
 fn base_view() -> ViewState {
     without_images(MARS).state().viewer.view.clone()
@@ -43,15 +41,6 @@ fn search_finds_views_by_the_words_of_a_newcomer() {
     }
     assert_eq!(targets("moon").first(), Some(&SearchTarget::Body(NaifId::MOON)), "a body comes first");
     assert!(targets("whole nonsense").is_empty());
-}
-
-fn window_after_search(text: &str) -> Window {
-    let mut window = without_images(MARS);
-    type_text(&mut window, "/");
-    type_text(&mut window, text);
-    window.key_press(Key::Enter);
-    window.run_steps(3);
-    window
 }
 
 /// On the Earth the fields for *Stand on surface* are the observer's place, as in events and in rise and set; on other bodies they are their own.
@@ -98,12 +87,6 @@ fn phases_of_the_moon_pass_by_a_day_each_second() {
 #[test]
 fn other_views_do_not_inherit_what_a_view_switched_on() {
     let mut window = window_after_search("whole system");
-    let search = |window: &mut Window, text: &str| {
-        type_text(window, "/");
-        type_text(window, text);
-        window.key_press(Key::Enter);
-        window.run_steps(3);
-    };
     assert!(window.state().viewer.view.exposure_stops.is_some());
     search(&mut window, "saturn");
     let goal = window.state().viewer.destination();

@@ -13,14 +13,18 @@ use orrery::view::app::search::{SearchTarget, similar_texts, star_view, suggesti
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::panels::Tab;
 
-const MARS: NaifId = NaifId(499);
+pub(super) const MARS: NaifId = NaifId(499);
 
-fn window_after_search(text: &str) -> Window {
-    let mut window = without_images(MARS);
-    type_text(&mut window, "/");
-    type_text(&mut window, text);
+pub(super) fn search(window: &mut Window, text: &str) {
+    type_text(window, "/");
+    type_text(window, text);
     window.key_press(Key::Enter);
     window.run_steps(3);
+}
+
+pub(super) fn window_after_search(text: &str) -> Window {
+    let mut window = without_images(MARS);
+    search(&mut window, text);
     window
 }
 

@@ -67,17 +67,6 @@ impl NowItem {
         }
     }
 
-    /// English words by which the search field finds it, besides its name.
-    pub(crate) fn words(self) -> &'static str {
-        match self {
-            Self::Moon => "moon tonight now",
-            Self::Eclipse => "next eclipse",
-            Self::Saturn => "saturn now rings",
-            Self::Shadows => "triple shadow",
-            Self::Shader => "eclipse shader",
-        }
-    }
-
     /// The view of this item; `None` if it does not exist now.
     pub fn view(self, session: &Session, now: Instant, base_view: &ViewState) -> Option<NowView> {
         let (catalog, places) = (session.catalog(), SessionPositions(session));

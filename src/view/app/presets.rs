@@ -1,6 +1,7 @@
 //! Views of general interest that no moment of the catalog gives: the whole system, the Moon's phases, the sky tonight.
 //!
-//! In: the current time, the observer's place, positions. Out: a [`ViewState`] and the rate of time to show it with, or `None` if the ephemeris does not cover the time.
+//! In: the current time, the observer's place, positions. Out: a [`ViewState`] and the rate of time to show it with, or `None` if the ephemeris does not cover the
+//! time.
 //! Always: quality, effects and layers are those of the user, except the layers that a view consists of, which other views do not inherit (`PresetChanges`).
 
 use super::now_showing::MOON_FOV_DEG;
@@ -22,8 +23,9 @@ const SYSTEM_EXPOSURE_STOPS: f64 = 2.0;
 /// Distances from the Sun at which the orbits of Neptune and of Mars fill the image, au.
 const OUTER_DISTANCE_AU: f64 = 75.0;
 const INNER_DISTANCE_AU: f64 = 3.9;
-/// The sky's camera, over the ground by so much, looks at this altitude; its image ends just above the horizon.
+/// Height of the sky's camera above the ground.
 const SKY_HEIGHT_KM: f64 = 0.002;
+/// Altitude of the middle of its image, which ends just above the horizon.
 const SKY_ALTITUDE_DEG: f64 = 38.0;
 const SKY_FOV_DEG: f64 = 75.0;
 /// Stops by which stars are brighter than a photograph of the night sky shows them.

@@ -72,7 +72,7 @@ fn suggestion(name: impl Into<String>, about: impl Into<String>, target: SearchT
     Suggestion { name: name.into(), about: about.into(), target }
 }
 
-/// At most `most` suggestions for a text, the likeliest first.
+/// At most `max_count` suggestions for a text, the likeliest first.
 pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: usize) -> Vec<Suggestion> {
     let text = text.trim();
     if text.is_empty() {
@@ -171,9 +171,9 @@ fn views(text: &str) -> impl Iterator<Item = Suggestion> {
     let presets = Preset::ALL.map(|preset| {
         (format!("{} {}", preset.name(), preset.words()), suggestion(preset.name(), preset.about(), SearchTarget::Preset(preset)))
     });
-    // The others are found as events and moments.
-    let now = [NowItem::Moon, NowItem::Saturn]
-        .map(|item| (format!("{} {}", item.name(), item.words()), suggestion(item.name(), text!("now"), SearchTarget::Now(item))));
+    // The other items of *What to see now* are found as events and moments.
+    let now = [(NowItem::Moon, "moon tonight now"), (NowItem::Saturn, "saturn now rings")]
+        .map(|(item, words)| (format!("{} {words}", item.name()), suggestion(item.name(), text!("now"), SearchTarget::Now(item))));
     presets.into_iter().chain(now).filter(move |(words, _)| matches(words)).map(|(_, suggestion)| suggestion)
 }
 
@@ -230,7 +230,7 @@ fn parse_place(text: &str) -> Option<(f64, f64)> {
     Some((number(latitude, 90.0)?, number(longitude, 360.0)?))
 }
 
-/// Whether a word of at least `least` letters is the beginning of a known word.
+/// Whether a word of at least `min_chars` letters is the beginning of a known word.
 fn is_abbreviation(known: &str, min_chars: usize, word: &str) -> bool {
     word.len() >= min_chars && known.starts_with(word)
 }

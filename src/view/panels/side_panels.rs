@@ -1,8 +1,8 @@
 //! The panels at the sides of the sky: the list of bodies, the open panel, and a second panel that the user keeps open.
 //!
 //! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them. Always:
-//! the kept panel is on the other side of the sky than the open one, and is hidden while the window is too narrow for both; so is the list of bodies beside an open panel. A panel whose title is dragged
-//! to the other half of the window goes there, and the other panel takes its side.
+//! the kept panel is on the other side of the sky than the open one, and is hidden while the window is too narrow for both; so is the list of bodies
+//! beside an open panel. A panel whose title is dragged to the other half of the window goes there, and the other panel takes its side.
 
 use super::icons::{self, Icon};
 use super::{Interface, Tab, body_browser, compare, effects, events, information, moments, performance, shader, share, standpoint};

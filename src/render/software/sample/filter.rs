@@ -1,7 +1,7 @@
 //! Filters the texels of a batch: nearest, bilinear, trilinear, several taps along a footprint.
 //!
 //! In: a batch's coordinates and footprints, arrays of `BATCH` lanes. Out: four linear values per lane, for the active lanes.
-//! A counting sort first orders the active lanes by mip level and number of taps. Each level's lanes are then contiguous, those with the most
+//! With AVX2 `registers` filters lanes of f32 where they are. Elsewhere a counting sort first orders the active lanes by mip level and number of taps. Each level's lanes are then contiguous, those with the most
 //! taps first, and a loop over them has one level and one size. A lane's result does not depend on its neighbours or on the
 //! instruction set: multiply and add are never fused, and every lane sums its taps in the same order. Integers wrap
 //! on purpose: overflow checks would keep loops from being vectorised in debug builds. Coordinates that are not finite read an unspecified texel.

@@ -1,7 +1,7 @@
 //! The lanes of a batch in the order in which they are filtered: by mip level, then from many taps to few.
 //!
 //! In: a key and the active lanes. Out: the order by a counting sort, and values in that order or back in their lanes. Not here: what is filtered
-//! (`filter`, `registers`).
+//! (`filter`).
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
