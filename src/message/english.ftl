@@ -112,6 +112,9 @@ reason-air-pass-linear = linear light is evaluated at each pixel
 reason-air-pass-reference = reference quality evaluates each pixel
 reason-air-pass-small = the disc is { $size } px wide (threshold { $threshold }): most of it is near the limb
 reason-air-pass = one evaluation for { $side } x { $side } pixels where interpolation stays within { $part } of the light, or { $dark } of white on black
+reason-clouds-apart-lines = lines on the ground lie below the clouds
+reason-clouds-apart-features = the ground's draw has features with which it cannot show the clouds
+reason-clouds-parallax = the deck is { $size } px above the ground (threshold { $threshold }): where the air is interpolated, the ground's draw shows it
 reason-clouds-camera-below = the camera is below the clouds, { $height } km above the surface
 reason-clouds-closed-deck = a closed deck is { $light }
 # Rings.

@@ -112,6 +112,9 @@ reason-air-pass-linear = lineares Licht wird in jedem Bildpunkt berechnet
 reason-air-pass-reference = in Referenzqualität wird jeder Bildpunkt berechnet
 reason-air-pass-small = die Scheibe ist { $size } px breit, ab { $threshold }: das meiste liegt nahe am Rand
 reason-air-pass = eine Berechnung für { $side } x { $side } Bildpunkte, wo die Interpolation innerhalb von { $part } des Lichts bleibt, oder { $dark } von Weiß auf Schwarz
+reason-clouds-apart-lines = Linien auf dem Boden liegen unter den Wolken
+reason-clouds-apart-features = der Boden hat Merkmale, mit denen er die Wolken nicht zeigen kann
+reason-clouds-parallax = die Wolken sind { $size } px über dem Boden (Schwelle { $threshold }): wo die Luft interpoliert wird, zeichnet sie der Boden mit
 reason-clouds-camera-below = die Kamera ist unter den Wolken, die { $height } km über der Oberfläche liegen
 reason-clouds-closed-deck = eine geschlossene Decke ist { $light }
 # Rings.

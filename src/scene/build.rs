@@ -134,6 +134,7 @@ impl<'a> SceneBuilder<'a> {
     fn frame<'f>(&'f self, request: &'f ViewRequest, resources: &'f Resources) -> FrameContext<'f> {
         FrameContext {
             context: Context { request, ..self.context(resources) },
+            catalog: self.catalog,
             camera: &self.viewer.camera,
             threshold: Threshold::of(self.request.purpose, self.exposure.white()),
             reflectors: &self.reflectors,

@@ -22,6 +22,8 @@ pub const RING_SHINE_COLUMNS: usize = 33;
 
 /// Slope in t = 1 / (1 + slope z), the variable of the polynomial that approximates erfcx(z).
 pub(crate) const ERFCX_SLOPE: f64 = 0.46;
+/// Terms of the polynomial that approximates the optical depth of the air above the ground along a line.
+pub const GROUND_DEPTH_TERMS: usize = 8;
 
 /// Rows of the multiple-scattering table: heights spaced quadratically from the ground to the top. One more row contains the irradiance of level ground.
 pub const MULTI_SCATTER_HEIGHTS: usize = 8;

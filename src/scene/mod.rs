@@ -50,6 +50,7 @@ mod visibility;
 
 #[doc(hidden)]
 pub use annotation::{grids, legend, line_texts, orbits, sky_lines, traces};
+pub(crate) use atmosphere::ground_depth;
 #[doc(hidden)]
 pub use atmosphere::uniform_rows::uniform_value;
 #[doc(hidden)]

@@ -19,6 +19,7 @@ use crate::scene::draw::{
     RingTable, RingUniforms, Shape, Surface,
 };
 use crate::scene::eclipse::REFRACTING_LAYERS;
+use crate::scene::ground_depth;
 use crate::scene::multi_scatter_in_shadow::{COLUMNS as IN_SHADOW_COLUMNS, FIRST_COLUMN_RANGE, TABLES};
 use crate::scene::multi_scatter_table::{NODES, SUNS};
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, sun_halves};
@@ -199,7 +200,16 @@ fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
         specular_strength: 1.0,
         wave_slope_sq: 0.03,
         normal_strength: 1.0,
-        clouds: CloudUniforms { clear: 0.1, full: 0.9, radius: 1.01, albedo: 0.7 },
+        clouds: CloudUniforms {
+            clear: 0.1,
+            full: 0.9,
+            radius: 1.01,
+            albedo: 0.7,
+            reflectance: 0.7,
+            // Half of the air is above the clouds.
+            depth_above: ground_depth::terms(&air()).map(|row| (0.5 * row.truncate()).extend(row.w)),
+            coarse_row: 0.0,
+        },
         camera_in_unit_sphere: forward * -1.0e3,
         overlays: overlays(key),
         ring: ring(key.features().surface),
@@ -292,10 +302,13 @@ pub fn sample_plan(library: &ShaderLibrary, key: &ShaderKey, side: u32, half: f3
     sample_plan_of(&module, key, side, half)
 }
 
-/// A coarse image of the air in which no texel may be interpolated: each pixel evaluates its air, as without the image.
-fn coarse_air(side: u32) -> SharedTexture {
+/// A coarse image of the air in which no texel may be interpolated: each pixel evaluates its air, as without the image. Where the ground's draw shows the clouds, half
+/// of the image may be interpolated, so that both draws show their part.
+fn coarse_air(side: u32, air_pass: AirPass) -> SharedTexture {
     let [width, height] = coarse_air_size([side, side]);
-    let bytes = vec![0; 16 * width as usize * height as usize];
+    let is_smooth = |column: u32| air_pass == AirPass::ReadWithClouds && column < width / 2;
+    let texel = |column| if is_smooth(column) { [0.3_f32, 0.4, 0.5, 1.0] } else { [0.0; 4] };
+    let bytes = (0..width * height).flat_map(|k| texel(k % width)).flat_map(f32::to_le_bytes).collect();
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![Level::new(width, height, bytes)] })
 }
 
@@ -315,7 +328,7 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
             (RING_PROFILE, Some(table)) => ring_profile(table),
             (RING_SHINE, _) => ring_shine(&shine()),
             (LIMB_TABLE, _) => limb_table(&limb()),
-            (COARSE_AIR_TEXTURE, _) => coarse_air(side),
+            (COARSE_AIR_TEXTURE, _) => coarse_air(side, key.features().air_pass),
             (name, _) => Arc::new(map(role_of(name).ok_or_else(|| failed(format!("{id}: `{name}` is no map of a body")))?)?),
         };
         textures.push(TextureBinding { binding: t.binding, source: TextureSource::Image(image) });

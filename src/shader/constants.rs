@@ -68,6 +68,12 @@ fn air() -> String {
                 Value::F32(shared::ERFCX_SLOPE),
             ),
             constant(
+                "Terms of the polynomial of the optical depth above the ground.",
+                "",
+                "GROUND_DEPTH_TERMS",
+                Value::U32(shared::GROUND_DEPTH_TERMS),
+            ),
+            constant(
                 "Multiple-scattering table: height rows; one extra row is for level ground.",
                 "air_table",
                 "MULTI_SCATTER_HEIGHTS",
@@ -125,13 +131,13 @@ fn air() -> String {
             ),
             constant(
                 "Texels of the coarse image of the air per pixel, along each axis.",
-                "air_pass_read",
+                "reads_coarse_air",
                 "COARSE_AIR_PER_PIXEL",
                 Value::F32(1.0 / f64::from(shared::COARSE_AIR_PX)),
             ),
             constant(
                 "Texels of that image before the one at the left or top edge of the screen.",
-                "air_pass_read",
+                "reads_coarse_air",
                 "COARSE_AIR_BORDER",
                 Value::F32(f64::from(shared::COARSE_AIR_BORDER)),
             ),

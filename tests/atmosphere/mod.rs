@@ -2,6 +2,7 @@
 
 mod air_pass;
 mod clouds;
+mod clouds_with_ground;
 mod limb_profile;
 mod model_bounds;
 mod refracted_limb;

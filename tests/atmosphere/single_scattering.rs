@@ -150,7 +150,13 @@ fn an_empty_atmosphere_changes_nothing() {
         empty.scene(&with).expect("a scene").draws.iter().filter(|d| d.features.air.model != AtmosphereModel::None).count();
     assert!(draws_with_air >= 3, "ground, clouds and sky are drawn with the empty air: {draws_with_air}");
     let airless = empty.draw(&without, SAMPLING, true).expect("draws").frame.hdr;
-    assert_eq!(empty.draw(&with, SAMPLING, true).expect("draws").frame.hdr, airless);
+    let by_pixel = ViewRequest { coarse_air: false, ..with.clone() };
+    assert!(empty.draw(&by_pixel, SAMPLING, true).expect("draws").frame.hdr == airless, "the pixels differ");
+    // With the coarse image the ground's draw shows the clouds, by other roundings.
+    let coarse = empty.draw(&with, SAMPLING, true).expect("draws").frame.hdr;
+    let off = |a: &[f32; 4], b: &[f32; 4]| (0..3).map(|c| (a[c] - b[c]).abs() / b[c].max(1e-3)).fold(0.0, f32::max);
+    let greatest = coarse.iter().zip(&airless).map(|(a, b)| off(a, b)).fold(0.0, f32::max);
+    assert!(greatest < 2e-3, "{greatest:e}");
     // The real air must change the image.
     assert!((sum(&SESSION, &with) / sum(&SESSION, &without) - 1.0).abs() > 0.01);
 }

@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3, Vec4};
 use orrery::catalog::Catalog;
 use orrery::render::plan::uniforms_of;
+use orrery::scene::constants::GROUND_DEPTH_TERMS;
 use orrery::scene::draw::{AtmosphereUniforms, CloudUniforms, DrawFeatures, DrawUniforms, EclipseUniforms, Light, RingUniforms};
 use orrery::scene::effects::possible_features;
 use orrery::scene::multi_scatter_in_shadow;
@@ -50,7 +51,15 @@ fn uniforms(lights: u8) -> DrawUniforms {
         foreground_limbs: Default::default(),
         limb: Default::default(),
         overlays: Vec::new(),
-        clouds: CloudUniforms { clear: 27.0, full: 28.0, radius: 29.0, albedo: 30.0 },
+        clouds: CloudUniforms {
+            clear: 27.0,
+            full: 28.0,
+            radius: 29.0,
+            albedo: 30.0,
+            reflectance: 50.0,
+            depth_above: [Vec4::splat(51.0); GROUND_DEPTH_TERMS],
+            coarse_row: 4.0,
+        },
         eclipse: Default::default(),
         ring: RingUniforms::default(),
         air: AtmosphereUniforms {

@@ -42,7 +42,7 @@ impl Fragment {
 }
 
 fn lobe() -> Fragment {
-    Fragment::new("glint_lobe(p.x, p.y, p.z, p.w)")
+    Fragment::new("glint_lobe(glint_exponent(p.x, p.w), p.x, p.y, p.z, p.w)")
 }
 
 /// Directions to the viewer, evenly distributed over the hemisphere, for a Sun at this incidence, as arguments of the lobe

@@ -12,7 +12,7 @@ use super::provider::ResourceProvider;
 use super::shared::{FIRST_READ_BINDING, full_screen_draw};
 use super::uniform_bytes::uniforms_of;
 use crate::scene::draw::constants::{COARSE_AIR_BORDER, COARSE_AIR_PX};
-use crate::scene::draw::{AirPass, Draw, DrawUniforms};
+use crate::scene::draw::{AirPass, BodyPart, Draw, DrawUniforms};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use glam::Vec4;
@@ -29,7 +29,14 @@ pub const COARSE_AIR_TEXTURE: &str = "coarse_air";
 const BINDING: u32 = 14;
 
 fn reads_coarse_air(draw: &Draw) -> bool {
-    draw.features.air_pass == AirPass::Read
+    draw.features.air_pass.is_reader()
+}
+
+/// The ground's and the clouds' draw of a body whose ground's draw shows the clouds, by the index of either.
+fn ground_and_clouds(draws: &[Draw], k: usize) -> Option<(usize, usize)> {
+    let is_part = |d: &Draw, part| d.body == draws[k].body && d.part == part && d.features.air_pass == AirPass::ReadWithClouds;
+    let find = |part| draws.iter().position(|d| is_part(d, part));
+    find(BodyPart::Globe).zip(find(BodyPart::Clouds)).filter(|(ground, clouds)| k == *ground || k == *clouds)
 }
 
 /// The modules that the passes run.
@@ -52,14 +59,18 @@ fn slots_before(draws: &[Draw], k: usize) -> u32 {
     draws[..k].iter().filter(|d| reads_coarse_air(d)).count() as u32
 }
 
-/// Draw `k` with the first row of its slot, if it reads the image.
+/// Draw `k` with the first row of its slot, if it reads the image. Where the ground's draw shows the clouds, it has the rows of both slots, and the clouds' draw
+/// looks in the ground's slot whether the image is used.
 pub(super) fn with_slot(draws: &[Draw], k: usize, screen: [u32; 2]) -> Cow<'_, Draw> {
     let draw = &draws[k];
     if !reads_coarse_air(draw) {
         return Cow::Borrowed(draw);
     }
     let mut draw = draw.clone();
-    draw.uniforms.air.coarse_row = (slots_before(draws, k) * coarse_air_size(screen)[1]) as f32;
+    let (ground, clouds) = ground_and_clouds(draws, k).unwrap_or((k, k));
+    let first_row = |draw| (slots_before(draws, draw) * coarse_air_size(screen)[1]) as f32;
+    draw.uniforms.air.coarse_row = first_row(ground);
+    draw.uniforms.clouds.coarse_row = first_row(clouds);
     Cow::Owned(draw)
 }
 
@@ -109,7 +120,13 @@ pub(super) fn steps(
             scissor,
             extent: None,
         });
-        let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| w.vec2("bound", draw.uniforms.air.coarse_bound))?;
+        let slots_to_clouds = ground_and_clouds(draws, k)
+            .filter(|(ground, _)| *ground == k)
+            .map_or(0, |(ground, clouds)| slots_before(draws, clouds) - slots_before(draws, ground));
+        let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| {
+            w.vec2("bound", draw.uniforms.air.coarse_bound)?;
+            w.f32("rows_to_clouds", (slots_to_clouds * slot_height) as f32)
+        })?;
         marks.push(PlanDraw { label: format!("{} coarse air", draw.name), scissor, ..marking });
     }
     let target = |resource| TargetDescriptor { resource, width, height, format, samples: 1, clear: [0.0; 4], depth: false };

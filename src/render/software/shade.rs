@@ -108,6 +108,12 @@ fn block_on_screen([tile_x, tile_y]: [u32; 2], first: usize) -> [u32; 4] {
     [tile_x + x, tile_y + y, tile_x + x + BLOCK_WIDTH, tile_y + y + BLOCK_HEIGHT]
 }
 
+/// The same of the quad with this index.
+fn quad_on_screen([tile_x, tile_y]: [u32; 2], index: usize) -> [u32; 4] {
+    let [x, y] = quad_position(index);
+    [tile_x + x, tile_y + y, tile_x + x + 2, tile_y + y + 2]
+}
+
 impl TileShader<'_> {
     /// Draws the given triangles of one draw, in order.
     pub(crate) fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
@@ -136,7 +142,12 @@ impl TileShader<'_> {
                     self.shade_block(job, first, triangle.source_triangle, run, batch);
                     return;
                 }
+                // Quads of blocks that an edge of the triangle crosses.
+                let extent = job.extent.as_ref().filter(|_| count != QUADS);
                 for index in first..first + count {
+                    if extent.is_some_and(|extent| extent.misses(quad_on_screen([tile_x, tile_y], index))) {
+                        continue;
+                    }
                     let coverage = early_depth.as_ref().map_or(coverage, |depth| self.test_quad(index, coverage, depth, plan.depth));
                     if coverage == 0 {
                         continue;
@@ -147,8 +158,7 @@ impl TileShader<'_> {
             let Some(extent) = job.extent.as_ref().filter(|_| edge_blocks != 0) else { continue };
             for block in (0..TILE_BLOCKS).filter(|b| edge_blocks >> b & 1 == 1) {
                 for index in block * QUADS..(block + 1) * QUADS {
-                    let [x, y] = quad_position(index);
-                    if extent.misses([tile_x + x, tile_y + y, tile_x + x + 2, tile_y + y + 2]) {
+                    if extent.misses(quad_on_screen([tile_x, tile_y], index)) {
                         continue;
                     }
                     let full = full_coverage(samples);

@@ -3,7 +3,7 @@
 //! In: the requested layers, and a body. Out: line segments, labels and decisions. A body too small for lines has no segments; the
 //! decisions give the reason.
 
-use crate::catalog::DataLayer;
+use crate::catalog::{DataLayer, NaifId};
 use crate::message::reason;
 use crate::scene::annotation::body_lines::GroundLineBuilder;
 use crate::scene::annotation::sky_lines::AnnotationLines;
@@ -11,11 +11,18 @@ use crate::scene::annotation::{data_lines, eclipse_lines};
 use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
 use crate::scene::placed::PlacedBody;
+use crate::scene::request::layers::Layers;
 use crate::scene::resources::Context;
 use std::sync::Arc;
 
 /// Smallest diameter in pixels at which a body has lines.
 const MIN_DIAMETER_PX: f64 = 16.0;
+
+/// The kinds of lines on the ground of a body, by the names of their layers, and whether they are requested.
+pub(crate) fn requested(layers: Layers, body: Option<NaifId>, data: &[Arc<DataLayer>]) -> [(bool, &'static str); 4] {
+    let has_lines = layers.data && body.is_some_and(|id| data.iter().any(|l| l.body == Some(id) && !l.lines.is_empty()));
+    [(layers.grid_body, "grid-body"), (layers.terminator, "terminator"), (layers.eclipse_path, "eclipse-path"), (has_lines, "data")]
+}
 
 /// The lines on the ground of a body. If `body` is `None`, the decisions report that the camera looks at nothing.
 pub(crate) fn ground_lines(
@@ -25,9 +32,7 @@ pub(crate) fn ground_lines(
     data: &[Arc<DataLayer>],
 ) -> AnnotationLines {
     let layers = context.request.layers;
-    let has_lines = layers.data && body.is_some_and(|p| data.iter().any(|l| l.body == Some(p.body.id) && !l.lines.is_empty()));
-    let requested =
-        [(layers.grid_body, "grid-body"), (layers.terminator, "terminator"), (layers.eclipse_path, "eclipse-path"), (has_lines, "data")];
+    let requested = requested(layers, body.map(|p| p.body.id), data);
     let diameter_px = body.map_or(0.0, |p| 2.0 * (p.placement.radii_km.x / p.distance_km).min(1.0).asin().tan() / camera.pixel_tangent());
     let Some(p) = body.filter(|p| diameter_px >= MIN_DIAMETER_PX && !p.placement.camera_is_inside()) else {
         let reason = || {
@@ -45,7 +50,7 @@ pub(crate) fn ground_lines(
     if layers.terminator {
         builder.terminator();
     }
-    if has_lines {
+    if requested.contains(&(true, "data")) {
         data_lines::on_ground(&mut builder, data, context.request.time);
     }
     if layers.eclipse_path {

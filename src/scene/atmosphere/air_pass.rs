@@ -6,7 +6,7 @@
 use crate::message::{Reason, reason};
 use crate::scene::camera;
 use crate::scene::constants::COARSE_AIR_PX;
-use crate::scene::draw::features::{AtmosphereModel, PixelView, RingShadow};
+use crate::scene::draw::features::{AirPass, AtmosphereModel, PixelView, RingShadow};
 use crate::scene::draw::uniforms::DrawUniforms;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::request::view_request::Quality;
@@ -48,7 +48,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
             ),
         ),
     };
-    chosen.air_pass = decisions.log.note(AIR_PASS, on, reason);
+    chosen.air_pass = if decisions.log.note(AIR_PASS, on, reason) { AirPass::Read } else { AirPass::None };
     decisions
 }
 

@@ -2,12 +2,14 @@
 //!
 //! In: the inputs of one body and the decisions made before. Out: the decisions, with the draw of the clouds if there is one.
 
-use crate::message::reason;
+use crate::message::{Reason, reason};
+use crate::scene::annotation::ground_lines;
 use crate::scene::atmosphere::{air, clouds};
 use crate::scene::camera;
 use crate::scene::camera::silhouette::Outline;
-use crate::scene::draw::features::{Detail, MapSet};
+use crate::scene::draw::features::{AirPass, Detail, MapSet};
 use crate::scene::draw::{BodyPart, Draw, MapFiles};
+use crate::scene::features::choice::FeatureSelection;
 use crate::scene::features::globe;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::{lights, photometry};
@@ -19,6 +21,28 @@ use glam::DVec3;
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     decisions.clouds = shell(inputs, &mut decisions);
     decisions
+}
+
+/// Name of the decision whether the ground's draw shows the clouds.
+const CLOUDS_WITH_GROUND: &str = "clouds-with-ground";
+/// Greatest distance in pixels between the points where a view ray meets the deck and the ground. The clouds then share the ground's sunlight past other bodies: the
+/// edge of a shadow on them is off by that distance at most.
+const MAX_PARALLAX_PX: f64 = 4.0;
+
+/// Whether the ground's draw shows the clouds where it reads the coarse image of the air. It saves their own intersection, map coordinates and air.
+fn drawn_with_ground(inputs: &DecisionInputs<'_, '_>, chosen: FeatureSelection, height_km: f64) -> (bool, Reason) {
+    let p = inputs.placed;
+    let pixel_km = (p.distance_km - inputs.body().radii_km.max_element()).max(0.0) * inputs.frame.camera.pixel_tangent();
+    let parallax_px = height_km / pixel_km.max(1e-9);
+    let lines = ground_lines::requested(inputs.frame.context.request.layers, Some(p.body.id), &inputs.frame.catalog.data_layers());
+    match () {
+        () if lines.iter().any(|(requested, _)| *requested) => (false, reason!("clouds-apart-lines")),
+        () if inputs.rect.is_none() || !chosen.shows_clouds_on_ground(inputs.body()) => (false, reason!("clouds-apart-features")),
+        () => (
+            parallax_px <= MAX_PARALLAX_PX,
+            reason!("clouds-parallax", size = format_args!("{parallax_px:.2}"), threshold = MAX_PARALLAX_PX),
+        ),
+    }
 }
 
 fn shell(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Option<Draw> {
@@ -43,6 +67,12 @@ fn shell(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Opti
     let reason = detail::law(Detail::Billows).and(sizes);
     decisions.log.note("cloud-detail", has_billows, reason);
     decisions.chosen.cloud_detail = has_billows;
+    if decisions.chosen.air_pass != AirPass::None {
+        let (on, reason) = drawn_with_ground(inputs, decisions.chosen, clouds.height_km);
+        if decisions.log.note(CLOUDS_WITH_GROUND, on, reason) {
+            decisions.chosen.air_pass = AirPass::ReadWithClouds;
+        }
+    }
     let features = decisions.chosen.cloud_features(body, inputs.pixel_view())?;
     let rect = Outline::of(inputs.frame.camera, &shell).rect(inputs.frame.camera)?;
     let mut uniforms = globe::uniforms(inputs, &shell, rect, MapSet::default(), &decisions.secondary_lights);

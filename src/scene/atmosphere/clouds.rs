@@ -2,9 +2,10 @@
 //!
 //! The shell is the body's ellipsoid scaled up. It is drawn only if the camera is outside: from below, no clouds are visible.
 
+use super::ground_depth;
 use crate::catalog::{Body, Clouds};
 use crate::scene::camera::{self, Placement};
-use crate::scene::draw::CloudUniforms;
+use crate::scene::draw::{CloudUniforms, DrawUniforms};
 
 /// Ratio of the shell's radius to the body's radius.
 pub(crate) fn shell_scale(body: &Body, clouds: &Clouds) -> f64 {
@@ -16,11 +17,18 @@ pub(crate) fn shell(placement: &Placement, scale: f64) -> Placement {
     Placement { radii_km: placement.radii_km * scale, ..*placement }
 }
 
+/// Sets the uniforms of the ground's draw with which it shows the clouds as well. `clouds`: the uniforms of the clouds' own draw.
+pub(crate) fn set_above_ground(ground: &mut DrawUniforms, clouds: &DrawUniforms) {
+    ground.clouds.reflectance = clouds.albedo.x;
+    ground.clouds.depth_above = ground_depth::terms(&clouds.air);
+}
+
 pub(crate) fn uniforms(body: &Body) -> CloudUniforms {
     body.clouds.as_ref().map_or_else(CloudUniforms::default, |clouds| CloudUniforms {
         clear: camera::narrow_scalar(clouds.clear_texel),
         full: camera::narrow_scalar(clouds.closed_texel),
         radius: camera::narrow_scalar(shell_scale(body, clouds)),
         albedo: camera::narrow_scalar(clouds.albedo),
+        ..CloudUniforms::default()
     })
 }

@@ -6,6 +6,7 @@ pub(crate) mod cloud_decision;
 pub(crate) mod clouds;
 pub(crate) mod decision;
 pub(crate) mod extinction;
+pub(crate) mod ground_depth;
 pub mod multi_scatter_in_shadow;
 pub mod multi_scatter_table;
 pub mod quadrature_nodes;

@@ -167,10 +167,17 @@ pub enum AirPass {
     Read,
     /// The draw that fills the image: it shows the air alone.
     Drawn,
+    /// As `Read`, and where the image is used the ground's draw also shows the clouds; the clouds' own draw shows them elsewhere.
+    ReadWithClouds,
 }
 
 impl AirPass {
-    pub const ALL: [Self; 3] = [Self::None, Self::Read, Self::Drawn];
+    pub const ALL: [Self; 4] = [Self::None, Self::Read, Self::Drawn, Self::ReadWithClouds];
+
+    /// Whether the draw reads the image.
+    pub const fn is_reader(self) -> bool {
+        matches!(self, Self::Read | Self::ReadWithClouds)
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
@@ -312,7 +319,7 @@ impl DrawFeatures {
 
     /// The features of the draw that fills the coarse image of this draw's air; `None` if this draw reads no such image.
     pub fn coarse_air(&self) -> Option<Self> {
-        (self.air_pass == AirPass::Read).then_some(Self {
+        self.air_pass.is_reader().then_some(Self {
             surface: if self.surface == Surface::Cloud { Surface::Cloud } else { Surface::Lambert },
             lights: 1,
             eclipse: self.eclipse,

@@ -5,7 +5,7 @@
 
 use crate::mesh::Mesh;
 use crate::scene::camera::{self, ViewRays};
-use crate::scene::constants::DETAIL_ROWS;
+use crate::scene::constants::{DETAIL_ROWS, GROUND_DEPTH_TERMS};
 use crate::scene::draw::tables::{LimbTable, RingShine, RingTable};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::borrow::Cow;
@@ -172,6 +172,11 @@ uniforms! {
         pub radius: f32 = "cloud_radius" | "shell_scale",
         /// Lambert albedo of complete cloud cover.
         pub albedo: f32 = "cloud_albedo",
+        /// For the ground's draw where it shows the clouds too: the radiance of complete cloud cover per irradiance, the optical depth of the air above it (as
+        /// `air_ground_depth`), and the first row of its part of the coarse image of the air, which the plan sets.
+        pub reflectance: f32 = "cloud_reflectance",
+        pub depth_above: [Vec4; GROUND_DEPTH_TERMS] = "cloud_depth_above",
+        pub coarse_row: f32 = "cloud_coarse_row",
     }
 }
 

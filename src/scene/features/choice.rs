@@ -85,8 +85,8 @@ pub struct FeatureSelection {
     pub body_shadow: BodyShadow,
     /// The model of the atmosphere; [`AtmosphereModel::None`] without an atmosphere.
     pub air: AtmosphereModel,
-    /// Whether the air before ground and clouds is interpolated in a coarse image.
-    pub air_pass: bool,
+    /// Whether the air before ground and clouds is interpolated in a coarse image, and whether the ground's draw then shows the clouds.
+    pub air_pass: AirPass,
     /// Whether the limb follows the lunar limb profile.
     pub limb_heights: bool,
 }
@@ -102,6 +102,19 @@ impl FeatureSelection {
     /// Whether a draw can show procedural relief: not in an eclipse, and not in pixel views of single quantities.
     fn shows_detail(self, view: PixelView) -> bool {
         self.eclipse.occluders == 0 && matches!(view, PixelView::Final | PixelView::Cost)
+    }
+
+    /// Whether the ground's draw can show the clouds: with the usual maps alone, which limits the number of keys.
+    pub(crate) fn shows_clouds_on_ground(self, body: &Body) -> bool {
+        let available = Capabilities::of(body);
+        let maps = [
+            (self.maps.albedo, available.maps.albedo),
+            (self.maps.normal, available.maps.normal),
+            (self.maps.cloud_shadow, available.maps.cloud_shadow),
+        ];
+        let other_features =
+            self.detail || self.cloud_detail || self.custom_surface || self.mesh.is_some() || self.ring_shine || self.limb_heights;
+        maps.iter().all(|(chosen, available)| *chosen && *available) && !other_features && self.overlays == 0
     }
 
     /// The features of the globe's draw, without features that the body does not have.
@@ -158,7 +171,11 @@ impl FeatureSelection {
             limb_heights: self.limb_heights && available.limb_heights && mesh.is_none() && !self.detail && self.eclipse.occluders == 0,
             flags: mesh.unwrap_or_default(),
             air,
-            air_pass: if self.air_pass && air.model != AtmosphereModel::None { AirPass::Read } else { AirPass::None },
+            air_pass: match self.air_pass {
+                _ if air.model == AtmosphereModel::None => AirPass::None,
+                AirPass::ReadWithClouds if !self.shows_clouds_on_ground(body) => AirPass::Read,
+                air_pass => air_pass,
+            },
             view,
             ..DrawFeatures::MINIMAL
         }

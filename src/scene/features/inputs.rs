@@ -3,7 +3,7 @@
 //! In: a frame and a placed body. Out: [`DecisionInputs`], the input of every feature's decision; [`Decisions`], which each feature extends and passes on to
 //! the next.
 
-use crate::catalog::{Body, NaifId, Overlay, Photometry};
+use crate::catalog::{Body, Catalog, NaifId, Overlay, Photometry};
 use crate::mesh::Mesh;
 use crate::scene::atmosphere::air::SurroundingAir;
 use crate::scene::camera::silhouette::Outline;
@@ -28,6 +28,7 @@ use std::sync::Arc;
 #[derive(Clone, Copy)]
 pub(crate) struct FrameContext<'a> {
     pub context: Context<'a>,
+    pub catalog: &'a Catalog,
     pub camera: &'a Camera,
     /// The threshold below which features are left out.
     pub threshold: Threshold,

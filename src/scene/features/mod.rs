@@ -207,7 +207,12 @@ fn globe(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: ClipRec
 }
 
 /// Completes the draws of a body and returns them, the globe first, with the decisions about it.
-fn assemble(inputs: &DecisionInputs<'_, '_>, globe: Option<Draw>, mut decided: Decisions<'_>) -> (Vec<Draw>, Vec<Decision>) {
+fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decided: Decisions<'_>) -> (Vec<Draw>, Vec<Decision>) {
+    if let Some((globe, clouds)) = globe.as_mut().zip(decided.clouds.as_ref())
+        && globe.features.air_pass == AirPass::ReadWithClouds
+    {
+        atmosphere::clouds::set_above_ground(&mut globe.uniforms, &clouds.uniforms);
+    }
     let mut draws: Vec<Draw> = globe.into_iter().chain(decided.sky).chain(decided.clouds).collect();
     if draws.iter().any(|d| d.features.air.model == AtmosphereModel::Table) && !decided.eclipse.occluder_positions.is_empty() {
         decided.eclipse.multi_scatter = multi_scatter_in_shadow::tables(inputs.body(), &decided.eclipse);

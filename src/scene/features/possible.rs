@@ -6,7 +6,7 @@
 use crate::catalog::{Body, Catalog, MAX_OVERLAYS, ShapeModel};
 use crate::scene::atmosphere::air;
 use crate::scene::draw::features::{
-    AtmosphereModel, BodyShadow, DrawFeatures, Eclipse, EclipseModel, Flags, MapSet, PixelView, RingShadow,
+    AirPass, AtmosphereModel, BodyShadow, DrawFeatures, Eclipse, EclipseModel, Flags, MapSet, PixelView, RingShadow,
 };
 use crate::scene::eclipse::occluders;
 use crate::scene::features::choice::{Capabilities, FeatureSelection};
@@ -64,10 +64,12 @@ fn ground_features(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
     })
 }
 
-/// Each ring shadow with the air evaluated for each pixel, and the coarse image of the air where there may be one.
-fn shadows_on_air(air: AtmosphereModel, view: PixelView) -> impl Iterator<Item = (RingShadow, bool)> {
+/// Each ring shadow with the air evaluated for each pixel, and the coarse image of the air where there may be one, without and with the clouds in the ground's draw.
+fn shadows_on_air(air: AtmosphereModel, view: PixelView) -> impl Iterator<Item = (RingShadow, AirPass)> {
     let coarse = !matches!(air, AtmosphereModel::None | AtmosphereModel::Vertex) && matches!(view, PixelView::Final | PixelView::Cost);
-    RingShadow::ALL.map(|shadow| (shadow, false)).into_iter().chain(coarse.then_some((RingShadow::None, true)))
+    let by_pixel = RingShadow::ALL.map(|shadow| (shadow, AirPass::None));
+    let readers = [AirPass::Read, AirPass::ReadWithClouds].map(|air_pass| (RingShadow::None, air_pass));
+    by_pixel.into_iter().chain(readers.into_iter().filter(move |_| coarse))
 }
 
 /// The features of the cloud deck for one selection, without and with billows.

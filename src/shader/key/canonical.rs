@@ -228,6 +228,12 @@ pub static RULES: &[CanonicalRule] = &[
         because: "a ring's shadow is finer than the coarse image",
     },
     CanonicalRule {
+        dimension: "air-pass",
+        value: "coarse",
+        applies: |f| f.air_pass == AirPass::ReadWithClouds && f.surface != Surface::Cloud && !f.maps.cloud_shadow,
+        because: "the ground's draw shows the clouds by the map of their shadow",
+    },
+    CanonicalRule {
         dimension: "surface",
         value: "lambert",
         applies: |f| draws_air_alone(f) && f.surface != Surface::Cloud,

@@ -34,15 +34,16 @@ pub fn sample(seed: u64, count: usize) -> Vec<ShaderKey> {
 
 /// Dimensions that the canonical rules read, each with the number of values that the rules distinguish (all further values behave like the
 /// last of these).
-const RULE_DIMENSIONS: [(&str, usize); 11] = [
+const RULE_DIMENSIONS: [(&str, usize); 12] = [
     ("surface", 8),
     ("albedo", 2),
+    ("cloudshadow", 2),
     ("lights", 3),
     ("occluders", 2),
     ("eclipse-model", 2),
     ("ring-shadow", 2),
     ("air", 3),
-    ("air-pass", 3),
+    ("air-pass", 4),
     ("shape", 3),
     ("alphatexture", 2),
     ("view", 10),
@@ -243,7 +244,7 @@ mod tests {
 
     #[test]
     fn the_nominal_size_is_the_product_of_the_dimensions() {
-        assert_eq!(nominal_size(), 8 * 32 * 4 * 5 * 3 * 4 * 25 * 2 * 3 * 2 * 3 * 24 * 3 * 3 * 8 * 10);
+        assert_eq!(nominal_size(), 8 * 32 * 4 * 5 * 3 * 4 * 25 * 2 * 3 * 2 * 3 * 24 * 4 * 3 * 8 * 10);
     }
 
     #[test]

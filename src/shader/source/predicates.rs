@@ -49,6 +49,21 @@ pub static PREDICATES: &[Predicate] = &[
         "surface_lunar_lambert || surface_oren_nayar",
         "the law of reflection has a parameter of its own",
     ),
+    predicate(
+        "reads_coarse_air",
+        "air_pass_read || air_pass_read_with_clouds",
+        "the air's light is interpolated in a coarse image where that is accurate enough",
+    ),
+    predicate(
+        "draws_clouds",
+        "air_pass_read_with_clouds && !surface_cloud",
+        "the ground's draw also shows the clouds, where the coarse image of the air is used",
+    ),
+    predicate(
+        "fills_in_clouds",
+        "air_pass_read_with_clouds && surface_cloud",
+        "the clouds' draw shows them where the coarse image of the air is not used",
+    ),
     predicate("has_cloud_map", "maps_cloud_shadow || surface_cloud", "the cloud map is read, for the deck or for its shadow"),
     predicate("has_detail", "detail_craters || detail_hills || detail_billows", "procedural relief finer than the map is drawn"),
     predicate("has_opacity", "flags_alphatexture || surface_cloud", "a map makes the surface transparent"),

@@ -68,6 +68,7 @@ meaning-an-absorbing-layer-such-as-ozone = an absorbing layer such as ozone
 meaning-air-evaluated-for-each-pixel = the air is evaluated for each pixel
 meaning-air-interpolated-from-a-coarse-image = the light of the air is interpolated from a coarse image
 meaning-the-coarse-image-of-the-air-itself = draws the coarse image of the air
+meaning-air-interpolated-and-clouds-drawn-with-the-ground = air interpolated from a coarse image; where it is, the ground's draw shows the clouds
 meaning-ray-traced-sphere = ray-traced sphere
 meaning-ray-traced-ellipsoid = ray-traced ellipsoid
 meaning-triangle-mesh = triangle mesh

@@ -1,0 +1,228 @@
+//! Optical depth of the air above the ground along a straight line, as a polynomial.
+//!
+//! In: the atmosphere's uniforms. Out: the uniform `air_ground_depth` of lib/air/ground_depth.wesl: coefficients of t, t², … per channel, for t = 1 / (1 + slope
+//! cos z), z the zenith angle. Always: the depth of air that extends upwards without limit, because an atmosphere's top is where it has become negligible. Error of
+//! the opacity 1 - exp(-depth) against quadrature, relative: at most 6e-5 for any body of the catalog, over its ground and over its clouds, and
+//! 2e-3 for air that consists of an absorbing layer alone (tests below).
+
+use crate::scene::camera;
+use crate::scene::constants::{ERFCX_SLOPE, GROUND_DEPTH_TERMS as TERMS};
+use crate::scene::draw::AtmosphereUniforms;
+use crate::scene::numeric::gauss_legendre;
+use glam::{DVec3, Vec3, Vec4};
+use std::f64::consts::PI;
+
+/// Zenith angles at which the polynomial is fitted.
+const FIT_POINTS: usize = 24;
+/// Quadrature nodes along a line.
+const NODES: usize = 32;
+/// Optical depth in scale heights at which a line ends: exp(-36) = 2e-16.
+const SCALE_HEIGHTS: f64 = 36.0;
+
+/// Column of an exponential atmosphere along a line that leaves the ground at `cos_zenith`, in radii, for a density of 1 at the ground.
+fn exponential_column(scale_height: f64, cos_zenith: f64, nodes: &[(f64, f64)]) -> f64 {
+    // The distance at which the line has risen by SCALE_HEIGHTS: the larger root of s² + 2 s cos - height (2 + height) = 0.
+    let height = SCALE_HEIGHTS * scale_height;
+    let rise = height * (2.0 + height);
+    let end = rise / (cos_zenith + (cos_zenith * cos_zenith + rise).sqrt());
+    let density = |s: f64| {
+        let radius_sq_minus_1 = s * (s + 2.0 * cos_zenith);
+        (-radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt()) / scale_height).exp()
+    };
+    nodes.iter().map(|(x, weight)| weight * end * density(x * end)).sum()
+}
+
+/// Column of the absorbing layer along the same line, for a density of 1 in its middle. The density is linear in |p|² - 1 between the knots, so that two nodes per
+/// piece of the line are exact: |p|² is quadratic along it.
+fn layer_column(knots: DVec3, cos_zenith: f64, two_nodes: &[(f64, f64)]) -> f64 {
+    let distance = |radius_sq_minus_1: f64| {
+        let above = radius_sq_minus_1.max(0.0);
+        above / (cos_zenith + (cos_zenith * cos_zenith + above).sqrt()).max(1e-30)
+    };
+    let piece = |from: f64, to: f64, zero: f64, full: f64| {
+        let (a, b) = (distance(from), distance(to));
+        if b <= a {
+            return 0.0;
+        }
+        let density = |s: f64| (s * (s + 2.0 * cos_zenith) - zero) / (full - zero);
+        two_nodes.iter().map(|(x, weight)| weight * (b - a) * density(a + x * (b - a))).sum::<f64>()
+    };
+    piece(knots.x, knots.y, knots.x, knots.y) + piece(knots.y, knots.z, knots.z, knots.y)
+}
+
+/// The optical depth per channel, by quadrature.
+struct Column<'a> {
+    air: &'a AtmosphereUniforms,
+    nodes: Vec<(f64, f64)>,
+    two_nodes: Vec<(f64, f64)>,
+}
+
+impl<'a> Column<'a> {
+    fn of(air: &'a AtmosphereUniforms, nodes: usize) -> Self {
+        Self { air, nodes: gauss_legendre(nodes), two_nodes: gauss_legendre(2) }
+    }
+
+    fn depth(&self, cos_zenith: f64) -> DVec3 {
+        let part = |extinction: Vec3, column: &dyn Fn() -> f64| match extinction == Vec3::ZERO {
+            true => DVec3::ZERO,
+            false => extinction.as_dvec3() * column(),
+        };
+        let air = self.air;
+        let exponential = |height: f32| move || exponential_column(f64::from(height), cos_zenith, &self.nodes);
+        part(air.rayleigh_extinction, &exponential(air.rayleigh_scale_height))
+            + part(air.mie_extinction, &exponential(air.mie_scale_height))
+            + part(air.absorption_extinction, &|| layer_column(air.absorption_layer.as_dvec3(), cos_zenith, &self.two_nodes))
+    }
+}
+
+/// The slope of t. For one species it is that of erfcx's polynomial (lib/air/column_density.wesl), for two their geometric mean.
+fn slope(air: &AtmosphereUniforms) -> f64 {
+    let of = |height: f32| ERFCX_SLOPE * (0.5 / f64::from(height)).sqrt();
+    (of(air.rayleigh_scale_height) * of(air.mie_scale_height)).sqrt()
+}
+
+/// The rows of the uniform: coefficients of t, t², … (xyz); w of the first: the slope.
+pub(crate) fn terms(air: &AtmosphereUniforms) -> [Vec4; TERMS] {
+    let slope = slope(air);
+    let column = Column::of(air, NODES);
+    // Chebyshev's points in t, which is 1 at the horizon and 1 / (1 + slope) in the zenith.
+    let zenith = 1.0 / (1.0 + slope);
+    let points: Vec<(f64, DVec3)> = (0..FIT_POINTS)
+        .map(|k| {
+            let t = 0.5 * (1.0 + zenith) + 0.5 * (1.0 - zenith) * (PI * (k as f64 + 0.5) / FIT_POINTS as f64).cos();
+            (t, column.depth((1.0 / t - 1.0) / slope))
+        })
+        .collect();
+    let fits = [0, 1, 2].map(|channel| fit(points.iter().map(|(t, depth)| (*t, depth[channel]))));
+    let mut rows = [Vec4::ZERO; TERMS];
+    for (k, row) in rows.iter_mut().enumerate() {
+        *row = camera::narrow(DVec3::from(fits.map(|c| c[k]))).extend(0.0);
+    }
+    rows[0].w = camera::narrow_scalar(slope);
+    rows
+}
+
+/// Least-squares fit of a depth, weighted so that the relative error of the opacity is uniform. By orthogonalised columns (modified Gram-Schmidt), because the normal
+/// equations would lose half of the digits.
+fn fit(points: impl Iterator<Item = (f64, f64)>) -> [f64; TERMS] {
+    let mut columns = [[0.0; FIT_POINTS]; TERMS];
+    let mut right_hand = [0.0; FIT_POINTS];
+    for (k, (t, depth)) in points.enumerate() {
+        if depth <= 0.0 {
+            continue;
+        }
+        // The change of the opacity with the depth, over the opacity; where nothing shines through, a thousandth of the relative error of the depth counts.
+        let kept = (-depth).exp();
+        let weight = (kept / (1.0 - kept) + 1e-4 / depth).max(1e-3 / depth);
+        right_hand[k] = weight * depth;
+        let mut power = weight;
+        for column in &mut columns {
+            power *= t;
+            column[k] = power;
+        }
+    }
+    let dot = |a: &[f64; FIT_POINTS], b: &[f64; FIT_POINTS]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let mut triangle = [[0.0; TERMS]; TERMS];
+    let mut coefficients = [0.0; TERMS];
+    for i in 0..TERMS {
+        let length = dot(&columns[i], &columns[i]).sqrt();
+        if length == 0.0 {
+            return [0.0; TERMS];
+        }
+        triangle[i][i] = length;
+        columns[i].iter_mut().for_each(|v| *v /= length);
+        let unit = columns[i];
+        for j in i + 1..TERMS {
+            triangle[i][j] = dot(&unit, &columns[j]);
+            columns[j].iter_mut().zip(unit).for_each(|(v, u)| *v -= triangle[i][j] * u);
+        }
+        coefficients[i] = dot(&unit, &right_hand);
+        right_hand.iter_mut().zip(unit).for_each(|(v, u)| *v -= coefficients[i] * u);
+    }
+    for i in (0..TERMS).rev() {
+        let known: f64 = (i + 1..TERMS).map(|j| triangle[i][j] * coefficients[j]).sum();
+        coefficients[i] = (coefficients[i] - known) / triangle[i][i];
+    }
+    coefficients
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(rows: &[Vec4; TERMS], cos_zenith: f64) -> DVec3 {
+        let t = 1.0 / (1.0 + f64::from(rows[0].w) * cos_zenith);
+        rows.iter().rev().fold(DVec3::ZERO, |sum, row| (sum + row.truncate().as_dvec3()) * t)
+    }
+
+    /// Largest error of the opacity over all zenith angles: absolute, and relative where the air is thin.
+    fn error(air: &AtmosphereUniforms) -> f64 {
+        let (rows, exact) = (terms(air), Column::of(air, 200));
+        let steps = (0..=400).map(|k| f64::from(k) / 400.0);
+        let off = |cos: f64| {
+            let (fitted, truth) = (value(&rows, cos), exact.depth(cos));
+            let opacity = |d: DVec3| 1.0 - (-d).exp();
+            ((opacity(fitted) - opacity(truth)).abs() / opacity(truth).max(DVec3::splat(1e-12))).max_element()
+        };
+        steps.flat_map(|x| [x, x * x * x]).map(off).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn the_polynomial_agrees_with_quadrature_for_all_bodies_over_ground_and_clouds() {
+        let catalog = crate::catalog::Catalog::embedded();
+        let mut bodies = 0;
+        for body in catalog.bodies().iter().filter(|b| b.atmosphere.is_some()) {
+            let clouds = body.clouds.as_ref().map(|c| crate::scene::atmosphere::clouds::shell_scale(body, c));
+            for floor in std::iter::once(1.0).chain(clouds) {
+                let off = error(&crate::scene::atmosphere::air::uniforms(body, floor));
+                assert!(off < 6e-5, "{} at {floor}: {off:e}", body.name);
+            }
+            bodies += 1;
+        }
+        assert!(bodies > 8);
+    }
+
+    #[test]
+    fn air_that_users_describe_keeps_the_bound_and_no_air_has_no_depth() {
+        let described = |gas: f32, haze: f32, extinction: [f32; 3], layer: Vec3| AtmosphereUniforms {
+            rayleigh_scale_height: gas,
+            rayleigh_extinction: Vec3::splat(extinction[0] / gas),
+            mie_scale_height: haze,
+            mie_extinction: Vec3::splat(extinction[1] / haze),
+            absorption_layer: layer,
+            absorption_extinction: Vec3::splat(extinction[2] / (layer.z - layer.x)),
+            ..AtmosphereUniforms::default()
+        };
+        let high = Vec3::new(0.0031, 0.0078, 0.0126);
+        for (gas, haze) in [(1.25e-3, 1.25e-3), (1.25e-3, 1.9e-4), (1.25e-3, 5e-5), (0.05, 0.01), (2e-4, 2e-4)] {
+            for extinction in [[0.01, 0.0, 0.0], [0.3, 0.1, 0.05], [0.0, 3.0, 0.0], [1e-4, 0.0, 1.0], [20.0, 1.0, 0.0]] {
+                // The layer reaches the ground in the second case.
+                for layer in [high, Vec3::new(0.0, 0.002, 0.004)] {
+                    let off = error(&described(gas, haze, extinction, layer));
+                    assert!(off < 2e-3, "{gas} {haze} {extinction:?} {layer}: {off:e}");
+                }
+            }
+        }
+        let none = terms(&described(1.25e-3, 1.25e-3, [0.0; 3], high));
+        assert!(none.iter().all(|row| row.truncate() == Vec3::ZERO));
+    }
+
+    /// The vertical column of an exponential atmosphere is its scale height, and that of the layer half its thickness.
+    #[test]
+    fn the_columns_have_their_closed_forms() {
+        let nodes = gauss_legendre(NODES);
+        for scale_height in [2e-4, 1.25e-3, 0.02] {
+            assert!((exponential_column(scale_height, 1.0, &nodes) / scale_height - 1.0).abs() < 1e-9);
+            // Along the horizon: sqrt(pi x / 2) H (1 + 3 / 8x).
+            let x = 1.0 / scale_height;
+            let grazing = scale_height * (0.5 * PI * x).sqrt() * (1.0 + 0.375 / x);
+            let off = exponential_column(scale_height, 0.0, &nodes) / grazing - 1.0;
+            assert!(off.abs() < 0.2 / (x * x), "{scale_height}: {off:e}");
+        }
+        let knots = DVec3::new(2e-4, 4e-4, 6e-4);
+        assert!((layer_column(knots, 1.0, &gauss_legendre(2)) / 1e-4 - 1.0).abs() < 1e-3);
+        // Twice as long at 60 degrees, less the curvature.
+        let slanted = layer_column(knots, 0.5, &gauss_legendre(2)) / layer_column(knots, 1.0, &gauss_legendre(2));
+        assert!((slanted - 2.0).abs() < 2e-3, "{slanted}");
+    }
+}

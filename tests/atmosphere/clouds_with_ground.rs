@@ -1,0 +1,124 @@
+//! The clouds drawn by the ground's draw against their own draw, from far away to the greatest parallax that the scene allows, and the reasons for which they stay
+//! apart.
+
+use crate::support::session::SESSION;
+use crate::support::sweep;
+use glam::DVec3;
+use orrery::catalog::NaifId;
+use orrery::render::plan::{self, SamplingQuality};
+use orrery::scene::Scene;
+use orrery::scene::draw::{AirPass, BodyPart};
+use orrery::scene::effects::{EffectOverrides, VISIBLE_CHANGE, VISIBLE_LIGHT};
+use orrery::scene::request::{Axes, Layers, Position, Quality, ViewRequest};
+use orrery::time::Instant;
+
+const SIDE: u32 = 512;
+/// Bounds of whole images: levels of 255, and the part of the pixels whose light differs by more than the threshold of a display. In an eclipse the clouds share the
+/// sunlight of the ground below.
+const MAX_LEVELS: u8 = 1;
+const MAX_CHANGED: f64 = 1e-4;
+const MAX_CHANGED_IN_ECLIPSE: f64 = 5e-3;
+
+/// A view of the Earth from above a place (latitude and longitude in degrees), at a distance in radii.
+fn view(time: &str, place: [f64; 2], radii: f64, quality: Quality) -> ViewRequest {
+    let [latitude, longitude] = place.map(f64::to_radians);
+    let up = DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
+    ViewRequest {
+        position: Position::Offset { body: NaifId::EARTH, offset_km: up * radii * 6378.137, axes: Axes::BodyFixed },
+        quality,
+        width: SIDE,
+        height: SIDE,
+        fov_deg: Some(45.0),
+        ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time"))
+    }
+}
+
+/// The display levels and the light of an image's pixels.
+fn image(scene: &Scene) -> (Vec<[u8; 4]>, Vec<[f32; 4]>) {
+    let plan = plan::plan(scene, &*SESSION, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
+    let (frame, _) = SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn");
+    (frame.display, frame.hdr)
+}
+
+/// Whether the ground's draw shows the clouds.
+fn is_with_ground(scene: &Scene) -> bool {
+    let with_clouds = |part| scene.draws.iter().any(|d| d.part == part && d.features.air_pass == AirPass::ReadWithClouds);
+    assert_eq!(with_clouds(BodyPart::Globe), with_clouds(BodyPart::Clouds), "both draws know");
+    with_clouds(BodyPart::Globe)
+}
+
+/// The same scene with both draws apart.
+fn apart(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    for draw in scene.draws.iter_mut().filter(|d| d.features.air_pass == AirPass::ReadWithClouds) {
+        draw.features.air_pass = AirPass::Read;
+    }
+    scene
+}
+
+/// Greatest difference in levels, and the part of the pixels whose light differs by more than the threshold.
+fn difference(scene: &Scene, other: &Scene) -> (u8, f64) {
+    let (a, b, white) = (image(scene), image(other), scene.exposure.white());
+    let levels = a.0.iter().zip(&b.0).flat_map(|(x, y)| (0..3).map(move |c| x[c].abs_diff(y[c]))).max().unwrap_or(0);
+    let is_changed = |(x, y): &(&[f32; 4], &[f32; 4])| {
+        let off = |c: usize| f64::from((x[c] - y[c]).abs()) / (VISIBLE_CHANGE * f64::from(x[c])).max(VISIBLE_LIGHT * white);
+        (0..3).any(|c| off(c) > 1.0)
+    };
+    let changed = a.1.iter().zip(&b.1).filter(is_changed).count();
+    (levels, changed as f64 / a.1.len() as f64)
+}
+
+#[test]
+fn clouds_drawn_with_the_ground_look_like_clouds_drawn_by_themselves() {
+    let day = "2024-06-08T18:17:16Z";
+    let views = [
+        ("day", view(day, [20.0, -90.0], 3.0, Quality::Draft)),
+        ("day, all orders", view(day, [20.0, -90.0], 3.0, Quality::Standard)),
+        ("north pole", view(day, [90.0, 0.0], 3.0, Quality::Draft)),
+        ("near", view(day, [35.0, -90.0], 1.5, Quality::Standard)),
+        ("far", view(day, [20.0, -90.0], 9.0, Quality::Draft)),
+        ("eclipse", view("2024-04-08T18:17:16Z", [25.0, -105.0], 3.0, Quality::Standard)),
+        ("evening", view(day, [0.0, 0.0], 2.0, Quality::Standard)),
+        ("crescent", view(day, [0.0, 60.0], 3.0, Quality::Draft)),
+        ("moonlit night", view("2024-06-22T06:00:00Z", [0.0, -90.0], 3.0, Quality::Draft)),
+    ];
+    for (name, request) in views.into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 3)).map(|(_, view)| view) {
+        let scene = SESSION.scene(&request).expect("a scene");
+        assert!(is_with_ground(&scene), "{name}");
+        let (levels, changed) = difference(&apart(&scene), &scene);
+        println!("{name}: {levels} levels, {changed:.2e} of the pixels beyond the threshold");
+        let max_changed = if name == "eclipse" { MAX_CHANGED_IN_ECLIPSE } else { MAX_CHANGED };
+        assert!(levels <= MAX_LEVELS && changed < max_changed, "{name}: {levels} levels, {changed:.2e}");
+    }
+}
+
+/// Negative control: a deck on the ground itself is off by its parallax.
+#[test]
+fn a_deck_without_its_height_is_detected() {
+    let scene = SESSION.scene(&view("2024-06-08T18:17:16Z", [35.0, -90.0], 1.5, Quality::Draft)).expect("a scene");
+    assert!(is_with_ground(&scene));
+    let mut flat = scene.clone();
+    flat.draws.iter_mut().filter(|d| d.part == BodyPart::Globe).for_each(|d| d.uniforms.clouds.radius = 1.0);
+    let (levels, changed) = difference(&scene, &flat);
+    assert!(changed > 10.0 * MAX_CHANGED_IN_ECLIPSE, "{levels} levels, {changed:.2e}");
+}
+
+#[test]
+fn lines_on_the_ground_and_a_close_camera_keep_the_clouds_apart() {
+    let day = view("2024-06-08T18:17:16Z", [20.0, -90.0], 3.0, Quality::Draft);
+    let cases = [
+        ("lines on the ground", ViewRequest { layers: Layers { grid_body: true, ..day.layers }, ..day.clone() }),
+        ("features", ViewRequest { effects: EffectOverrides::parse("-normal").expect("effects"), ..day.clone() }),
+        (
+            "px above the ground",
+            ViewRequest { fov_deg: Some(1.0), effects: EffectOverrides::parse("-detail").expect("effects"), ..day.clone() },
+        ),
+    ];
+    for (why, request) in cases {
+        let scene = SESSION.scene(&request).expect("a scene");
+        assert!(!is_with_ground(&scene), "{why}");
+        let decisions = &scene.body(NaifId::EARTH).expect("the Earth").decisions;
+        let decision = decisions.iter().find(|d| d.feature == "clouds-with-ground");
+        assert!(decision.is_some_and(|d| !d.on && d.reason.to_string().contains(why)), "{why}: {decision:?}");
+    }
+}
