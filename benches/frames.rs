@@ -78,14 +78,14 @@ fn sampling(c: &mut Criterion) {
     group.throughput(Throughput::Elements(LANES as u64));
     for taps in [1, 8] {
         let sampler = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
-        let most = vec![taps as f32; LANES];
+        let max_taps = vec![taps as f32; LANES];
         let bound = BoundTexture { texels: Arc::new(Texels::of_texture(&map).expect("whole")), sampler: Some(sampler) };
         let textures = Textures::new(vec![bound], KernelClass::detect());
         let mut out: [Vec<f32>; 4] = std::array::from_fn(|_| vec![0.0; LANES]);
         group.bench_function(format!("{taps}-taps"), |b| {
             b.iter(|| {
                 let [red, green, blue, alpha] = &mut out;
-                textures.sample_filtered(0, [black_box(&u), black_box(&v)], gradients, &most, u128::MAX, [red, green, blue, alpha]);
+                textures.sample_filtered(0, [black_box(&u), black_box(&v)], gradients, &max_taps, u128::MAX, [red, green, blue, alpha]);
             });
         });
     }

@@ -99,8 +99,8 @@ fn wander(radius_km: f64) -> f64 {
 fn b_colour(radius_km: f64) -> [f64; 3] {
     let at = ((radius_km - 92_200.0) / 500.0).clamp(0.0, (B_BRIGHTNESS.len() - 1) as f64);
     let (low, part) = ((at as usize).min(B_BRIGHTNESS.len() - 2), at - (at as usize).min(B_BRIGHTNESS.len() - 2) as f64);
-    let most = B_BRIGHTNESS.iter().copied().fold(0.0, f64::max);
-    let here = (B_BRIGHTNESS[low] * (1.0 - part) + B_BRIGHTNESS[low + 1] * part) / most;
+    let brightest = B_BRIGHTNESS.iter().copied().fold(0.0, f64::max);
+    let here = (B_BRIGHTNESS[low] * (1.0 - part) + B_BRIGHTNESS[low + 1] * part) / brightest;
     B.map(|c| (c * here.powf(B_CONTRAST) * 1e3).round() / 1e3)
 }
 

@@ -15,7 +15,7 @@ pub(crate) const RING_ROWS_PER_SLOPE: u32 = 4;
 /// Lower limit of the cosine of the angle between a path and a ring's normal; smaller cosines are raised to this value.
 pub const MIN_COSINE: f64 = 1.0 / 4096.0;
 /// Number of strips parallel to a ring's plane into which the Sun's disc is divided, for the penumbra of a low Sun.
-pub(crate) const SUN_PARTS: usize = 7;
+pub(crate) const SUN_STRIPS: usize = 7;
 /// Size of the ring-shine table: rows are heights on one side of the ring's plane, columns are hour angles from the Sun.
 pub const RING_SHINE_ROWS: usize = 25;
 pub const RING_SHINE_COLUMNS: usize = 33;

@@ -172,8 +172,8 @@ fn rings() -> String {
             constant(
                 "Strips into which the Sun's disc is divided when the Sun is low.",
                 "ring_shadow_penumbra",
-                "SUN_PARTS",
-                Value::I32(shared::SUN_PARTS),
+                "SUN_STRIPS",
+                Value::I32(shared::SUN_STRIPS),
             ),
             constant(
                 "Ring-shine table: rows for heights above the ring plane, on one side of it.",

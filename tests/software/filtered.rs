@@ -21,12 +21,12 @@ use std::sync::Arc;
 const FRAGMENT: &str = include_str!("../../shaders/lib/filtered_map.wesl");
 
 const ENTRY: &str = "
-struct Draw { most: f32 }
+struct Draw { max_taps: f32 }
 @group(0) @binding(0) var<uniform> draw: Draw;
 @group(0) @binding(1) var map: texture_2d<f32>;
 @group(0) @binding(8) var map_sampler: sampler;
 @fragment fn main(@location(0) uv: vec2f, @location(1) gradients: vec4f) -> @location(0) vec4f {
-    return filtered_map(map, map_sampler, uv, gradients.xy, gradients.zw, draw.most);
+    return filtered_map(map, map_sampler, uv, gradients.xy, gradients.zw, draw.max_taps);
 }";
 
 /// Reads of a module whose filter is not replaced by the native operation: four texels of two levels.
@@ -206,7 +206,7 @@ fn an_edited_function_is_not_replaced() {
         assert!(d[d.len() - 1] > 1e-3, "{wrong} is not detected");
     }
     // Statements without a result, such as discard, count as edits too.
-    let discarding = program(&format!("{}{ENTRY}", edited("let reach =", "if most > 100.0 { discard; }\n    let reach =")));
+    let discarding = program(&format!("{}{ENTRY}", edited("let reach =", "if max_taps > 100.0 { discard; }\n    let reach =")));
     assert!(discarding.uses_discard && reads(&discarding) == TAP_BY_TAP);
     let discarding = program(&format!("{}{ENTRY}", edited("return sum / reach.length;", "discard;\n    return sum / reach.length;")));
     assert_eq!(reads(&discarding), TAP_BY_TAP);

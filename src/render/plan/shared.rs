@@ -224,7 +224,7 @@ pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<
         w.vec3("colour", corona.colour)?;
         w.f32("outer_cosine", corona.outer_cosine)?;
         w.f32("per_cosine", corona.per_cosine)?;
-        w.f32("least", corona.cutoff)
+        w.f32("cutoff", corona.cutoff)
     })?;
     let scissor = scissor(corona.rect_in_clip, scene.camera.width, scene.camera.height);
     Ok(vec![PlanDraw { blend: Blend::Add, scissor, ..draw }])
@@ -234,9 +234,9 @@ pub(super) fn glare(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
     let Some(glare) = &scene.glare else { return Ok(Vec::new()) };
     let draw = simple_draw("glow", scene, provider, |w| {
         w.vec3("sun_direction", glare.sun_direction)?;
-        w.f32("least_sq", glare.core_angle_sq)?;
+        w.f32("core_angle_sq", glare.core_angle_sq)?;
         w.vec3("strength", glare.strength)?;
-        w.f32("least", glare.cutoff)?;
+        w.f32("cutoff", glare.cutoff)?;
         w.vec2("tan_half_fov", glare.tan_half_fov)
     })?;
     let scissor = scissor(glare.rect_in_clip, scene.camera.width, scene.camera.height);
@@ -310,7 +310,7 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
         simple_draw("shrink", scene, provider, |w| {
             w.f32("exposure", exposure)?;
             w.f32("beyond", threshold)?;
-            w.f32("most", max_excess)
+            w.f32("max_excess", max_excess)
         })
     };
     let height = scene.camera.height as f32;

@@ -6,7 +6,7 @@
 use crate::catalog::Ring;
 use crate::memo::{Memo, Numbers};
 use crate::scene::camera::narrow_scalar;
-use crate::scene::constants::{MIN_COSINE, RING_BIN_ROWS, RING_HEADER_ROWS, RING_ROWS_PER_SLOPE, RING_SLOPES_PER_OCTAVE, SUN_PARTS};
+use crate::scene::constants::{MIN_COSINE, RING_BIN_ROWS, RING_HEADER_ROWS, RING_ROWS_PER_SLOPE, RING_SLOPES_PER_OCTAVE, SUN_STRIPS};
 use crate::scene::draw::tables::RingTable;
 use crate::scene::rings::single_scatter::scattered;
 use std::sync::Arc;
@@ -115,10 +115,10 @@ pub fn slopes_of_sunlight(sine: f64, tangent: f64, disc: bool) -> Vec<f64> {
     }
     let cosine = (1.0 - sine * sine).max(0.0).sqrt();
     let of_strip = |k: usize| {
-        let offset = (k as f64 * std::f64::consts::PI / (SUN_PARTS + 1) as f64).cos() * tangent;
+        let offset = (k as f64 * std::f64::consts::PI / (SUN_STRIPS + 1) as f64).cos() * tangent;
         slope((sine + cosine * offset) / offset.hypot(1.0))
     };
-    std::iter::once(slope(sine)).chain((1..=SUN_PARTS).map(of_strip)).collect()
+    std::iter::once(slope(sine)).chain((1..=SUN_STRIPS).map(of_strip)).collect()
 }
 
 /// Height of the Sun over the plane, in solar radii, from which one slope is enough.
