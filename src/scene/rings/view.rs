@@ -53,6 +53,16 @@ pub(crate) struct RingView<'a> {
     pub caches: &'a Caches,
 }
 
+/// What the limits of all rings have in common: the camera's height over the plane and its distance from the axis, equatorial radii; the length of the longest ray of
+/// the frame of view depth 1; the smallest cosine between a ray and the rings' normal; and the angle between the body's centre and the farthest corner.
+struct FrameLimits {
+    height: f64,
+    axis_distance: f64,
+    longest_ray: f64,
+    min_cosine: f64,
+    to_corner: f64,
+}
+
 /// How a ring may be seen: limits over all pixels that may show it.
 struct RingLimits {
     /// Optical depth along the flattest ray.
@@ -106,26 +116,31 @@ impl<'a> RingView<'a> {
         (viewer.z.abs().max(1e-9), viewer.truncate().length())
     }
 
-    /// Limits over all pixels that may show a ring.
-    fn limits(&self, ring: &Ring) -> RingLimits {
+    fn frame_limits(&self) -> FrameLimits {
         let (height, axis_distance) = self.viewer_radii();
-        let [inner, outer] = [ring.inner_km, ring.outer_km].map(|r| r / self.body.radii_km.x);
         let corners = self.corner_rays();
-        let longest = corners.iter().map(|r| r.length()).fold(0.0, f64::max);
+        let longest_ray = corners.iter().map(|r| r.length()).fold(0.0, f64::max);
         // Each ray of the frame is a weighted mean of the corner rays. If all of these point to the same side of the plane, no ray is flatter than the
         // flattest corner ray.
         let to_one_side = corners.iter().all(|r| r.z > 0.0) || corners.iter().all(|r| r.z < 0.0);
-        let in_frame = if to_one_side { corners.iter().map(|r| r.z.abs()).fold(f64::INFINITY, f64::min) / longest } else { 0.0 };
-        let min_cosine = in_frame.max(height / height.hypot(axis_distance + outer)).max(MIN_COSINE);
-        // The angle between a ray and the direction to the body's centre is at most the ring's angular radius, and at most the angle of the farthest
-        // corner.
+        let min_cosine = if to_one_side { corners.iter().map(|r| r.z.abs()).fold(f64::INFINITY, f64::min) / longest_ray } else { 0.0 };
         let centre = -(self.placement.body_from_icrf * -self.placement.centre_km);
         let to_corner = corners.iter().map(|r| crate::ephemeris::angle_rad(*r, centre)).fold(0.0, f64::max);
+        FrameLimits { height, axis_distance, longest_ray, min_cosine, to_corner }
+    }
+
+    /// Limits over all pixels that may show a ring.
+    fn limits(&self, ring: &Ring, frame: &FrameLimits) -> RingLimits {
+        let &FrameLimits { height, axis_distance, longest_ray, min_cosine, to_corner } = frame;
+        let [inner, outer] = [ring.inner_km, ring.outer_km].map(|r| r / self.body.radii_km.x);
+        let min_cosine = min_cosine.max(height / height.hypot(axis_distance + outer)).max(MIN_COSINE);
+        // The angle between a ray and the direction to the body's centre is at most the ring's angular radius, and at most the angle of the farthest
+        // corner.
         let to_edge = if outer < height.hypot(axis_distance) { (outer / height.hypot(axis_distance)).asin() } else { PI };
         let spread = to_corner.min(to_edge);
         let gap = (inner - axis_distance).max(axis_distance - outer).max(0.0);
         // A pixel spans a smaller angle away from the middle of the image.
-        let nearest_pixel = height.hypot(gap) * self.camera.pixel_tangent() / (longest * longest);
+        let nearest_pixel = height.hypot(gap) * self.camera.pixel_tangent() / (longest_ray * longest_ray);
         RingLimits {
             max_slant_depth: ring.tau_normal / min_cosine,
             phase_angles: [(self.alpha - spread).max(0.0), (self.alpha + spread).min(PI)],
@@ -134,12 +149,14 @@ impl<'a> RingView<'a> {
     }
 
     /// Upper limits of a ring's effect on a pixel that shows nothing else.
-    fn change(&self, ring: &Ring) -> RingChange {
-        let limits = self.limits(ring);
+    fn change(&self, ring: &Ring, frame: &FrameLimits) -> RingChange {
+        let limits = self.limits(ring, frame);
         let albedo = ring.albedo.iter().copied().fold(0.0, f64::max);
         // Large particles are brightest at the smallest phase angle. The phase function of dust has one minimum, so its maximum is at an end of the range.
         let [smallest, largest] = limits.phase_angles;
-        let phase = particle_phase(smallest.cos()) * (1.0 - ring.dust) + dust_phase(smallest).max(dust_phase(largest)) * ring.dust;
+        // Few rings have dust, and its phase function is the costly one.
+        let of_dust = if ring.dust > 0.0 { dust_phase(smallest).max(dust_phase(largest)) * ring.dust } else { 0.0 };
+        let phase = particle_phase(smallest.cos()) * (1.0 - ring.dust) + of_dust;
         // Upper limit of single scattering: each photon is scattered once, and none is lost afterwards.
         RingChange {
             hidden: -(-limits.max_slant_depth).exp_m1(),
@@ -151,8 +168,9 @@ impl<'a> RingView<'a> {
     /// The visible rings; with `include_all` also rings below the threshold. The outermost rings are left out as far as they together change no pixel
     /// visibly. Their joint change is less than the sum of all changes, and less than the largest change by one ring that fills the pixel.
     pub(crate) fn visible_rings(&self, include_all: bool) -> VisibleRings<'a> {
+        let frame = self.frame_limits();
         let mut rings: Vec<(&Ring, RingChange)> =
-            self.body.rings.iter().filter(|r| r.tau_normal > 0.0).map(|r| (r, self.change(r))).collect();
+            self.body.rings.iter().filter(|r| r.tau_normal > 0.0).map(|r| (r, self.change(r, &frame))).collect();
         rings.sort_by(|a, b| b.0.outer_km.total_cmp(&a.0.outer_km));
         let relative_change = |c: &RingChange| c.hidden.max(self.threshold.relative_to_white(c.added)) * c.filled;
         let strongest = rings.iter().map(|(r, c)| (relative_change(c), r.name.as_str())).max_by(|a, b| a.0.total_cmp(&b.0));

@@ -95,8 +95,11 @@ impl MeteredFrame<'_, '_> {
             let cos_phase = (-along.dot(sun)).clamp(-1.0, 1.0);
             let (of_bodies, of_dust) = (phase::particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
             let x = 1.0 / cos_emission;
-            let light: f64 = intervals
+            // The intervals are in the order of their radii.
+            let first = intervals.partition_point(|interval| interval.to <= radius - blur);
+            let light: f64 = intervals[first..]
                 .iter()
+                .take_while(|interval| interval.from < radius + blur)
                 .map(|interval| {
                     let overlap = (interval.to.min(radius + blur) - interval.from.max(radius - blur)).max(0.0) / (2.0 * blur);
                     if overlap <= 0.0 || interval.tau <= 0.0 {
