@@ -139,7 +139,7 @@ fn limb() -> LimbTable {
 /// An atmosphere with Rayleigh and Mie scattering and an absorption layer, as thick as a tenth of the body's diameter so that each part is visible.
 fn air() -> AtmosphereUniforms {
     let radius_sq_minus_1 = |height: f32| height * (2.0 + height);
-    AtmosphereUniforms {
+    let air = AtmosphereUniforms {
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
         top: radius_sq_minus_1(0.2),
@@ -154,12 +154,14 @@ fn air() -> AtmosphereUniforms {
         mie_extinction: Vec3::new(9.0, 9.5, 10.0),
         absorption_layer: Vec3::new(radius_sq_minus_1(0.03), radius_sq_minus_1(0.06), radius_sq_minus_1(0.09)),
         absorption_extinction: Vec3::new(0.8, 2.0, 0.2),
+        ground_depth: Default::default(),
         blend_mode: 0.0,
         night_radiance: 1e-3,
         rim_is_thin: 0.0,
         multi_scatter_heights: Vec2::new(0.0, 5.0),
         multi_scatter: Arc::new((0..NODES).map(|k| Vec4::splat(0.02 * (k % SUNS) as f32)).collect()),
-    }
+    };
+    AtmosphereUniforms { ground_depth: ground_depth::terms(&air), ..air }
 }
 
 fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
@@ -207,7 +209,7 @@ fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
             albedo: 0.7,
             reflectance: 0.7,
             // Half of the air is above the clouds.
-            depth_above: ground_depth::terms(&air()).map(|row| (0.5 * row.truncate()).extend(row.w)),
+            depth_above: air().ground_depth.map(|row| (0.5 * row.truncate()).extend(row.w)),
             coarse_row: 0.0,
         },
         camera_in_unit_sphere: forward * -1.0e3,

@@ -17,25 +17,29 @@ const MAX_THRESHOLDS: f64 = 1.0;
 /// The same in an eclipse, where clouds that the ground's draw shows share the sunlight of the ground below.
 const MAX_THRESHOLDS_IN_ECLIPSE: f64 = 2.0;
 
+/// A position above a place of the Earth (latitude and longitude in degrees), at a distance in radii.
+pub(super) fn over(place: [f64; 2], radii: f64) -> Position {
+    let [latitude, longitude] = place.map(f64::to_radians);
+    let up = glam::DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
+    Position::Offset { body: NaifId::EARTH, offset_km: up * radii * 6378.137, axes: Axes::BodyFixed }
+}
+
+/// A view of the Earth.
+pub(super) fn view_of_earth(time: &str, position: Position, quality: Quality) -> ViewRequest {
+    ViewRequest {
+        position,
+        quality,
+        width: SIDE,
+        height: SIDE,
+        fov_deg: Some(45.0),
+        ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time"))
+    }
+}
+
 /// Name, time, position and quality of views of the Earth: by day, in a total eclipse, from the Moon's side at half phase, over the evening, at night.
 fn views() -> Vec<(&'static str, ViewRequest)> {
     let from = |distance_radii| Position::Over { towards: None, distance_radii: Some(distance_radii) };
-    let over = |degrees: [f64; 2], radii: f64| {
-        let [latitude, longitude] = degrees.map(f64::to_radians);
-        let up = glam::DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
-        Position::Offset { body: NaifId::EARTH, offset_km: up * radii * 6378.137, axes: Axes::BodyFixed }
-    };
-    let view = |name, time: &str, position, quality| {
-        let request = ViewRequest {
-            position,
-            quality,
-            width: SIDE,
-            height: SIDE,
-            fov_deg: Some(45.0),
-            ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time"))
-        };
-        (name, request)
-    };
+    let view = |name, time: &str, position, quality| (name, view_of_earth(time, position, quality));
     vec![
         view("day", "2024-06-08T18:17:16Z", from(3.0), Quality::Draft),
         view("day, all orders", "2024-06-08T18:17:16Z", from(3.0), Quality::Standard),
@@ -48,29 +52,32 @@ fn views() -> Vec<(&'static str, ViewRequest)> {
 }
 
 /// The display levels and the light of an image's pixels.
-type LevelsAndLight = (Vec<[u8; 4]>, Vec<[f32; 4]>);
+pub(super) type LevelsAndLight = (Vec<[u8; 4]>, Vec<[f32; 4]>);
 
-fn image(scene: &Scene) -> LevelsAndLight {
+pub(super) fn image(scene: &Scene) -> LevelsAndLight {
     let plan = plan::plan(scene, &*SESSION, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
     let (frame, _) = SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn");
     (frame.display, frame.hdr)
 }
 
-struct Difference {
+pub(super) struct Difference {
     /// Greatest difference of a display level.
-    levels: u8,
+    pub levels: u8,
     /// Number of pixels that differ in their light.
-    changed: usize,
+    pub changed: usize,
+    /// Number of pixels whose light differs by more than a threshold.
+    pub beyond: usize,
     /// Greatest difference of light in thresholds: `VISIBLE_CHANGE` of the light, or `VISIBLE_LIGHT` of white where that is more.
-    thresholds: f64,
+    pub thresholds: f64,
 }
 
-fn difference(a: &LevelsAndLight, b: &LevelsAndLight, white: f64) -> Difference {
+pub(super) fn difference(a: &LevelsAndLight, b: &LevelsAndLight, white: f64) -> Difference {
     let levels = a.0.iter().zip(&b.0).flat_map(|(x, y)| (0..3).map(move |c| x[c].abs_diff(y[c]))).max().unwrap_or(0);
     let changed = a.1.iter().zip(&b.1).filter(|(x, y)| x != y).count();
-    let channels = a.1.iter().zip(&b.1).flat_map(|(x, y)| (0..3).map(move |c| (f64::from(x[c]), f64::from(y[c]))));
-    let thresholds = channels.map(|(x, y)| (x - y).abs() / (VISIBLE_CHANGE * x).max(VISIBLE_LIGHT * white)).fold(0.0, f64::max);
-    Difference { levels, changed, thresholds }
+    let off = |x: f32, y: f32| f64::from((x - y).abs()) / (VISIBLE_CHANGE * f64::from(x)).max(VISIBLE_LIGHT * white);
+    let by_pixel = a.1.iter().zip(&b.1).map(|(x, y)| (0..3).map(|c| off(x[c], y[c])).fold(0.0, f64::max));
+    let (beyond, thresholds) = by_pixel.fold((0, 0.0_f64), |(beyond, greatest), off| (beyond + usize::from(off > 1.0), greatest.max(off)));
+    Difference { levels, changed, beyond, thresholds }
 }
 
 /// The image whose pixels all evaluate their own air.

@@ -1,43 +1,23 @@
 //! The clouds drawn by the ground's draw against their own draw, from far away to the greatest parallax that the scene allows, and the reasons for which they stay
 //! apart.
 
+use super::air_pass::{self, image, over, view_of_earth};
 use crate::support::session::SESSION;
 use crate::support::sweep;
-use glam::DVec3;
 use orrery::catalog::NaifId;
-use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::Scene;
 use orrery::scene::draw::{AirPass, BodyPart};
-use orrery::scene::effects::{EffectOverrides, VISIBLE_CHANGE, VISIBLE_LIGHT};
-use orrery::scene::request::{Axes, Layers, Position, Quality, ViewRequest};
-use orrery::time::Instant;
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{Layers, Quality, ViewRequest};
 
-const SIDE: u32 = 512;
 /// Bounds of whole images: levels of 255, and the part of the pixels whose light differs by more than the threshold of a display. In an eclipse the clouds share the
 /// sunlight of the ground below.
 const MAX_LEVELS: u8 = 1;
 const MAX_CHANGED: f64 = 1e-4;
 const MAX_CHANGED_IN_ECLIPSE: f64 = 5e-3;
 
-/// A view of the Earth from above a place (latitude and longitude in degrees), at a distance in radii.
 fn view(time: &str, place: [f64; 2], radii: f64, quality: Quality) -> ViewRequest {
-    let [latitude, longitude] = place.map(f64::to_radians);
-    let up = DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
-    ViewRequest {
-        position: Position::Offset { body: NaifId::EARTH, offset_km: up * radii * 6378.137, axes: Axes::BodyFixed },
-        quality,
-        width: SIDE,
-        height: SIDE,
-        fov_deg: Some(45.0),
-        ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time"))
-    }
-}
-
-/// The display levels and the light of an image's pixels.
-fn image(scene: &Scene) -> (Vec<[u8; 4]>, Vec<[f32; 4]>) {
-    let plan = plan::plan(scene, &*SESSION, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
-    let (frame, _) = SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn");
-    (frame.display, frame.hdr)
+    view_of_earth(time, over(place, radii), quality)
 }
 
 /// Whether the ground's draw shows the clouds.
@@ -58,14 +38,9 @@ fn apart(scene: &Scene) -> Scene {
 
 /// Greatest difference in levels, and the part of the pixels whose light differs by more than the threshold.
 fn difference(scene: &Scene, other: &Scene) -> (u8, f64) {
-    let (a, b, white) = (image(scene), image(other), scene.exposure.white());
-    let levels = a.0.iter().zip(&b.0).flat_map(|(x, y)| (0..3).map(move |c| x[c].abs_diff(y[c]))).max().unwrap_or(0);
-    let is_changed = |(x, y): &(&[f32; 4], &[f32; 4])| {
-        let off = |c: usize| f64::from((x[c] - y[c]).abs()) / (VISIBLE_CHANGE * f64::from(x[c])).max(VISIBLE_LIGHT * white);
-        (0..3).any(|c| off(c) > 1.0)
-    };
-    let changed = a.1.iter().zip(&b.1).filter(is_changed).count();
-    (levels, changed as f64 / a.1.len() as f64)
+    let (a, b) = (image(scene), image(other));
+    let found = air_pass::difference(&a, &b, scene.exposure.white());
+    (found.levels, found.beyond as f64 / a.1.len() as f64)
 }
 
 #[test]

@@ -77,6 +77,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
             mie_extinction: Vec3::splat(40.0),
             absorption_layer: Vec3::splat(41.0),
             absorption_extinction: Vec3::splat(42.0),
+            ground_depth: [Vec4::splat(52.0); GROUND_DEPTH_TERMS],
             blend_mode: 45.0,
             night_radiance: 47.0,
             rim_is_thin: 49.0,

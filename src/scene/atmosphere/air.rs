@@ -141,6 +141,7 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
         mie_extinction: coefficient(mie(air), extinction),
         absorption_layer: camera::narrow(knots.map(radius_sq_minus_1)),
         absorption_extinction: coefficient(absorption_layer(air), extinction),
+        ground_depth: Default::default(),
         blend_mode: 0.0,
         night_radiance: camera::narrow_scalar(night_radiance(air)),
         rim_is_thin: 0.0,

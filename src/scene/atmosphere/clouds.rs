@@ -2,7 +2,6 @@
 //!
 //! The shell is the body's ellipsoid scaled up. It is drawn only if the camera is outside: from below, no clouds are visible.
 
-use super::ground_depth;
 use crate::catalog::{Body, Clouds};
 use crate::scene::camera::{self, Placement};
 use crate::scene::draw::{CloudUniforms, DrawUniforms};
@@ -20,7 +19,7 @@ pub(crate) fn shell(placement: &Placement, scale: f64) -> Placement {
 /// Sets the uniforms of the ground's draw with which it shows the clouds as well. `clouds`: the uniforms of the clouds' own draw.
 pub(crate) fn set_above_ground(ground: &mut DrawUniforms, clouds: &DrawUniforms) {
     ground.clouds.reflectance = clouds.albedo.x;
-    ground.clouds.depth_above = ground_depth::terms(&clouds.air);
+    ground.clouds.depth_above = clouds.air.ground_depth;
 }
 
 pub(crate) fn uniforms(body: &Body) -> CloudUniforms {

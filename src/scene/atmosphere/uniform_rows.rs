@@ -3,7 +3,7 @@
 //! In: a draw's uniforms, and the number of rows of the module's array, because the sample count of a model is a constant of its fragments. Out: the
 //! value. Does not write bytes.
 
-use super::{ground_depth, quadrature_nodes};
+use super::quadrature_nodes;
 use crate::scene::draw::DrawUniforms;
 use crate::scene::draw::uniforms::UniformValue;
 use std::borrow::Cow;
@@ -13,7 +13,6 @@ pub fn uniform_value<'a>(uniforms: &'a DrawUniforms, name: &str, rows: usize) ->
     let air = &uniforms.air;
     let table = match name {
         "air_quadrature_nodes" => quadrature_nodes::nodes(air, (rows / quadrature_nodes::ROWS).saturating_sub(quadrature_nodes::ENDS)),
-        "air_ground_depth" => ground_depth::terms(air).to_vec(),
         "air_samples" | "air_multi_scatter_samples" => quadrature_nodes::samples(rows),
         "air_multi_scatter_nodes" => quadrature_nodes::multi_scatter(air, rows / quadrature_nodes::POWERS),
         _ => return uniforms.uniform(name),

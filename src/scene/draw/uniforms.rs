@@ -202,6 +202,8 @@ uniforms! {
         /// `radius_sq_minus_1` at the bottom, the middle and the top of the absorption layer.
         pub absorption_layer: Vec3 = "air_absorption_layer",
         pub absorption_extinction: Vec3 = "air_absorption_extinction",
+        /// Optical depth of the air above the ground, as `scene::atmosphere::ground_depth` fits it.
+        pub ground_depth: [Vec4; GROUND_DEPTH_TERMS] = "air_ground_depth",
         /// 0: the atmosphere is composited over the ground. 1: the ground's map includes the atmosphere, so the brighter of both is shown. 2: the map includes
         /// an atmosphere that is transparent straight down, so the disc shows the map alone, and the atmosphere beyond the limb continues the disc's brightness.
         pub blend_mode: f32 = "air_blend_mode",

@@ -208,6 +208,9 @@ fn globe(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: ClipRec
 
 /// Completes the draws of a body and returns them, the globe first, with the decisions about it.
 fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decided: Decisions<'_>) -> (Vec<Draw>, Vec<Decision>) {
+    for draw in [&mut globe, &mut decided.clouds].into_iter().flatten().filter(|d| d.features.air.model != AtmosphereModel::None) {
+        draw.uniforms.air.ground_depth = atmosphere::ground_depth::terms(&draw.uniforms.air);
+    }
     if let Some((globe, clouds)) = globe.as_mut().zip(decided.clouds.as_ref())
         && globe.features.air_pass == AirPass::ReadWithClouds
     {
