@@ -9,6 +9,7 @@ use orrery::time::Instant;
 use orrery::view::app::now_showing::NowItem;
 use orrery::view::app::places::{BodyPositions, SessionPositions};
 use orrery::view::app::view_state::CameraPose;
+use orrery::view::app::viewer::Action;
 use orrery::view::panels::Tab;
 
 const MARS: NaifId = NaifId(499);
@@ -65,6 +66,18 @@ fn each_image_opens_its_view_and_hides_the_row() {
         window.state_mut().tab = Some(Tab::Moments);
         settle(&mut window);
         assert_eq!(tiles(&window).len(), NowItem::ALL.len());
+    }
+}
+
+#[test]
+fn a_view_of_now_passes_in_real_time_even_if_time_ran_backward_or_was_paused() {
+    for earlier in [Action::RunAt(-600.0), Action::TogglePause] {
+        let mut window = first_start();
+        let places = SessionPositions(session());
+        window.state_mut().viewer.apply(earlier.clone(), 600.0, &places);
+        assert!(window.state().viewer.time_rate.rate() <= 0.0);
+        press(&mut window, NowItem::Moon);
+        assert_eq!(window.state().viewer.time_rate.rate(), 1.0, "{earlier:?}");
     }
 }
 

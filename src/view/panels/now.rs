@@ -2,7 +2,7 @@
 //!
 //! In: clicks. Out: views, a selected event, an opened panel. Always: the images are drawn in the background, one after the other, after the
 //! first image of the viewport. A view that does not exist now has no image. The row over the viewport disappears permanently when the user clicks an
-//! image or the close button or does anything else; the Moments panel always shows the images.
+//! image or the close button or does anything else than pause time; the Moments panel always shows the images.
 
 use super::icons::{self, Icon};
 use super::render_loop::colour_image;
@@ -110,7 +110,7 @@ pub(crate) fn open_panels(interface: &Interface) -> OpenPanels {
 /// Hides the row permanently once the user has moved, selected or opened something. `panels_before`: [`open_panels`] before this frame's
 /// input.
 pub(crate) fn hide_after_input(interface: &mut Interface, panels_before: OpenPanels, actions: &[Action]) {
-    // Pausing time does not hide the row, because the user may still be looking at it.
+    // Pausing time is no reason to hide the row: the user may still be looking at it.
     let has_acted = actions.iter().any(|action| !matches!(action, Action::TogglePause));
     if has_acted || open_panels(interface) != panels_before {
         interface.settings.panels.now_shown = false;
@@ -181,8 +181,8 @@ pub(crate) fn open(
             let tdb_s = if chosen.is_now { interface.viewer.now().tdb_seconds_past_j2000() } else { chosen.view.tdb_s };
             actions.push(Action::Show(Box::new(ViewState { tdb_s, ..chosen.view })));
             if chosen.is_now {
-                // Whatever the rate was before, what is called *now* passes in real time.
-                actions.push(Action::SetSpeed(1.0));
+                // Whatever the rate was before, backward or paused too, what is called *now* passes in real time.
+                actions.push(Action::RunAt(1.0));
             }
         }
     }
