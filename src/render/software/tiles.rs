@@ -28,7 +28,8 @@ pub(crate) struct TileTarget {
     clear_colour: [f32; 4],
     /// Bit `k`: block `k` was written since the last clear. The stored colours of the other blocks are stale; their pixels have `clear_colour`.
     touched_blocks: u32,
-    /// Reversed depth per sample; with one sample per pixel only the first of four is used.
+    /// Reversed depth of the four samples. With one sample per pixel the first one decides. The others are written and tested only for fully covered blocks
+    /// ([`Self::test_depth_of_all`]); at most they make that test fail, and the caller then tests pixel by pixel.
     depth: Vec<[f32; 4]>,
     /// Bit `k`: the stored depth of block `k` is valid. The stored depth of the other blocks is stale; their pixels are infinitely far.
     blocks_with_depth: u32,
@@ -92,7 +93,8 @@ impl TileTarget {
         }
     }
 
-    /// Depth test of one pixel. Returns the samples of `covered` (four bits) whose new depth is greater (nearer), and stores their depth if `write`.
+    /// Depth test of one pixel. Returns the samples of `covered` (four bits) whose new depth is greater (nearer), or all of `covered` if `test` is false, and
+    /// stores their depth if `write`.
     #[inline(always)]
     pub(crate) fn test_depth(&mut self, pixel: usize, covered: u16, new: [f32; 4], test: bool, write: bool) -> u16 {
         self.touch_depth(pixel);
@@ -100,15 +102,15 @@ impl TileTarget {
         let mut passed = 0;
         for s in 0..4 {
             // Branch-free: along an edge the branches would be mispredicted.
-            let is_nearer = (covered >> s & 1 == 1) & (!test | (new[s] > stored[s]));
-            passed |= u16::from(is_nearer) << s;
-            stored[s] = if is_nearer & write & !new[s].is_nan() { new[s] } else { stored[s] };
+            let passes = (covered >> s & 1 == 1) & (!test | (new[s] > stored[s]));
+            passed |= u16::from(passes) << s;
+            stored[s] = if passes & write & !new[s].is_nan() { new[s] } else { stored[s] };
         }
         passed
     }
 
-    /// Depth test of the four pixels of a quad, each with one depth for all its samples. Returns the samples of `covered` (sixteen bits) that pass, and
-    /// stores their depth if `write`. All samples are computed in the same way, without branches, so that the loop is vectorised.
+    /// Depth test of the four pixels of a quad, each with one depth for all its samples. Returns the samples of `covered` (sixteen bits) that pass, as
+    /// in [`Self::test_depth`], and stores their depth if `write`. All samples are computed in the same way, without branches, so that the loop is vectorised.
     #[inline(always)]
     pub(crate) fn test_depth_of_quad(&mut self, pixel: usize, covered: u16, new: &[f32; 4], test: bool, write: bool) -> u16 {
         self.touch_depth(pixel);
@@ -116,8 +118,8 @@ impl TileTarget {
             return 0;
         };
         let new: [f32; 16] = std::array::from_fn(|sample| new[sample / 4]);
-        let is_nearer = new.iter().zip(&*stored).enumerate().map(|(sample, (new, stored))| u32::from(!test | (new > stored)) << sample);
-        let passed = covered & is_nearer.fold(0, |all, bit| all | bit) as u16;
+        let passes = new.iter().zip(&*stored).enumerate().map(|(sample, (new, stored))| u32::from(!test | (new > stored)) << sample);
+        let passed = covered & passes.fold(0, |all, bit| all | bit) as u16;
         if write {
             for (sample, (stored, new)) in stored.iter_mut().zip(new).enumerate() {
                 *stored = if (passed >> sample & 1 == 1) & !new.is_nan() { new } else { *stored };
@@ -127,7 +129,7 @@ impl TileTarget {
     }
 
     /// Depth test of consecutive, fully covered pixels of one block. If all samples pass, returns true and stores their depth if `write`;
-    /// otherwise changes nothing.
+    /// otherwise changes nothing. A NaN never passes here, even if `test` is false: the caller then tests pixel by pixel, which does not store it.
     #[inline(always)]
     pub(crate) fn test_depth_of_all(&mut self, pixel: usize, new: &[f32], test: bool, write: bool) -> bool {
         self.touch_depth(pixel);
@@ -303,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quad_passes_if_all_its_pixels_pass() {
+    fn pixels_pass_together_if_each_of_them_passes() {
         let values = [0.1, 0.4, 0.6, 0.9, f32::NAN];
         for case in 0..5_usize.pow(4) {
             let new: [f32; 4] = std::array::from_fn(|k| values[case / 5_usize.pow(k as u32) % 5]);
@@ -319,6 +321,26 @@ mod tests {
                 assert_eq!(at_once, has_no_nan && passed.iter().all(|p| *p == 0b1111), "{new:?}");
                 let depths = |t: &TileTarget| t.depth[8..12].to_vec();
                 assert_eq!(depths(&one), if at_once { depths(&four) } else { depths(&start) }, "{new:?}");
+            }
+        }
+    }
+
+    /// The test of a quad gives what the tests of its pixels give, for every combination of depths and for partial coverage.
+    #[test]
+    fn a_quad_is_tested_as_its_pixels_are() {
+        let values = [0.1, 0.4, 0.9, f32::NAN];
+        for case in 0..4_usize.pow(4) {
+            let new: [f32; 4] = std::array::from_fn(|k| values[case / 4_usize.pow(k as u32) % 4]);
+            for (covered, test, write) in [(0xffff, true, true), (0x5a3c, true, true), (0x0f71, true, false), (0x8421, false, true)] {
+                let mut quad = TileTarget::new(4);
+                quad.clear([0.0; 4], true);
+                quad.test_depth(8, 0b1111, [0.5, 0.0, 0.5, 0.4], true, true);
+                quad.test_depth(10, 0b0110, [0.3; 4], true, true);
+                let mut pixels = quad.clone();
+                let passed = quad.test_depth_of_quad(8, covered, &new, test, write);
+                let of_pixel = |k: usize| pixels.test_depth(8 + k, covered >> (4 * k) & 0xf, [new[k]; 4], test, write) << (4 * k);
+                assert_eq!(passed, (0..4).map(of_pixel).fold(0, |all, bits| all | bits), "{new:?} {covered:x}");
+                assert_eq!(quad.depth[8..12], pixels.depth[8..12], "{new:?} {covered:x}");
             }
         }
     }
