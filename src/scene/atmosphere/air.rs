@@ -18,9 +18,9 @@ use std::collections::BTreeSet;
 
 /// Fraction of scattered light that reaches the ground as skylight: Rayleigh scattering sends half each way.
 const DOWNWARD_FRACTION: f64 = 0.5;
-/// Mean luminance of the night sky without airglow: as bright as 75 stars of tenth magnitude per square degree, 8.3e-7 cd/m2 each, of which zodiacal light
-/// contributes 60 and starlight 15. With 145 of airglow, the sum of 220 is the darkest sky of the Earth, 21.9 magnitudes per square arc second. The
-/// luminance varies by a factor of two over the sky and between the planets, because zodiacal light is fainter farther from the Sun.
+/// Mean luminance of the night sky without airglow: 75 S10 units, of which zodiacal light contributes 60 and starlight 15. One S10 unit, one star of tenth
+/// magnitude per square degree, is 8.3e-7 cd/m2. With 145 units of airglow, the sum of 220 is the darkest sky of the Earth, 21.9 magnitudes per square arc
+/// second. The luminance varies by a factor of two over the sky and between the planets, because zodiacal light is fainter farther from the Sun.
 const NIGHT_SKY_CD_M2: f64 = 75.0 * 8.3e-7;
 
 /// Radiance of the moonless night sky, without city lights.
@@ -70,11 +70,11 @@ pub(crate) fn ground_is_bare(body: &Body) -> bool {
 
 /// Vertical optical depth in the clearest channel above which an atmosphere is visible over the disc: Mars' dust (0.5) is, the clear gas of the giant
 /// planets is not.
-const MIN_OPAQUE_DEPTH: f64 = 0.3;
+const MIN_DEPTH_OVER_DISC: f64 = 0.3;
 
-/// Whether scattered light extends past the terminator; then it is drawn even over a map that includes it.
-pub(crate) fn is_opaque(air: &Atmosphere) -> bool {
-    vertical_optical_depth(air).min_element() > MIN_OPAQUE_DEPTH
+/// Whether the atmosphere is visible over the disc: its scattered light extends past the terminator, so that it is drawn even over a map that includes it.
+pub(crate) fn is_visible_over_disc(air: &Atmosphere) -> bool {
+    vertical_optical_depth(air).min_element() > MIN_DEPTH_OVER_DISC
 }
 
 /// The placement of the top of the atmosphere: the ground's ellipsoid scaled up.
@@ -121,9 +121,9 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
     // A missing species gets the scale height of the other species, so that the quadrature fits the one that exists.
     let height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(radius_km, |s| s.scale_height_km) / radius_km);
     let coefficient = |s: Option<&Species>, what: fn(&Species) -> DVec3| {
-        // A triangular layer keeps its peak; an exponential profile starts with its density at the floor.
-        let density_at_floor = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_km) });
-        camera::narrow(s.map_or(DVec3::ZERO, what) * density_at_floor * radius_km)
+        // The density to which the coefficient belongs: an exponential profile starts with its density at the floor; a triangular layer keeps its peak.
+        let reference_density = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_km) });
+        camera::narrow(s.map_or(DVec3::ZERO, what) * reference_density * radius_km)
     };
     let triangular = absorption_layer(air).and_then(|s| Some((s.tent_centre_km? - floor_km, s.scale_height_km)));
     let knots = triangular.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / radius_km);
@@ -200,8 +200,8 @@ impl<'a> SurroundingAir<'a> {
     /// to the light.
     pub(crate) fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
         let height_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
-        let above = SKY_LEVELS.iter().rposition(|(deg, _)| *deg <= height_deg).unwrap_or(0);
-        let ((d0, l0), (d1, l1)) = (SKY_LEVELS[above.min(SKY_LEVELS.len() - 2)], SKY_LEVELS[(above + 1).min(SKY_LEVELS.len() - 1)]);
+        let below = SKY_LEVELS.iter().rposition(|(deg, _)| *deg <= height_deg).unwrap_or(0);
+        let ((d0, l0), (d1, l1)) = (SKY_LEVELS[below.min(SKY_LEVELS.len() - 2)], SKY_LEVELS[(below + 1).min(SKY_LEVELS.len() - 1)]);
         let fraction = ((height_deg - d0) / (d1 - d0)).clamp(0.0, 1.0);
         irradiance * (l0.ln() + fraction * (l1 / l0).ln()).exp()
     }
@@ -220,7 +220,7 @@ impl<'a> SurroundingAir<'a> {
         let start = from.dot(along);
         let closest_sq_minus_1 = from.length_squared() - 1.0 - start * start;
         let edge = (radius_sq_minus_1(self.air.top_km / radius_km) - closest_sq_minus_1).max(0.0).sqrt();
-        // The ray starts at the camera, where the air is densest on the way out.
+        // Steps are shortest at the camera, where the air of a rising ray is densest; a ray that first descends is sampled less well.
         let depth = optical_depth(self.air, (edge - start) * scale, STEPS, |s_km| {
             let s = start + s_km / scale;
             let radius_sq_minus_1 = (closest_sq_minus_1 + s * s).max(0.0);

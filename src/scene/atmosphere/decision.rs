@@ -74,14 +74,14 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     // Unless the catalog gives the ground's own colour, the disc's colour already includes the atmosphere.
     let colour_includes_air = !inside && !air::ground_is_bare(body) && inputs.pixel_view() != PixelView::OpticalDepth;
     if colour_includes_air
-        && (rim_is_negligible || !air::is_opaque(air) || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0)
+        && (rim_is_negligible || !air::is_visible_over_disc(air) || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0)
     {
         log.note("air-over-ground", false, reason!("air-in-colours"));
         chosen.air = AtmosphereModel::None;
     } else if colour_includes_air {
         log.note("air-over-ground", true, reason!("air-where-brighter"));
     }
-    decisions.blend_mode = match (colour_includes_air, air::is_opaque(air)) {
+    decisions.blend_mode = match (colour_includes_air, air::is_visible_over_disc(air)) {
         (false, _) => 0.0,
         (true, true) => 1.0,
         (true, false) => 2.0,

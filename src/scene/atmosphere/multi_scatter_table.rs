@@ -1,6 +1,7 @@
 //! Multiply scattered light of an atmosphere, as a table over height and the Sun's zenith angle.
 //!
-//! In: a body with its atmosphere. Out: [`NODES`] radiances per unit of sunlight. Method (S. Hillaire, EGSR 2020): light of the second order is summed over
+//! In: a body with its atmosphere. Out: [`NODES`] square roots, of radiances per unit of sunlight by rows of heights, and in the last row of the irradiance of
+//! level ground. Method (S. Hillaire, EGSR 2020): light of the second order is summed over
 //! directions with an isotropic phase function, and each further order is the previous order times the fraction that scatters again nearby: a
 //! geometric series. The ground is a Lambert surface of the body's albedo. Not modelled: the directionality of the higher orders, and light that spreads
 //! sideways beyond the region in which the air is uniform.
@@ -197,8 +198,8 @@ impl AirSphere<'_> {
     /// Interpolates the table as the shader does.
     fn interpolate(&self, rows: &[DVec3], height_km: f64, cosine: f64) -> DVec3 {
         let node = |k: usize| root(rows[k]);
-        let mean = between_nodes(height_km / self.air.top_km, column_coordinate(cosine), node);
-        mean * mean
+        let root = between_nodes(height_km / self.air.top_km, column_coordinate(cosine), node);
+        root * root
     }
 }
 
