@@ -1,7 +1,7 @@
 //! Textures in GPU memory, each uploaded once and kept within a budget.
 //!
 //! In: decoded textures. Out: views of GPU textures with the same mip levels; nothing is filtered here. A map is identified by the address of its
-//! decoded image, and the least recently used maps are evicted when the budget is exceeded. Large maps are uploaded in chunks. A table (a texture of
+//! decoded texture. The least recently used textures are evicted when the budget is exceeded. Large maps are uploaded in chunks. A table (a texture of
 //! one level) is identified by a digest of its content, because the scene module computes tables again in each frame. Persistent tables, which their
 //! owner keeps, are identified by address like maps.
 
@@ -25,10 +25,10 @@ const TABLE_FRAMES: u64 = 60;
 
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum TextureKey {
-    /// The address of the decoded image.
-    Map(usize),
-    /// The digest of the content, its size and its format: the same bytes can be texels of another table.
-    Table([u8; 32], [u32; 2], TexelFormat),
+    /// A map or a persistent table: the address of the decoded texture.
+    ByAddress(usize),
+    /// Any other table: the digest of the content, its size and its format, because the same bytes can be texels of another table.
+    ByContent([u8; 32], [u32; 2], TexelFormat),
 }
 
 struct Uploaded {
@@ -36,15 +36,15 @@ struct Uploaded {
     texture: wgpu::Texture,
     bytes: u64,
     last_used_frame: u64,
-    /// For a map: the decoded image. If the image no longer exists, its address may belong to another map by now. `None` for a table.
-    decoded_map: Option<Weak<Texture>>,
+    /// For [`TextureKey::ByAddress`], the decoded texture. Once it no longer exists, its address may belong to another texture.
+    decoded: Option<Weak<Texture>>,
 }
 
 #[derive(Default)]
 pub(crate) struct Uploads {
     by_key: HashMap<TextureKey, Uploaded>,
     frame: u64,
-    /// Bytes written since the last submission.
+    /// Bytes written since the last chunk was submitted.
     pending_bytes: u64,
     last_chunk: Option<SubmissionIndex>,
     /// Bytes uploaded since the renderer was opened.
@@ -60,12 +60,13 @@ pub(crate) fn format_of(format: TexelFormat) -> TextureFormat {
 }
 
 impl Uploads {
-    /// Starts a frame: evicts textures that no longer exist, and the least recently used ones above the budget.
+    /// Starts a frame: evicts textures whose decoded texture no longer exists, tables that were not used for some frames, and the least recently used textures
+    /// above the budget.
     pub(crate) fn begin_frame(&mut self) {
         self.frame += 1;
         let frame = self.frame;
-        self.by_key.retain(|_, u| match &u.decoded_map {
-            Some(map) => map.strong_count() > 0,
+        self.by_key.retain(|_, u| match &u.decoded {
+            Some(decoded) => decoded.strong_count() > 0,
             None => u.last_used_frame + TABLE_FRAMES >= frame,
         });
         let mut total = self.total_bytes();
@@ -100,10 +101,9 @@ impl Uploads {
     ) -> Result<TextureView, String> {
         let key = match &texture.levels[..] {
             [] => return Err("a texture has no mip level".into()),
-            [only] if !persistent => TextureKey::Table(Sha256::digest(only.bytes()).into(), [only.width, only.height], texture.format),
-            _ => TextureKey::Map(Arc::as_ptr(texture) as usize),
+            [only] if !persistent => TextureKey::ByContent(Sha256::digest(only.bytes()).into(), [only.width, only.height], texture.format),
+            _ => TextureKey::ByAddress(Arc::as_ptr(texture) as usize),
         };
-        let is_table = matches!(key, TextureKey::Table(..));
         if let Some(known) = self.by_key.get_mut(&key) {
             known.last_used_frame = self.frame;
             return Ok(known.view.clone());
@@ -112,8 +112,8 @@ impl Uploads {
         let bytes = texture.levels.iter().map(|level| level.byte_count() as u64).sum();
         self.sent_bytes += bytes;
         let view = uploaded.create_view(&wgpu::TextureViewDescriptor::default());
-        let decoded_map = (!is_table).then(|| Arc::downgrade(texture));
-        self.by_key.insert(key, Uploaded { view: view.clone(), texture: uploaded, bytes, last_used_frame: self.frame, decoded_map });
+        let decoded = matches!(key, TextureKey::ByAddress(_)).then(|| Arc::downgrade(texture));
+        self.by_key.insert(key, Uploaded { view: view.clone(), texture: uploaded, bytes, last_used_frame: self.frame, decoded });
         Ok(view)
     }
 
@@ -122,7 +122,7 @@ impl Uploads {
         let first = &texture.levels[0];
         let max_side = device.limits().max_texture_dimension_2d;
         if first.width > max_side || first.height > max_side {
-            return Err(format!("a map has {}x{} texels; the adapter allows at most {max_side} per side", first.width, first.height));
+            return Err(format!("a texture has {}x{} texels; the adapter allows at most {max_side} per side", first.width, first.height));
         }
         let extent = |width: u32, height: u32| Extent3d { width, height, depth_or_array_layers: 1 };
         let uploaded = device.create_texture(&TextureDescriptor {
