@@ -70,14 +70,14 @@ pub struct Catalog {
     field_lines: BTreeMap<BodyField, FileLine>,
 }
 
-/// One wrong field: its position, its value, and the allowed values.
+/// One problem of a file: where it is, and what is wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// The file's name as the caller gave it.
     pub file: String,
     /// Line number, starting at 1.
     pub line: usize,
-    /// Body, field, value, and allowed values.
+    /// What is wrong; of a field usually body, field, value, and allowed values.
     pub message: String,
 }
 
@@ -115,7 +115,7 @@ impl std::fmt::Display for CatalogError {
 pub struct UnknownName(pub String);
 
 impl Catalog {
-    /// The embedded catalog. A test verifies that it has no problem, so it never panics in a built program.
+    /// The embedded catalog. A test verifies that it has no problem, so it never panics in a released program.
     pub fn embedded() -> Self {
         match read::read(TABLES) {
             Ok(catalog) => catalog,
@@ -201,7 +201,8 @@ impl Catalog {
         self.data_layers.all()
     }
 
-    /// This catalog with the content of its data layers, each by [`DataLayer::with_content`]. An image on a body becomes one of the body's overlays.
+    /// This catalog with the content of its data layers. `read` returns a layer with the content of its file ([`DataLayer::with_content`]). An image on a body
+    /// becomes one of the body's overlays.
     ///
     /// # Errors
     /// The error of the first file that cannot be read, or that exceeds the limits of all layers together, or of an image that exceeds the limit of a body.

@@ -80,7 +80,7 @@ impl Content {
     /// Checks the number of positions before they are added.
     pub fn count(&mut self, positions: usize) -> Result<(), String> {
         self.positions += positions;
-        if self.positions > MAX_POSITIONS { Err(format!("more than {MAX_POSITIONS} points")) } else { Ok(()) }
+        if self.positions > MAX_POSITIONS { Err(format!("more than {MAX_POSITIONS} positions")) } else { Ok(()) }
     }
 
     /// Adds a line of at least two vertices.
@@ -146,7 +146,7 @@ impl TotalSize {
         self.positions += layer.points.len() + layer.lines.iter().map(|line| line.vertices.len()).sum::<usize>();
         self.length_deg += layer.lines.iter().map(|line| length_deg(&line.vertices)).sum::<f64>();
         if self.positions > MAX_POSITIONS_TOGETHER {
-            return Err(format!("with this file all layers have more than {MAX_POSITIONS_TOGETHER} points"));
+            return Err(format!("with this file all layers have more than {MAX_POSITIONS_TOGETHER} positions"));
         }
         if self.length_deg > MAX_LENGTH_DEG {
             return Err(format!(
