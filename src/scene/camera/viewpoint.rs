@@ -19,10 +19,11 @@ use glam::{DMat3, DVec3};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Viewer {
     pub camera: Camera,
-    /// Barycentric velocity, ICRF; zero for a camera at rest.
+    /// Barycentric velocity, ICRF: that of the body in whose centre or on whose ground the camera is, zero for a camera over its target or at an offset from a
+    /// body.
     pub velocity_km_s: DVec3,
     /// Velocity of the body relative to which the camera is placed, for the aberration of stars. The aberration of bodies uses `velocity_km_s`, which is zero
-    /// for a camera over its target.
+    /// for a camera that is not on or in a body.
     pub body_velocity_km_s: DVec3,
     /// The requested up direction (ICRF, of any length), not necessarily orthogonal to the line of sight.
     pub up_hint: DVec3,

@@ -1,7 +1,7 @@
 //! A cache of the Moon's limb profiles, kept from frame to frame.
 //!
-//! In: the height map and the viewer's position in the Moon's axes. Out: the profile, computed once for all positions from which the limb looks the
-//! same.
+//! In: the height map and the viewer's position in the Moon's axes. Out: the profile, computed only if none of the last few was seen from a position from
+//! which the limb looks the same.
 
 use crate::catalog::lunar_heights::HeightMap;
 use crate::ephemeris::angle_rad;
@@ -10,7 +10,8 @@ use crate::memo::Memo;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Viewers whose directions from the Moon differ by less than this angle share a profile, radians: 50 m on the Moon's ground.
+/// Viewers whose directions from the Moon differ by less than this angle, radians, and whose distances by less than [`SAME_DISTANCE_RATIO`] share a profile: 50 m
+/// on the Moon's ground.
 const SAME_DIRECTION_RAD: f64 = 3e-5;
 
 /// The most recent profiles, by map and viewer's position in the Moon's axes.
