@@ -1,7 +1,7 @@
 //! Inspects one draw at one pixel: returns its colour and every named value of its module.
 //!
 //! In: a plan's draw, its modules, a pixel. Out: [`PixelValues`], in the renderer's precision, or `None` if the draw does not shade the
-//! pixel. Of a mesh only the nearest triangle is drawn. The module is lowered again with its named values as outputs; rasteriser, kernels and
+//! pixel or its red is NaN there. Of a mesh only the nearest triangle is drawn. The module is lowered again with its named values as outputs; rasteriser, kernels and
 //! textures are the same as for images.
 
 use super::RenderError;
@@ -88,7 +88,7 @@ impl SoftwareRenderer {
         let recording = RecordingStage { inner: &bound.fragment, lane, recorded: Mutex::default() };
         let (image, _) = execute(&pass, &[DrawStages { vertex: &bound.vertex, fragment: &recording }])?;
         let PassImage::Float(pixels) = image else { return Ok(None) };
-        // The pixel still has the clear colour: it was not covered, or was discarded.
+        // The pixel still has the clear colour: it was not covered, or was discarded. A draw whose red is NaN cannot be told from these.
         if pixels.get((y * width + x) as usize).is_none_or(|p| p[0].is_nan()) {
             return Ok(None);
         }

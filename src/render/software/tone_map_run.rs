@@ -22,7 +22,7 @@ pub(super) struct ToneMapRun<'a, R> {
 }
 
 impl<'a, R: Real> ToneMapRun<'a, R> {
-    /// `None` if the lanes are not f32, or the program has other inputs and outputs.
+    /// `None` if the lanes are not f32, if the program does not read the pixel's position, or if it has outputs other than the components of one colour.
     pub(super) fn new(
         tone_map: ToneMapUniforms,
         inputs: &[LaneInput],

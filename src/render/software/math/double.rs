@@ -69,8 +69,9 @@ pub(crate) fn exp2<const FMA: bool>(x: f64) -> f64 {
 /// Reduces a logarithm's argument: f = mantissa - 1, the exponent, f^2/2, and s (f^2/2 + R(s^2)) with s = f/(2+f).
 #[inline(always)]
 fn log_parts<const FMA: bool>(x: f64) -> (f64, f64, f64, f64) {
-    let is_subnormal = x < f64::MIN_POSITIVE;
-    let scaled = if is_subnormal { x * 18_014_398_509_481_984.0 } else { x };
+    // True for subnormal x, which it makes normal; also for x <= 0, where the callers replace the result.
+    let is_scaled = x < f64::MIN_POSITIVE;
+    let scaled = if is_scaled { x * 18_014_398_509_481_984.0 } else { x };
     const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
     let bits = scaled.to_bits().wrapping_sub(SQRT_HALF_BITS);
     // The exponent as a float: its bits are ORed into those of 2^52, and 2^52 and the bias are subtracted. An integer conversion has no vector
@@ -78,7 +79,7 @@ fn log_parts<const FMA: bool>(x: f64) -> (f64, f64, f64, f64) {
     let exponent_bits = (bits >> 52) ^ 0x800;
     let exponent = f64::from_bits(exponent_bits | 0x4330_0000_0000_0000) - 4_503_599_627_370_496.0 - 2048.0;
     let exponent = if exponent > 1024.0 { exponent - 4096.0 } else { exponent };
-    let exponent = if is_subnormal { exponent - 54.0 } else { exponent };
+    let exponent = if is_scaled { exponent - 54.0 } else { exponent };
     let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff).wrapping_add(SQRT_HALF_BITS)) - 1.0;
     let s = f / (2.0 + f);
     let z = s * s;
@@ -136,8 +137,8 @@ pub(crate) fn log2<const FMA: bool>(x: f64) -> f64 {
 }
 
 /// Range reduction by quarter turns: the remainder in [-pi/4, pi/4] and the low bits of the number of quarter turns. Accurate to 1e-16 relative for
-/// |x| <= 1.6e6 (pi/2 is the sum of three parts, of which the first two have 33 bits); for greater |x| the remainder is clamped to its range. inf and
-/// NaN give NaN.
+/// |x| <= 1.6e6 (pi/2 is the sum of three parts, of which the first two have 33 bits); for greater |x| the remainder is clamped to
+/// [-0.786, 0.786], just beyond pi/4. inf and NaN give NaN.
 #[inline(always)]
 pub(crate) fn quarter_turns(x: f64) -> (f64, i64) {
     let (k, n) = round_to_int(x * std::f64::consts::FRAC_2_PI);
@@ -339,7 +340,7 @@ pub(crate) fn atanh<const FMA: bool>(x: f64) -> f64 {
     (if a > 1.0 { f64::NAN } else { y }).copysign(x)
 }
 
-/// x^y for x >= 0. WGSL does not specify negative x; the result is NaN here. x^0 = 1, 1^y = 1.
+/// x^y. WGSL does not specify negative x; the result is NaN here, except for y = 0: x^0 = 1 and 1^y = 1, unless x or y is NaN.
 #[inline(always)]
 pub(crate) fn pow<const FMA: bool>(x: f64, y: f64) -> f64 {
     let (w, low) = log2_pair::<FMA>(x);
