@@ -1,6 +1,7 @@
 //! Geometry of the light meter: intersection of rays with bodies, and the fraction of a disc that nearer bodies leave visible.
 //!
-//! Always: every result changes continuously with position and direction.
+//! Always: weights of positions, intersections and visible fractions change continuously with position and direction. `area_px` and
+//! `weighted_in_frame_fraction` do so while an outline remains an ellipse, and jump where it opens or leaves the frame.
 
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{Camera, Placement};
@@ -22,7 +23,7 @@ pub(crate) fn frame_position_weight(edge_fraction: f64) -> f64 {
 pub(crate) struct RayHit {
     /// Angle between the ray and the limb, radians; negative if the ray misses the body.
     pub inside_rad: f64,
-    /// The point where the ray meets the ground, or the nearest point of the limb if it misses.
+    /// The point where the ray meets the ground; if it misses, the point of the ground that is nearest to it.
     pub point: DVec3,
 }
 
