@@ -1,8 +1,9 @@
 //! `orrery bench --meshes`: measures the cost of a shape model as a function of its number of triangles.
 //!
-//! In: a size and a number of rounds. Out: JSON with one row per model: number of triangles, time to read the file, time to trace the shadow, and
-//! times of frames with and without mesh and shadow, measured alternately. Always: the shapes are invented, spheres with bumps in place of Phobos; their
-//! folder is removed after the measurement.
+//! In: a size and a number of rounds. Out: JSON with one row per model: number of triangles; CPU time of the first frame for reading the mesh
+//! (`read_ms`), and of the scene stage of the first frame with the mesh's own shadow (`trace_shadow_ms`: mostly, but not only, tracing it); the median
+//! time of a frame of the ellipsoid; and the ratios to it of frames with the mesh, without (`without_self_shadow`) and with its shadow (`mesh`), measured
+//! alternately. Always: the shapes are invented, spheres with bumps in place of Phobos; their folder is removed after the measurement.
 
 use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};
@@ -20,7 +21,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 const PHOBOS: NaifId = NaifId(401);
-/// Numbers of vertex rows from pole to pole; a sphere with n rows has about 4 n² triangles.
+/// Numbers of bands of latitude from pole to pole; a sphere with n bands has about 4 n² triangles.
 const ROWS: [u32; 4] = [36, 72, 143, 286];
 /// Mean radius of the sphere; less than the body's own radius, so that the bumps stay near its ellipsoid.
 const RADIUS_KM: f64 = 11.0;
@@ -98,7 +99,7 @@ fn row(common: &Common, (width, height): (u32, u32), rounds: usize, rows: u32) -
     let (unshadowed, ellipsoid) = (without(Effect::SelfShadow), without(Effect::Mesh));
     let sampling = SamplingQuality::of(common.quality);
     let draw = |request: &ViewRequest| session.draw(request, sampling, false).map(drop);
-    // The first frame with a feature includes the one-time work for it: reading the mesh file, or tracing its shadow.
+    // The first frame with a feature includes the one-time work for it: reading the mesh file, or tracing its shadow. The time is that of the whole stage.
     let stage_ms_of_first_draw = |request: &ViewRequest, stage: Stage| -> Result<f64, CliError> {
         let earlier = session.report().0;
         draw(request)?;
