@@ -1,4 +1,4 @@
-//! Tests of the English texts, and of those that are drawn into images.
+//! Tests of the message texts: arguments, numbers, names and times in English and German, and the texts that are drawn into images.
 
 use super::{Argument, ENGLISH_FILE, GERMAN_FILE, TextLanguage};
 use std::collections::HashSet;
@@ -34,7 +34,8 @@ fn german_numbers_names_and_times() {
     assert_eq!(message!("reason-lines-shadow-path", body = "Moon", time = Argument::Time("x".into())).to_string().matches('x').count(), 1);
 }
 
-/// The text of an image's messages needs no plural forms, which this module cannot choose.
+/// Every text that is drawn into an image exists in both languages. No line of either file chooses between plural forms, because this module cannot evaluate
+/// Fluent's selectors (` ->`).
 #[test]
 fn texts_in_images_are_simple_and_in_both_languages() {
     let ids = |file: &'static str| -> HashSet<&str> {

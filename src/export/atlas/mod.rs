@@ -1,8 +1,8 @@
 //! The atlas: a static site with a page for each module: image, features, source by feature, cost, and neighbouring modules.
 //!
-//! In: a revision and module ids. Out: `index.html`, a page and an image for each module, `lines.js`, `manifest.json`. Always: the site
-//! works from the local disk without server or network; the same modules give the same bytes. Source lines are stored once for all pages,
-//! because the modules share most of their lines and would take a gigabyte in full.
+//! In: a revision and module ids. Out: `index.html`, a page for each module, an image for each module that draws a body, `lines.js`, `atlas.js`,
+//! `atlas.css`, `manifest.json`. Always: the site works from the local disk without server or network; the same modules give the same bytes. Source
+//! lines are stored once for all pages, because the modules share most of their lines and would take a gigabyte in full.
 
 mod lines;
 mod neighbours;
