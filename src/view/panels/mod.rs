@@ -52,7 +52,7 @@ use crate::view::worker::render_worker::RenderWorker;
 use parking_lot::Mutex;
 use std::sync::Arc;
 
-/// The panels at the sides of the sky.
+/// The panels at the sides of the viewport.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tab {
     Moments,
@@ -115,6 +115,7 @@ impl Tab {
 const NOTICE_S: f64 = 8.0;
 /// Display time of the reply to a user's action: long enough to read a path.
 const MESSAGE_S: f64 = 20.0;
+
 /// State of the interface: the viewer and the panels.
 pub struct Interface {
     pub viewer: Viewer,
@@ -123,7 +124,7 @@ pub struct Interface {
     pub language: Language,
     /// The open panel, if any.
     pub tab: Option<Tab>,
-    /// A second panel, which stays open on the other side of the sky.
+    /// A second panel, which stays open on the other side of the viewport.
     pub kept_tab: Option<Tab>,
     pub bodies_shown: bool,
     pub help_shown: bool,
@@ -135,7 +136,7 @@ pub struct Interface {
     pub fullscreen: bool,
     /// The GPU that renders the images also presents the window, so images need not be copied to the CPU.
     pub on_gpu: bool,
-    /// Why the window shows another view than the requested one; `None` once the user has closed the message.
+    /// The error before the window opened, because of which it shows the default view; `None` once the user has closed the message.
     pub warning: Option<String>,
     /// What the last preset changed in the view.
     preset_changes: Option<PresetChanges>,
@@ -149,7 +150,7 @@ pub struct Interface {
     is_styled: bool,
     /// A control has the keyboard focus.
     has_keyboard: bool,
-    /// The reply to the user's last action, for the line below the sky.
+    /// The reply to the user's last action, for the line over the viewport's lower edge.
     pub message: String,
     /// The displayed reply, and the time at which it disappears, interface seconds.
     message_shown: (String, f64),
@@ -282,7 +283,7 @@ impl Interface {
         self.has_keyboard = ui.memory(|m| m.focused().is_some());
         let height_px = f64::from(self.viewport.size_px[1]);
         let places = SessionPositions(worker.session());
-        // A selection does not move the view, so the image stays sharp.
+        // Any action but a selection may move the view; after a selection the image stays sharp.
         if actions.iter().any(|action| !matches!(action, Action::Select(_))) {
             self.viewport.moved_s = now_s;
             if !starts_tour {
@@ -334,7 +335,7 @@ impl Interface {
         self.performance.interface_ms = took.as_secs_f64() * 1e3;
     }
 
-    /// The message below the sky: the reason why there is no image, else the reply to the last action, else the last message of the session.
+    /// The message over the viewport's lower edge: the reason why there is no image, else the reply to the last action, else the last message of the session.
     pub fn message_line(&self) -> &str {
         match (&self.failure_reason, self.message.as_str()) {
             (Some(why), _) => why,
