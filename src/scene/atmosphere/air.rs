@@ -7,6 +7,7 @@ use crate::catalog::{Atmosphere, Body, Species};
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::extinction::{density, extinction, optical_depth, scattering};
 use crate::scene::atmosphere::species::{absorption_layer, mie, rayleigh, vertical_optical_depth};
+use crate::scene::atmosphere::{height_above_unit_sphere, radius_sq_minus_1};
 use crate::scene::camera::{self, Placement};
 use crate::scene::draw::{AtmosphereModel, AtmosphereUniforms, DrawUniforms};
 use crate::scene::light::exposure::CANDELAS_PER_RADIANCE;
@@ -32,15 +33,28 @@ fn night_radiance(air: &Atmosphere) -> f64 {
 }
 
 /// Integration steps of the transmittance towards a body beyond the air; the result is within 1e-4 of that of 1000 steps.
-const STEPS: usize = 64;
+const TRANSMITTANCE_STEPS: usize = 64;
 
-/// Height of the Sun in degrees, and the radiance for which images of ground and sky on the Earth are exposed: chosen by eye.
-const SKY_LEVELS: [(f64, f64); 7] = [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
+/// The Sun's altitude in degrees, and the radiance for which images of ground and sky on the Earth are exposed: chosen by eye.
+const EXPOSURE_BY_ALTITUDE: [(f64, f64); 7] =
+    [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
 
 /// Every model that a draw of the body can have.
 pub(crate) fn possible_models(body: &Body) -> BTreeSet<AtmosphereModel> {
     let drawn = AtmosphereModel::CHOICES.into_iter().filter(|_| body.atmosphere.is_some());
     drawn.chain([AtmosphereModel::None]).collect()
+}
+
+/// Numbers of samples of a model's integral over the ground: along rays that only rise or only fall, by day, and along all others. They repeat
+/// QUADRATURE_NODES and AIR_SAMPLES of shaders/lib/air/sample_counts.wesl.
+pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
+    match model {
+        AtmosphereModel::None => (0, 0),
+        AtmosphereModel::Vertex => (4, 5),
+        AtmosphereModel::Pixel8 => (6, 8),
+        AtmosphereModel::Pixel16 | AtmosphereModel::Table => (8, 16),
+        AtmosphereModel::Pixel32 => (16, 32),
+    }
 }
 
 /// The model of the atmosphere, and why. Where the reason names two sample counts, the smaller applies to rays that only rise or only fall, by day.
@@ -50,15 +64,13 @@ pub(crate) fn model(chosen: Option<AtmosphereModel>, quality: Quality) -> (Atmos
         Quality::Draft => AtmosphereModel::Pixel8,
         Quality::Standard | Quality::Reference => AtmosphereModel::Table,
     });
+    let (few, many) = sample_counts(model);
     let reason = match (model, chosen) {
         (AtmosphereModel::None, _) => reason!("air-none"),
-        (AtmosphereModel::Vertex, _) => reason!("air-samples-chosen", few = 4, many = 5),
-        (AtmosphereModel::Pixel8, Some(_)) => reason!("air-samples-chosen", few = 6, many = 8),
-        (AtmosphereModel::Pixel8, None) => reason!("air-samples-draft", few = 6, many = 8),
-        (AtmosphereModel::Pixel16, _) => reason!("air-samples-chosen", few = 8, many = 16),
-        (AtmosphereModel::Pixel32, _) => reason!("air-samples-chosen", few = 16, many = 32),
-        (AtmosphereModel::Table, Some(_)) => reason!("air-samples-table-chosen", few = 8, many = 16),
-        (AtmosphereModel::Table, None) => reason!("air-samples-table", few = 8, many = 16),
+        (AtmosphereModel::Pixel8, None) => reason!("air-samples-draft", few = few, many = many),
+        (AtmosphereModel::Table, Some(_)) => reason!("air-samples-table-chosen", few = few, many = many),
+        (AtmosphereModel::Table, None) => reason!("air-samples-table", few = few, many = many),
+        _ => reason!("air-samples-chosen", few = few, many = many),
     };
     (model, reason)
 }
@@ -109,15 +121,12 @@ pub(crate) fn rim_px(body: &Body, air: &Atmosphere, diameter_px: f64) -> f64 {
     rim_km / (2.0 * body.radii_km.max_element()) * diameter_px
 }
 
-fn radius_sq_minus_1(height_radii: f64) -> f64 {
-    height_radii * (2.0 + height_radii)
-}
-
 /// Uniforms of the atmosphere above a floor: the body's ellipsoid scaled by `floor`, 1 for the ground itself. Lengths are in the floor's equatorial radii.
 pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
     let Some(air) = &body.atmosphere else { return AtmosphereUniforms::default() };
     let radius_km = body.radii_km.x * floor;
     let floor_km = radius_km - body.radii_km.x;
+    let top = ((air.top_km - floor_km) / radius_km).max(0.0);
     // A missing species gets the scale height of the other species, so that the quadrature fits the one that exists.
     let height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(radius_km, |s| s.scale_height_km) / radius_km);
     let coefficient = |s: Option<&Species>, what: fn(&Species) -> DVec3| {
@@ -126,11 +135,12 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
         camera::narrow(s.map_or(DVec3::ZERO, what) * reference_density * radius_km)
     };
     let triangular = absorption_layer(air).and_then(|s| Some((s.tent_centre_km? - floor_km, s.scale_height_km)));
-    let knots = triangular.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / radius_km);
+    let layer_edges =
+        triangular.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / radius_km);
     let scattered: DVec3 = air.species.iter().map(|s| scattering(s) * s.scale_height_km).sum();
     AtmosphereUniforms {
-        top: camera::narrow_scalar(radius_sq_minus_1(((air.top_km - floor_km) / radius_km).max(0.0))),
-        end_heights: Vec2::new(camera::narrow_scalar(((air.top_km - floor_km) / radius_km).max(0.0)), 0.0),
+        top: camera::narrow_scalar(radius_sq_minus_1(top)),
+        end_heights: Vec2::new(camera::narrow_scalar(top), 0.0),
         rayleigh_scale_height: height(rayleigh(air).or(mie(air))),
         rayleigh_scattering: coefficient(rayleigh(air), scattering),
         rayleigh_extinction: coefficient(rayleigh(air), extinction),
@@ -139,7 +149,7 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
         mie_asymmetry: camera::narrow_scalar(mie(air).and_then(|s| s.asymmetry).unwrap_or(0.0)),
         mie_scattering: coefficient(mie(air), scattering),
         mie_extinction: coefficient(mie(air), extinction),
-        absorption_layer: camera::narrow(knots.map(radius_sq_minus_1)),
+        absorption_layer: camera::narrow(layer_edges.map(radius_sq_minus_1)),
         absorption_extinction: coefficient(absorption_layer(air), extinction),
         ground_depth: Default::default(),
         blend_mode: 0.0,
@@ -196,13 +206,14 @@ impl<'a> SurroundingAir<'a> {
         vertical_optical_depth(self.air).max_element() > VISIBLE_CHANGE
     }
 
-    /// The radiance for which an image under this sky is exposed: [`SKY_LEVELS`] interpolated by the light's height. `towards`: vector from the body
+    /// The radiance for which an image under this sky is exposed: [`EXPOSURE_BY_ALTITUDE`] interpolated by the light's altitude. `towards`: vector from the body
     /// to the light.
     pub(crate) fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
-        let height_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
-        let below = SKY_LEVELS.iter().rposition(|(deg, _)| *deg <= height_deg).unwrap_or(0);
-        let ((d0, l0), (d1, l1)) = (SKY_LEVELS[below.min(SKY_LEVELS.len() - 2)], SKY_LEVELS[(below + 1).min(SKY_LEVELS.len() - 1)]);
-        let fraction = ((height_deg - d0) / (d1 - d0)).clamp(0.0, 1.0);
+        let altitude_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
+        let levels = &EXPOSURE_BY_ALTITUDE;
+        let below = levels.iter().rposition(|(deg, _)| *deg <= altitude_deg).unwrap_or(0);
+        let ((d0, l0), (d1, l1)) = (levels[below.min(levels.len() - 2)], levels[(below + 1).min(levels.len() - 1)]);
+        let fraction = ((altitude_deg - d0) / (d1 - d0)).clamp(0.0, 1.0);
         irradiance * (l0.ln() + fraction * (l1 / l0).ln()).exp()
     }
 
@@ -221,10 +232,10 @@ impl<'a> SurroundingAir<'a> {
         let closest_sq_minus_1 = from.length_squared() - 1.0 - start * start;
         let edge = (radius_sq_minus_1(self.air.top_km / radius_km) - closest_sq_minus_1).max(0.0).sqrt();
         // Steps are shortest at the camera, where the air of a rising ray is densest; a ray that first descends is sampled less well.
-        let depth = optical_depth(self.air, (edge - start) * scale, STEPS, |s_km| {
+        let depth = optical_depth(self.air, (edge - start) * scale, TRANSMITTANCE_STEPS, |s_km| {
             let s = start + s_km / scale;
             let radius_sq_minus_1 = (closest_sq_minus_1 + s * s).max(0.0);
-            radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt()) * radius_km
+            height_above_unit_sphere(radius_sq_minus_1) * radius_km
         });
         (-depth).exp()
     }
@@ -237,7 +248,7 @@ mod tests {
     use glam::DMat3;
 
     #[test]
-    fn the_low_sun_is_red_and_the_high_one_nearly_white() {
+    fn the_zenith_has_the_vertical_depth_and_the_low_sun_is_red() {
         let catalog = Catalog::embedded();
         let earth = catalog.body(crate::catalog::NaifId(399)).expect("the Earth");
         let up = DVec3::X;
@@ -253,6 +264,22 @@ mod tests {
         assert!(SurroundingAir::of(earth, &far).is_none());
         let centre = Placement { centre_km: DVec3::ZERO, ..place };
         assert!(SurroundingAir::of(earth, &centre).is_none());
+    }
+
+    /// The counts are those with which the shaders are compiled.
+    #[test]
+    fn sample_counts_are_those_of_the_shaders() {
+        let wesl = include_str!("../../../shaders/lib/air/sample_counts.wesl");
+        let conditions =
+            [("vertex", AtmosphereModel::Vertex), ("pixel_8", AtmosphereModel::Pixel8), ("pixel_32", AtmosphereModel::Pixel32)];
+        for (condition, model) in conditions {
+            let (few, many) = sample_counts(model);
+            assert!(wesl.contains(&format!("@if(air_{condition}) const AIR_SAMPLES = {many}u;")), "{condition}");
+            assert!(wesl.contains(&format!("@if(!surface_cloud && air_{condition}) const QUADRATURE_NODES = {few}u;")), "{condition}");
+        }
+        let (few, many) = sample_counts(AtmosphereModel::Table);
+        assert!(wesl.contains(&format!("@if(air_pixel_16 || air_table) const AIR_SAMPLES = {many}u;")));
+        assert!(wesl.contains(&format!("@if(!surface_cloud && (air_pixel_16 || air_table)) const QUADRATURE_NODES = {few}u;")));
     }
 
     #[test]

@@ -54,7 +54,9 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let (mut model, mut reason) = air::model(context.request.effects.air_model(), context.request.quality);
     let has_table = context.resources.scattering_tables.contains_key(&body.id);
     if model == AtmosphereModel::Table && !has_table && may_be_seen(inputs, &shell) {
-        (model, reason) = (AtmosphereModel::Pixel16, reason!("air-samples-no-table", few = 8, many = 16));
+        model = AtmosphereModel::Pixel16;
+        let (few, many) = air::sample_counts(model);
+        reason = reason!("air-samples-no-table", few = few, many = many);
     }
     log.note("air-samples", true, reason);
     let chosen = &mut decisions.chosen;

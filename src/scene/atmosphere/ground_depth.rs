@@ -5,6 +5,7 @@
 //! the opacity 1 - exp(-depth) against quadrature, relative: at most 6e-5 for any body of the catalog, over its ground and over its clouds, and
 //! 2e-3 for air that consists of an absorbing layer alone (tests below).
 
+use crate::scene::atmosphere::{height_above_unit_sphere, radius_sq_minus_1};
 use crate::scene::camera;
 use crate::scene::constants::{ERFCX_SLOPE, GROUND_DEPTH_TERMS as TERMS};
 use crate::scene::draw::AtmosphereUniforms;
@@ -23,11 +24,11 @@ const SCALE_HEIGHTS: f64 = 36.0;
 fn exponential_column(scale_height: f64, cos_zenith: f64, nodes: &[(f64, f64)]) -> f64 {
     // The distance at which the line has risen by SCALE_HEIGHTS: the larger root of s² + 2 s cos - height (2 + height) = 0.
     let height = SCALE_HEIGHTS * scale_height;
-    let rise = height * (2.0 + height);
+    let rise = radius_sq_minus_1(height);
     let end = rise / (cos_zenith + (cos_zenith * cos_zenith + rise).sqrt());
     let density = |s: f64| {
         let radius_sq_minus_1 = s * (s + 2.0 * cos_zenith);
-        (-radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt()) / scale_height).exp()
+        (-height_above_unit_sphere(radius_sq_minus_1) / scale_height).exp()
     };
     nodes.iter().map(|(x, weight)| weight * end * density(x * end)).sum()
 }

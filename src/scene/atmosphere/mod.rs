@@ -12,3 +12,13 @@ pub mod multi_scatter_table;
 pub mod quadrature_nodes;
 pub(crate) mod species;
 pub(crate) mod uniform_rows;
+
+/// |p|² - 1 of a point p at a height above the unit sphere, without a difference of nearly equal numbers.
+pub(crate) fn radius_sq_minus_1(height: f64) -> f64 {
+    height * (2.0 + height)
+}
+
+/// The inverse of [`radius_sq_minus_1`].
+pub(crate) fn height_above_unit_sphere(radius_sq_minus_1: f64) -> f64 {
+    radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt())
+}

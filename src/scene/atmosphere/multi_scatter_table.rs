@@ -30,10 +30,14 @@ const BY_DUSK: SampleCounts = SampleCounts { directions: 192, steps: 32 };
 /// Sampling of the row of the ground.
 const ON_GROUND: SampleCounts = SampleCounts { directions: 1024, steps: 48 };
 /// Integration steps towards the Sun.
-const STEPS: usize = 24;
+const SUNLIGHT_STEPS: usize = 24;
 /// Upper limit of the fraction of light that scatters again, so that the series converges.
 const MAX_RESCATTERED: f64 = 0.98;
 use crate::scene::constants::{MULTI_SCATTER_BEND as BEND, MULTI_SCATTER_FIRST as FIRST};
+/// Column coordinate of the Sun in the zenith.
+const LAST: f64 = 1.0 / (1.0 + BEND);
+/// Height at which rays that leave the ground start, so that none starts below it: 10 cm.
+const GROUND_CLEARANCE_KM: f64 = 1e-4;
 
 /// Number of directions over the sphere, and of integration steps along each.
 #[derive(Clone, Copy)]
@@ -47,12 +51,12 @@ struct AirSphere<'a> {
     radius_km: f64,
     air: &'a Atmosphere,
     /// Albedo of the ground, linear RGB.
-    ground: DVec3,
+    ground_albedo: DVec3,
 }
 
-/// Cosine of the Sun's zenith angle in a column: columns are evenly spaced in x = mu / (|mu| + BEND), from FIRST to 1 / (1 + BEND).
+/// Cosine of the Sun's zenith angle in a column: columns are evenly spaced in x = mu / (|mu| + BEND), from FIRST to LAST.
 pub fn sun_cosine(column: usize) -> f64 {
-    let x = FIRST + (1.0 / (1.0 + BEND) - FIRST) * column as f64 / (SUNS - 1) as f64;
+    let x = FIRST + (LAST - FIRST) * column as f64 / (SUNS - 1) as f64;
     BEND * x / (1.0 - x.abs())
 }
 
@@ -75,19 +79,15 @@ fn towards_sun(cosine: f64) -> DVec3 {
     DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine)
 }
 
-fn map_channels(v: DVec3, f: impl Fn(f64) -> f64) -> DVec3 {
-    DVec3::new(f(v.x), f(v.y), f(v.z))
-}
-
 /// The result of integrating along one ray.
-struct Ray {
+struct RayIntegral {
     /// In-scattered light from `source`.
     light: DVec3,
     /// In-scattered light from a source of 1 everywhere.
     rescattered: DVec3,
     transmittance: DVec3,
     /// Where the ray meets the ground, if it does.
-    ground: Option<DVec3>,
+    ground_point: Option<DVec3>,
 }
 
 impl AirSphere<'_> {
@@ -117,58 +117,57 @@ impl AirSphere<'_> {
         if hits_ground {
             return DVec3::ZERO;
         }
-        let depth = optical_depth(self.air, length_km, STEPS, |s_km| self.height(p + sun * s_km));
-        map_channels(depth, |d| (-d).exp())
+        let depth = optical_depth(self.air, length_km, SUNLIGHT_STEPS, |s_km| self.height(p + sun * s_km));
+        depth.map(|d| (-d).exp())
     }
 
     /// Integrates in-scattering along a ray in `count` steps. `source`: radiance per unit of scattering at a place.
-    fn ray(&self, from: DVec3, along: DVec3, count: usize, source: impl Fn(DVec3) -> DVec3) -> Ray {
+    fn ray(&self, from: DVec3, along: DVec3, count: usize, source: impl Fn(DVec3) -> DVec3) -> RayIntegral {
         let (length_km, hits_ground) = self.distance_to_boundary(from, along);
-        let mut ray = Ray {
+        let mut ray = RayIntegral {
             light: DVec3::ZERO,
             rescattered: DVec3::ZERO,
             transmittance: DVec3::ONE,
-            ground: hits_ground.then(|| from + along * length_km),
+            ground_point: hits_ground.then(|| from + along * length_km),
         };
         for (at, part) in quadrature(count) {
             let p = from + along * (length_km * at);
             let height = self.height(p);
             let depth = self.coefficient(height, extinction) * (length_km * part);
-            let cell = map_channels(depth, |d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
+            let cell = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
             let scattered = ray.transmittance * self.coefficient(height, scattering) * cell * (length_km * part);
             ray.light += scattered * source(p);
             ray.rescattered += scattered;
-            ray.transmittance *= map_channels(depth, |d| (-d).exp());
+            ray.transmittance *= depth.map(|d| (-d).exp());
         }
         ray
     }
 
     /// Mean radiance over all directions, of all orders after the first.
     fn node(&self, row: usize, column: usize) -> DVec3 {
-        // 10 cm above the ground, so that no ray starts below it.
-        let from = DVec3::Z * (self.radius_km + height_km(self.air, row).max(1e-4));
+        let from = DVec3::Z * (self.radius_km + height_km(self.air, row).max(GROUND_CLEARANCE_KM));
         let sun = towards_sun(sun_cosine(column));
         let sampling = if sun.z > 0.0 { BY_DAY } else { BY_DUSK };
         let (mut second, mut rescattered) = (DVec3::ZERO, DVec3::ZERO);
         for along in directions(sampling.directions) {
             let ray = self.ray(from, along, sampling.steps, |p| self.sunlight(p, sun) / (4.0 * PI));
-            second += ray.light + ray.ground.map_or(DVec3::ZERO, |g| ray.transmittance * self.reflected(g, sun));
+            second += ray.light + ray.ground_point.map_or(DVec3::ZERO, |g| ray.transmittance * self.reflected(g, sun));
             rescattered += ray.rescattered;
         }
         let rescattered = rescattered / sampling.directions as f64;
-        second / sampling.directions as f64 / map_channels(rescattered, |a| 1.0 - a.min(MAX_RESCATTERED))
+        second / sampling.directions as f64 / rescattered.map(|a| 1.0 - a.min(MAX_RESCATTERED))
     }
 
     /// Radiance of the ground in direct sunlight.
     fn reflected(&self, ground_point: DVec3, sun: DVec3) -> DVec3 {
         let up = ground_point.normalize();
-        let above = up * (self.radius_km + 1e-4);
-        self.ground * self.sunlight(above, sun) * (up.dot(sun).max(0.0) / PI)
+        let above = up * (self.radius_km + GROUND_CLEARANCE_KM);
+        self.ground_albedo * self.sunlight(above, sun) * (up.dot(sun).max(0.0) / PI)
     }
 
     /// Irradiance of level ground by the entire sky.
     fn ground_irradiance(&self, rows: &[DVec3], column: usize) -> DVec3 {
-        let from = DVec3::Z * (self.radius_km + 1e-4);
+        let from = DVec3::Z * (self.radius_km + GROUND_CLEARANCE_KM);
         let sun = towards_sun(sun_cosine(column));
         let mut sum = DVec3::ZERO;
         for along in directions(ON_GROUND.directions).filter(|d| d.z > 0.0) {
@@ -177,6 +176,7 @@ impl AirSphere<'_> {
             let single_scattering: DVec3 = self.single_scattering(from, along, sun, cos);
             sum += (multiple + single_scattering) * along.z;
         }
+        // The directions are those of the entire sphere, of which each has the solid angle 2 TAU / count.
         sum * (2.0 * TAU / ON_GROUND.directions as f64)
     }
 
@@ -217,7 +217,7 @@ pub(crate) fn root_between(table: &[Vec4], height_fraction: f64, column_coordina
 /// row * SUNS + column.
 fn between_nodes(height_fraction: f64, column_coordinate: f64, node: impl Fn(usize) -> DVec3) -> DVec3 {
     let row = height_fraction.clamp(0.0, 1.0).sqrt() * (HEIGHTS - 1) as f64;
-    let column = ((column_coordinate - FIRST) / (1.0 / (1.0 + BEND) - FIRST) * (SUNS - 1) as f64).clamp(0.0, (SUNS - 1) as f64);
+    let column = ((column_coordinate - FIRST) / (LAST - FIRST) * (SUNS - 1) as f64).clamp(0.0, (SUNS - 1) as f64);
     let (r, c) = ((row as usize).min(HEIGHTS - 2), (column as usize).min(SUNS - 2));
     let along = |r: usize| node(r * SUNS + c).lerp(node(r * SUNS + c + 1), column - c as f64);
     along(r).lerp(along(r + 1), row - r as f64)
@@ -225,14 +225,17 @@ fn between_nodes(height_fraction: f64, column_coordinate: f64, node: impl Fn(usi
 
 /// The value that the table contains: square roots, because light at dusk falls by orders of magnitude between two columns.
 fn root(v: DVec3) -> DVec3 {
-    map_channels(v, |x| x.max(0.0).sqrt())
+    v.map(|x| x.max(0.0).sqrt())
 }
 
 /// The table of a body's atmosphere: rows of heights from the ground up, then the row of the ground. Each value is a square root in the shader's unit, in
 /// which 1 is the radiance of a white plane that faces the Sun. Uses all cores; `None` without an atmosphere.
 pub fn table(body: &Body) -> Option<Vec<Vec4>> {
-    let sphere =
-        AirSphere { radius_km: body.radii_km.x, air: body.atmosphere.as_ref()?, ground: DVec3::from_array(body.target_mean_colour()) };
+    let sphere = AirSphere {
+        radius_km: body.radii_km.x,
+        air: body.atmosphere.as_ref()?,
+        ground_albedo: DVec3::from_array(body.target_mean_colour()),
+    };
     let rows: Vec<DVec3> = (0..HEIGHTS * SUNS).into_par_iter().map(|k| sphere.node(k / SUNS, k % SUNS)).collect();
     let ground: Vec<DVec3> = (0..SUNS).into_par_iter().map(|c| sphere.ground_irradiance(&rows, c)).collect();
     let rows = rows.iter().map(|v| *v * PI);

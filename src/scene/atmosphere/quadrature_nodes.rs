@@ -4,9 +4,9 @@
 //! from the lower end up, where 1 - w² is the density of the species with the largest scale height, relative to its density at the lower end. Always: an
 //! end outside the atmosphere is moved to its top.
 
-use crate::scene::atmosphere::multi_scatter_table;
+use crate::scene::atmosphere::{multi_scatter_table, radius_sq_minus_1};
 use crate::scene::camera;
-use crate::scene::constants::ERFCX_SLOPE;
+use crate::scene::constants::{ERFCX_SLOPE, MULTI_SCATTER_COEFFICIENTS};
 use crate::scene::draw::AtmosphereUniforms;
 use crate::scene::numeric::gauss_legendre;
 use glam::{DVec3, Vec4};
@@ -14,49 +14,50 @@ use std::f64::consts::PI;
 
 /// Vectors per node.
 pub(crate) const ROWS: usize = 3;
-/// Nodes after the samples: the camera's end and the far end.
+/// Nodes after those of the quadrature: the camera's end and the far end.
 pub(crate) const ENDS: usize = 2;
 
 /// Rows of lib/air/scatter_marched.wesl's samples: position, weight, midpoint between this position and the next.
 pub(crate) fn samples(count: usize) -> Vec<Vec4> {
     let all = gauss_legendre(count);
-    let next = |k: usize| all.get(k + 1).map_or(1.0, |n| n.0);
-    all.iter().enumerate().map(|(k, (x, w))| camera::narrow(DVec3::new(*x, *w, 0.5 * (x + next(k)))).extend(0.0)).collect()
+    all.iter().enumerate().map(|(k, (x, w))| camera::narrow(DVec3::new(*x, *w, midpoint(&all, k))).extend(0.0)).collect()
 }
 
-fn radius_sq_minus_1(height: f64) -> f64 {
-    height * (2.0 + height)
+/// The midpoint between the position of a node and that of the next, or the end at 1.
+fn midpoint(nodes: &[(f64, f64)], k: usize) -> f64 {
+    0.5 * (nodes[k].0 + nodes.get(k + 1).map_or(1.0, |next| next.0))
 }
 
 struct ScaleHeights {
-    gas: f64,
-    haze: f64,
-    /// `radius_sq_minus_1` of the knots of the absorption layer.
-    layer: DVec3,
+    rayleigh: f64,
+    mie: f64,
+    /// `radius_sq_minus_1` of the lower edge, middle and upper edge of the absorption layer.
+    layer_edges: DVec3,
     /// The largest scale height.
     largest: f64,
 }
 
 impl ScaleHeights {
-    /// The rows of a node. `weight`: quadrature weight in height; `between`: the height between this node and the next.
-    fn rows(&self, height: f64, weight: f64, between: f64) -> [Vec4; ROWS] {
+    /// The rows of a node. `weight`: quadrature weight in height; `midpoint_height`: the height half-way to the next node.
+    fn rows(&self, height: f64, weight: f64, midpoint_height: f64) -> [Vec4; ROWS] {
         let radius = 1.0 + height;
-        let (gas, haze) = ((-height / self.gas).exp(), (-height / self.haze).exp());
-        let slope = |scale: f64| ERFCX_SLOPE * (0.5 * radius / scale).sqrt() / radius;
-        let factor = |density: f64, scale: f64| density * scale * (0.5 * PI * radius / scale).sqrt();
-        let knots = self.layer - radius_sq_minus_1(height);
-        let haze_per_gas = ((1.0 / self.gas - 1.0 / self.haze) * height).exp();
+        let (rayleigh, mie) = ((-height / self.rayleigh).exp(), (-height / self.mie).exp());
+        let erfcx_slope = |scale: f64| ERFCX_SLOPE * (0.5 * radius / scale).sqrt() / radius;
+        // The column along a horizontal ray; lib/air/column_density.wesl computes the same, with the root of pi as a factor of its own.
+        let grazing_column = |density: f64, scale: f64| density * scale * (0.5 * PI * radius / scale).sqrt();
+        let layer_edges = self.layer_edges - radius_sq_minus_1(height);
+        let mie_per_rayleigh = ((1.0 / self.rayleigh - 1.0 / self.mie) * height).exp();
         let row = |x: f64, y: f64, z: f64, w: f64| camera::narrow(DVec3::new(x, y, z)).extend(camera::narrow_scalar(w));
         [
-            row(radius_sq_minus_1(height), weight * radius * gas, haze_per_gas, 1.0 / radius),
-            row(slope(self.gas), factor(gas, self.gas), slope(self.haze), factor(haze, self.haze)),
-            row(knots.x, knots.y, knots.z, radius_sq_minus_1(between)),
+            row(radius_sq_minus_1(height), weight * radius * rayleigh, mie_per_rayleigh, 1.0 / radius),
+            row(erfcx_slope(self.rayleigh), grazing_column(rayleigh, self.rayleigh), erfcx_slope(self.mie), grazing_column(mie, self.mie)),
+            row(layer_edges.x, layer_edges.y, layer_edges.z, radius_sq_minus_1(midpoint_height)),
         ]
     }
 }
 
-/// The ends of a ray and the samples between them, from the lower end up.
-struct Grid {
+/// The ends of a ray and where the nodes between them lie, from the lower end up.
+struct NodePlacement {
     scales: ScaleHeights,
     camera: f64,
     far: f64,
@@ -67,57 +68,63 @@ struct Grid {
     nodes: Vec<(f64, f64)>,
 }
 
-impl Grid {
-    fn of(air: &AtmosphereUniforms, samples: usize) -> Self {
-        let (gas, haze) = (f64::from(air.rayleigh_scale_height), f64::from(air.mie_scale_height));
-        let has_haze = air.mie_extinction.max_element() > 0.0;
-        let largest = if has_haze { gas.max(haze) } else { gas };
+impl NodePlacement {
+    fn of(air: &AtmosphereUniforms, node_count: usize) -> Self {
+        let (rayleigh, mie) = (f64::from(air.rayleigh_scale_height), f64::from(air.mie_scale_height));
+        let has_mie = air.mie_extinction.max_element() > 0.0;
+        let largest = if has_mie { rayleigh.max(mie) } else { rayleigh };
         let (camera, far) = (f64::from(air.end_heights.x), f64::from(air.end_heights.y));
         let low = camera.min(far);
         let w_max = (1.0 - (-(camera.max(far) - low) / largest).exp()).max(0.0).sqrt();
-        let scales = ScaleHeights { gas, haze, layer: air.absorption_layer.as_dvec3(), largest };
-        Self { scales, camera, far, low, w_max, nodes: gauss_legendre(samples) }
+        let scales = ScaleHeights { rayleigh, mie, layer_edges: air.absorption_layer.as_dvec3(), largest };
+        Self { scales, camera, far, low, w_max, nodes: gauss_legendre(node_count) }
     }
 
     fn height(&self, x: f64) -> f64 {
         self.low - self.scales.largest * (1.0 - (self.w_max * x).powi(2)).ln()
     }
+
+    /// The height of a position, as a fraction of the height of the multiple-scattering table's top; not limited to 0 to 1.
+    fn table_height_fraction(&self, x: f64, air: &AtmosphereUniforms) -> f64 {
+        (self.height(x) + f64::from(air.multi_scatter_heights.x)) * f64::from(air.multi_scatter_heights.y)
+    }
 }
 
-/// The rows of `samples` samples and of the two ends.
-pub(crate) fn nodes(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
-    let grid = Grid::of(air, samples);
-    let mut rows: Vec<Vec4> = Vec::with_capacity(ROWS * (samples + ENDS));
-    for (k, (x, weight)) in grid.nodes.iter().enumerate() {
-        let w = grid.w_max * x;
-        let next = grid.nodes.get(k + 1).map_or(1.0, |n| n.0);
-        let slope = 2.0 * w * grid.scales.largest / (1.0 - w * w);
-        rows.extend(grid.scales.rows(grid.height(*x), weight * grid.w_max * slope, grid.height(0.5 * (x + next))));
+/// The rows of `count` nodes and of the two ends.
+pub(crate) fn nodes(air: &AtmosphereUniforms, count: usize) -> Vec<Vec4> {
+    let placement = NodePlacement::of(air, count);
+    let scales = &placement.scales;
+    let mut rows: Vec<Vec4> = Vec::with_capacity(ROWS * (count + ENDS));
+    for (k, (x, weight)) in placement.nodes.iter().enumerate() {
+        let w = placement.w_max * x;
+        let height_per_w = 2.0 * w * scales.largest / (1.0 - w * w);
+        let midpoint_height = placement.height(midpoint(&placement.nodes, k));
+        rows.extend(scales.rows(placement.height(*x), weight * placement.w_max * height_per_w, midpoint_height));
     }
     // Both ends include the column of air above them, even an end at the top, so that their difference is the column between them.
-    for end in [grid.camera, grid.far] {
-        rows.extend(grid.scales.rows(end, 0.0, end));
+    for end in [placement.camera, placement.far] {
+        rows.extend(scales.rows(end, 0.0, end));
     }
     rows
 }
 
-/// Number of coefficients of the polynomial in mu / (mu + 0.3) that approximates the multiple-scattering table at a height.
-pub(crate) const POWERS: usize = 5;
+/// Number of coefficients of the polynomial in mu / (mu + MULTI_SCATTER_BEND) that approximates the multiple-scattering table at a height.
+pub(crate) const POWERS: usize = MULTI_SCATTER_COEFFICIENTS;
 /// Number of zenith cosines at which the polynomial is fitted.
 const FIT_POINTS: usize = 48;
 
-/// The polynomials at the heights of `samples` samples: least-squares fits over the Sun's heights from the horizon to the zenith.
-pub(crate) fn multi_scatter(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
-    let place = |k: usize| (k as f64 + 0.5) / FIT_POINTS as f64 * multi_scatter_table::column_coordinate(1.0);
-    let mut all = Vec::with_capacity(POWERS * samples);
-    let grid = Grid::of(air, samples);
-    for (x, _) in &grid.nodes {
-        let row = (grid.height(*x) + f64::from(air.multi_scatter_heights.x)) * f64::from(air.multi_scatter_heights.y);
+/// The polynomials at the heights of `count` nodes: least-squares fits over the Sun's altitudes from the horizon to the zenith.
+pub(crate) fn multi_scatter(air: &AtmosphereUniforms, count: usize) -> Vec<Vec4> {
+    let column_coordinate = |k: usize| (k as f64 + 0.5) / FIT_POINTS as f64 * multi_scatter_table::column_coordinate(1.0);
+    let mut all = Vec::with_capacity(POWERS * count);
+    let placement = NodePlacement::of(air, count);
+    for (x, _) in &placement.nodes {
+        let height_fraction = placement.table_height_fraction(*x, air).clamp(0.0, 1.0);
         let mut normal = [[0.0; POWERS]; POWERS];
         let mut right_hand = [DVec3::ZERO; POWERS];
         for k in 0..FIT_POINTS {
-            let coordinate = place(k);
-            let root = multi_scatter_table::root_between(&air.multi_scatter, row.clamp(0.0, 1.0), coordinate);
+            let coordinate = column_coordinate(k);
+            let root = multi_scatter_table::root_between(&air.multi_scatter, height_fraction, coordinate);
             for i in 0..POWERS {
                 right_hand[i] += root * coordinate.powi(i as i32);
                 for (j, n) in normal[i].iter_mut().enumerate() {
@@ -150,9 +157,10 @@ fn solve(mut m: [[f64; POWERS]; POWERS], mut b: [DVec3; POWERS]) -> [DVec3; POWE
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::atmosphere::height_above_unit_sphere;
     use glam::{Vec2, Vec3};
 
-    /// The polynomials agree with the table at the heights of all samples, for Suns from the horizon to the zenith.
+    /// The polynomials agree with the table at the heights of all nodes, for Suns from the horizon to the zenith.
     #[test]
     fn the_polynomials_approximate_the_table() {
         let catalog = crate::catalog::Catalog::embedded();
@@ -166,21 +174,18 @@ mod tests {
             let fits = multi_scatter(&air, 8);
             assert_eq!(fits.len(), 8 * POWERS);
             let brightest = table.iter().map(|v| v.truncate().max_element()).fold(0.0, f32::max).powi(2);
-            for (k, (x, _)) in Grid::of(&air, 8).nodes.iter().enumerate() {
-                let row = (Grid::of(&air, 8).height(*x) * f64::from(air.multi_scatter_heights.y)).clamp(0.0, 1.0);
+            let placement = NodePlacement::of(&air, 8);
+            for (k, (x, _)) in placement.nodes.iter().enumerate() {
+                let height_fraction = placement.table_height_fraction(*x, &air).clamp(0.0, 1.0);
                 for step in 0..=20 {
                     let coordinate = f64::from(step) / 20.0 * multi_scatter_table::column_coordinate(1.0);
                     let root: DVec3 = (0..POWERS).map(|p| fits[POWERS * k + p].truncate().as_dvec3() * coordinate.powi(p as i32)).sum();
-                    let exact = multi_scatter_table::root_between(&table, row, coordinate);
+                    let exact = multi_scatter_table::root_between(&table, height_fraction, coordinate);
                     let off = (root * root - exact * exact).abs().max_element();
-                    assert!(off < 0.02 * f64::from(brightest), "{name}, sample {k}, {coordinate}: {off} of {brightest}");
+                    assert!(off < 0.02 * f64::from(brightest), "{name}, node {k}, {coordinate}: {off} of {brightest}");
                 }
             }
         }
-    }
-
-    fn height_of(radius_sq_minus_1: f64) -> f64 {
-        radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt())
     }
 
     fn air(camera: f32, far: f32) -> AtmosphereUniforms {
@@ -197,7 +202,7 @@ mod tests {
         }
     }
 
-    /// On a vertical ray the samples' weights give the column of gas between the ends; the rows of an end give the layer's knots above it.
+    /// On a vertical ray the nodes' weights give the column of gas between the ends; the rows of an end give the layer's edges above it.
     #[test]
     fn the_weights_sum_to_the_column_of_gas() {
         for (camera, far) in [(0.0159, 0.0), (0.001, 0.0), (0.0005, 0.0159)] {
@@ -212,10 +217,10 @@ mod tests {
             let heights: Vec<f32> = (0..8).map(|k| rows[ROWS * k].x).collect();
             assert!(heights.is_sorted() && rows.iter().all(|r| r.is_finite()));
         }
-        // The layer's knots relative to the ground, and relative to the middle of the layer.
-        let ends = nodes(&air(height_of(0.008) as f32, 0.0), 8);
-        let knots = |row: usize| ends[ROWS * row + 2].truncate().as_dvec3();
-        assert!((knots(9) - DVec3::new(0.003, 0.008, 0.0125)).abs().max_element() < 1e-8);
-        assert!((knots(8) - DVec3::new(-0.005, 0.0, 0.0045)).abs().max_element() < 1e-8);
+        // The layer's edges relative to the ground, and relative to the middle of the layer.
+        let ends = nodes(&air(height_above_unit_sphere(0.008) as f32, 0.0), 8);
+        let layer_edges = |row: usize| ends[ROWS * row + 2].truncate().as_dvec3();
+        assert!((layer_edges(9) - DVec3::new(0.003, 0.008, 0.0125)).abs().max_element() < 1e-8);
+        assert!((layer_edges(8) - DVec3::new(-0.005, 0.0, 0.0045)).abs().max_element() < 1e-8);
     }
 }
