@@ -14,6 +14,8 @@ pub const SOLAR_IRRADIANCE_W_M2: f64 = 1361.0;
 pub const SECONDS_PER_DAY: f64 = 86_400.0;
 /// Julian date of J2000.0, 2000-01-01T12:00, in whichever time scale is used.
 pub const JD_J2000: f64 = 2_451_545.0;
+/// Days of 86 400 s in a Julian year, exact.
+pub const DAYS_PER_JULIAN_YEAR: f64 = 365.25;
 /// Days of 86 400 s in a Julian century, exact.
 pub const DAYS_PER_JULIAN_CENTURY: f64 = 36_525.0;
 /// Radians in one arcsecond: pi / 648 000, exact.

@@ -7,7 +7,7 @@ use super::{Ephemeris, EphemerisError, LONGEST_CHAIN, MEAN_YEARS, ORBIT_YEARS, S
 use crate::catalog::{Catalog, Motion, NaifId, Rotation};
 use crate::message::{Argument, message};
 use crate::time::Instant;
-use crate::units::SECONDS_PER_DAY;
+use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 
 /// A field of a body that no theory supports at any time.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,7 +20,7 @@ pub struct CoverageFault {
 
 /// A span of Julian years as TDB seconds past J2000.
 fn span_of((first, last): (f64, f64)) -> (f64, f64) {
-    let seconds = |year: f64| (year - 2000.0) * 365.25 * SECONDS_PER_DAY;
+    let seconds = |year: f64| (year - 2000.0) * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
     (seconds(first), seconds(last))
 }
 
@@ -35,11 +35,11 @@ impl Ephemeris {
         let named = |id: i32| self.names.get(&NaifId(id));
         match (target.0, named(target.0)) {
             (_, Some(name)) => name.clone(),
-            (0, _) => "the solar system's centre of mass".into(),
-            (3, _) => "the Earth-Moon centre of mass".into(),
+            (0, _) => "the solar system's barycentre".into(),
+            (3, _) => "the Earth-Moon barycentre".into(),
             (system @ 1..=9, _) => match named(system * 100 + 99) {
-                Some(planet) => format!("{planet}'s centre of mass"),
-                None => format!("centre of mass {system}"),
+                Some(planet) => format!("{planet}'s barycentre"),
+                None => format!("barycentre {system}"),
             },
             (code, _) => format!("body {code}"),
         }

@@ -4,7 +4,7 @@
 //! In: a planet's barycentre and an instant. Out: a heliocentric state, ICRF. [`error_km`] bounds its error.
 
 use super::{State, frames, two_body};
-use crate::units::{DAYS_PER_JULIAN_CENTURY, KM_PER_AU, SECONDS_PER_DAY};
+use crate::units::{DAYS_PER_JULIAN_CENTURY, DAYS_PER_JULIAN_YEAR, KM_PER_AU, SECONDS_PER_DAY};
 
 const CENTURY_S: f64 = DAYS_PER_JULIAN_CENTURY * SECONDS_PER_DAY;
 
@@ -90,5 +90,5 @@ pub fn error_km(target: i32, tdb_s: f64) -> f64 {
         399 => 36.0,
         _ => 0.001,
     };
-    worst_km * (tdb_s / (640.0 * 365.25 * SECONDS_PER_DAY)).abs().max(1.0)
+    worst_km * (tdb_s / (640.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY)).abs().max(1.0)
 }

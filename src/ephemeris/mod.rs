@@ -37,7 +37,7 @@ pub mod two_body;
 use crate::catalog::{Catalog, Motion, NaifId, Rotation};
 use crate::message::{Argument, Message, message};
 use crate::time::Instant;
-use crate::units::{SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
+use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
 use parking_lot::Mutex;
 use satellites::{drift, galilean, tass};
@@ -386,7 +386,7 @@ fn has_massive_moons(target: NaifId) -> bool {
 }
 
 fn in_years(t: Instant, (first, last): (f64, f64)) -> bool {
-    (first..=last).contains(&(2000.0 + t.tdb_seconds_past_j2000() / (365.25 * SECONDS_PER_DAY)))
+    (first..=last).contains(&(2000.0 + t.tdb_seconds_past_j2000() / (DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY)))
 }
 
 /// A moon and its share of its system's mass.

@@ -6,7 +6,7 @@
 
 use super::chebyshev_cache::ChebyshevCache;
 use super::{EphemerisError, State, elp::LunarSeries, frames, spk::Spk};
-use crate::units::{JD_J2000, KM_PER_AU, SECONDS_PER_DAY};
+use crate::units::{DAYS_PER_JULIAN_YEAR, JD_J2000, KM_PER_AU, SECONDS_PER_DAY};
 use glam::DVec3;
 use vsop87::{RectangularCoordinates, vsop87a, vsop87e};
 
@@ -122,6 +122,6 @@ pub fn error_km(target: i32, tdb_s: f64) -> f64 {
         399 => 0.1,
         _ => 0.001,
     };
-    let growth = (tdb_s / (640.0 * 365.25 * SECONDS_PER_DAY)).abs().max(1.0);
+    let growth = (tdb_s / (640.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY)).abs().max(1.0);
     worst_km * growth * growth
 }

@@ -5,7 +5,7 @@
 use super::State;
 use crate::catalog::MeanElements;
 use crate::time::Instant;
-use crate::units::{DAYS_PER_JULIAN_CENTURY, JD_J2000, SECONDS_PER_DAY};
+use crate::units::{DAYS_PER_JULIAN_CENTURY, DAYS_PER_JULIAN_YEAR, JD_J2000, SECONDS_PER_DAY};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
 
@@ -68,7 +68,7 @@ pub fn icrf_from_pole_frame(pole_ra_deg: f64, pole_dec_deg: f64) -> DMat3 {
 /// longitude at the epoch, so the anomaly's rate is that rate less those of node and periapsis; a tidal term in T² is added to longitude and anomaly.
 pub fn state(elements: &MeanElements, t: Instant) -> State {
     let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY - (elements.epoch_jd_tt - JD_J2000);
-    let per_day = |period_yr: f64| if period_yr == 0.0 { 0.0 } else { 360.0 / (period_yr * 365.25) };
+    let per_day = |period_yr: f64| if period_yr == 0.0 { 0.0 } else { 360.0 / (period_yr * DAYS_PER_JULIAN_YEAR) };
     let retrograde = elements.inclination_deg > 90.0;
     let node_rate = if retrograde { per_day(elements.node_period_yr) } else { -per_day(elements.node_period_yr) };
     let argument_rate = per_day(elements.argument_period_yr);

@@ -15,7 +15,7 @@ use crate::scene::light::{brightness, photometry};
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::resources::Caches;
 use crate::time::Instant;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use std::cell::OnceCell;
 use std::sync::Arc;
 
@@ -84,7 +84,7 @@ pub(crate) fn place<'a>(
         let direction = astrometric_km / distance_km;
         let apparent = aberrated(direction, viewer.velocity_km_s);
         // The body is rotated together with its direction: the viewer sees the side from which the light was emitted, displaced on the sky.
-        let apparent_from_astrometric = viewpoint::rotation_between(direction, apparent);
+        let apparent_from_astrometric = DMat3::from_quat(DQuat::from_rotation_arc(direction, apparent));
         placement.centre_km = apparent * distance_km;
         placement.body_from_icrf = body_from_icrf * apparent_from_astrometric.transpose();
     }

@@ -11,7 +11,7 @@ use crate::render::software::Precision;
 use crate::scene::request::{Axes, Layers, Look, Position, Up, ViewRequest};
 use crate::session::{SessionError, standard_scenes};
 use crate::time::Instant;
-use crate::units::{KM_PER_AU, RAD_PER_ARCSEC};
+use crate::units::{DAYS_PER_JULIAN_YEAR, KM_PER_AU, RAD_PER_ARCSEC};
 use glam::DVec3;
 use serde_json::{Value, json};
 
@@ -277,7 +277,7 @@ pub(super) fn years(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
     let step = bench.pick(500, 50);
     let mut views = Vec::new();
     for year in (-3000..=3000).step_by(step) {
-        let time = Instant::from_jd_tdb(2_451_545.0 + 365.25 * f64::from(year - 2000));
+        let time = Instant::from_jd_tdb(2_451_545.0 + DAYS_PER_JULIAN_YEAR * f64::from(year - 2000));
         for body in named(bench, &["earth", "moon", "saturn", "jupiter", "io", "mercury", "sun"]) {
             let request = ViewRequest { width: 24, height: 24, ..ViewRequest::of(body.id, time) };
             views.push(ExtremeView { location: json!({ "body": body.name, "year": year }), request });

@@ -7,11 +7,11 @@
 //! | before -720, after 2500 | their long-term parabola -320 + 32.5 ((year - 1825) / 100)² s, joined by cubics over -1720 to -720 and over 2027.8 to 2500 | see [`delta_t_error_s`] |
 
 use super::delta_t_table::{MEASURED_FIRST_MJD, MEASURED_MS, MEASURED_STEP_DAYS, SPLINE};
-use crate::units::{JD_J2000, SECONDS_PER_DAY};
+use crate::units::{DAYS_PER_JULIAN_YEAR, JD_J2000, SECONDS_PER_DAY};
 
 /// Julian date of the origin of the modified Julian date.
 const MJD_ORIGIN_JD: f64 = 2_400_000.5;
-const JULIAN_YEAR_S: f64 = 365.25 * SECONDS_PER_DAY;
+const JULIAN_YEAR_S: f64 = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 /// Years before and after which the long-term parabola applies.
 const PARABOLA_UNTIL: f64 = -1720.0;
 const PARABOLA_FROM: f64 = 2500.0;
@@ -46,8 +46,8 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
     // The slope at the table's end is taken over two years, to exclude seasonal variation.
     let end_year = year_of_entry(last);
     let end_s = f64::from(MEASURED_MS[last]) * 1e-3;
-    let steps = (2.0 * 365.25 / MEASURED_STEP_DAYS).round() as usize;
-    let slope = (end_s - f64::from(MEASURED_MS[last - steps]) * 1e-3) / (steps as f64 * MEASURED_STEP_DAYS / 365.25);
+    let steps = (2.0 * DAYS_PER_JULIAN_YEAR / MEASURED_STEP_DAYS).round() as usize;
+    let slope = (end_s - f64::from(MEASURED_MS[last - steps]) * 1e-3) / (steps as f64 * MEASURED_STEP_DAYS / DAYS_PER_JULIAN_YEAR);
     cubic_between((end_year, move |y| end_s + slope * (y - end_year)), (PARABOLA_FROM, parabola_s), year)
 }
 

@@ -10,7 +10,7 @@ mod synthetic;
 
 pub use names::{STAR_NAMES, star_name};
 
-use crate::units::{DAYS_PER_JULIAN_CENTURY, JD_J2000};
+use crate::units::{DAYS_PER_JULIAN_YEAR, JD_J2000};
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -158,13 +158,13 @@ impl StarCatalog {
 
     /// Julian years from the epoch to a Julian date (TT).
     pub fn years_since_epoch(&self, jd_tt: f64) -> f64 {
-        (jd_tt - self.epoch_jd) / (DAYS_PER_JULIAN_CENTURY / 100.0)
+        (jd_tt - self.epoch_jd) / DAYS_PER_JULIAN_YEAR
     }
 }
 
 /// The Julian date of a Julian epoch such as 1991.25.
 fn julian_epoch(year: f64) -> f64 {
-    JD_J2000 + (year - 2000.0) * (DAYS_PER_JULIAN_CENTURY / 100.0)
+    JD_J2000 + (year - 2000.0) * DAYS_PER_JULIAN_YEAR
 }
 
 #[cfg(test)]

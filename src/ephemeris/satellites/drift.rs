@@ -6,7 +6,7 @@
 
 use crate::catalog::{MeanElements, NaifId};
 use crate::time::Instant;
-use crate::units::{JD_J2000, SECONDS_PER_DAY};
+use crate::units::{DAYS_PER_JULIAN_YEAR, JD_J2000, SECONDS_PER_DAY};
 
 /// Degrees along the orbit: at the epoch, per year, per year squared.
 struct Drift {
@@ -60,7 +60,7 @@ fn drift(body: NaifId) -> Drift {
 /// Upper limit of the position's error, km.
 pub fn error_km(body: NaifId, elements: &MeanElements, t: Instant) -> f64 {
     let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY - (elements.epoch_jd_tt - JD_J2000);
-    let years = (days / 365.25).abs();
+    let years = (days / DAYS_PER_JULIAN_YEAR).abs();
     let drift = drift(body);
     let angle_rad = (drift.at_epoch_deg + years * (drift.deg_per_yr + years * drift.deg_per_yr2)).to_radians();
     let (a, e) = (elements.semi_major_axis_km, elements.eccentricity);

@@ -12,7 +12,7 @@ pub mod tass;
 use super::time_grid::TimeGrid;
 use super::{EphemerisError, State, two_body};
 use crate::time::Instant;
-use crate::units::{KM_PER_AU, SECONDS_PER_DAY};
+use crate::units::{DAYS_PER_JULIAN_YEAR, KM_PER_AU, SECONDS_PER_DAY};
 use glam::{DMat3, DVec2};
 use serde::Deserialize;
 
@@ -145,7 +145,7 @@ impl Elements {
 
 /// Factor by which a bound grows with the date: 1 within `valid_years` of 2000, then the square of the time: an assumption.
 fn growth(t: Instant, valid_years: f64) -> f64 {
-    let ratio = (t.tdb_seconds_past_j2000() / (valid_years * 365.25 * SECONDS_PER_DAY)).abs().max(1.0);
+    let ratio = (t.tdb_seconds_past_j2000() / (valid_years * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY)).abs().max(1.0);
     ratio * ratio
 }
 

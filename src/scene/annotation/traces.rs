@@ -12,7 +12,7 @@ use crate::scene::annotation::strokes::{LineSegment, clipped_to_frame};
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
 use crate::scene::placed::PlacedBody;
-use crate::units::SECONDS_PER_DAY;
+use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
@@ -23,7 +23,7 @@ const MAX_SAMPLES: usize = 1200;
 const SEGMENTS_PER_SAMPLE: usize = 4;
 /// Length of a path in periods of the centre, or of the body about its parent if that is longer, and its maximum in days.
 const PERIODS: f64 = 1.0;
-const MAX_DAYS: f64 = 12.0 * 365.25;
+const MAX_DAYS: f64 = 12.0 * DAYS_PER_JULIAN_YEAR;
 /// Opacity at the body; the path fades to 0 at its end.
 const OPACITY: f64 = 0.9;
 

@@ -11,8 +11,9 @@ use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::camera::Camera;
 use crate::scene::error::SceneError;
 use crate::scene::request::view_request::{Axes, FITTED_DISC, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Look, Position, Up, ViewRequest};
+use crate::scene::sky::frames::ecliptic_pole;
 use crate::time::Instant;
-use crate::units::SPEED_OF_LIGHT_KM_S;
+use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
 
 /// A camera and its motion.
@@ -34,12 +35,15 @@ pub struct Viewer {
     pub stands_on: Option<(NaifId, DVec3)>,
 }
 
-/// Mean obliquity of J2000, IAU 2006 (84381.406 arcsec), radians.
-pub(crate) const OBLIQUITY_J2000: f64 = 84_381.406 * crate::units::RAD_PER_ARCSEC;
+/// Distance from a sphere's centre, in its radii, at which its disc has the diameter [`FITTED_DISC`]. A disc of angular radius a fills the fraction
+/// tan a / tan(fov / 2) of the frame's height.
+fn fitted_distance_radii(fov_deg: f64) -> f64 {
+    1.0 / (FITTED_DISC * (fov_deg.to_radians() / 2.0).tan()).atan().sin()
+}
 
-/// The smallest rotation from unit vector `from` to `to`.
-pub(crate) fn rotation_between(from: DVec3, to: DVec3) -> DMat3 {
-    DMat3::from_quat(glam::DQuat::from_rotation_arc(from, to))
+/// The field of view in which a disc has the diameter [`FITTED_DISC`]: the inverse.
+fn fitted_fov_deg(angular_radius: f64) -> f64 {
+    2.0 * (angular_radius.tan() / FITTED_DISC).atan().to_degrees()
 }
 
 struct StateLookup<'a> {
@@ -56,6 +60,11 @@ impl StateLookup<'_> {
         let state = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, self.time, None)?.state;
         Ok((state.pos_km, state.vel_km_s))
     }
+    /// Position of a body when it emitted the light that arrives now at a distance.
+    fn emitted_km(&self, id: NaifId, distance_km: f64) -> Result<DVec3, SceneError> {
+        let emission_time = self.time.plus_seconds(-distance_km / SPEED_OF_LIGHT_KM_S);
+        Ok(self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, None)?.state.pos_km)
+    }
     /// The rotation to ICRF from the axes of a body, or the identity for ICRF axes.
     fn icrf_from(&self, axes: Axes, body: NaifId) -> Result<DMat3, SceneError> {
         match axes {
@@ -65,9 +74,9 @@ impl StateLookup<'_> {
     }
 }
 
-/// Maximum distance of a camera from the body relative to which it is placed: 1000 light years, with Julian years of 365.25 days. From farther away the time
+/// Maximum distance of a camera from the body relative to which it is placed: 1000 light years of Julian years. From farther away the time
 /// of emission would be outside every ephemeris.
-pub(crate) const FARTHEST_KM: f64 = 1000.0 * 365.25 * crate::units::SECONDS_PER_DAY * SPEED_OF_LIGHT_KM_S;
+pub(crate) const FARTHEST_KM: f64 = 1000.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY * SPEED_OF_LIGHT_KM_S;
 
 fn check_distance(distance_km: f64, what: impl FnOnce() -> String) -> Result<(), SceneError> {
     if distance_km <= FARTHEST_KM {
@@ -94,21 +103,20 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             let target = states.body(needs_target()?)?;
             reference_body = target.id;
             let fov = *fov_deg.get_or_insert(if distance_radii.is_some() { FOV_AT_DISTANCE_DEG } else { FOV_DEFAULT_DEG });
-            // The disc of a sphere of angular radius a fills the fraction tan a / tan(fov / 2) of half the image's height.
-            let fitted_radii = 1.0 / (FITTED_DISC * (fov.to_radians() / 2.0).tan()).atan().sin();
-            let distance_km = distance_radii.unwrap_or(fitted_radii) * target.radii_km.max_element();
+            let distance_km = distance_radii.unwrap_or_else(|| fitted_distance_radii(fov)) * target.radii_km.max_element();
             let described = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d:?} radii"));
             check_distance(distance_km, described)?;
-            // The target's position when it emitted the light seen now.
-            let emission_time = t.plus_seconds(-distance_km / SPEED_OF_LIGHT_KM_S);
-            let centre = ephemeris.state(target.id, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, None)?.state.pos_km;
+            let centre = states.emitted_km(target.id, distance_km)?;
             let towards = towards.unwrap_or(if target.id == NaifId::EARTH { NaifId::SUN } else { NaifId::EARTH });
             if towards == target.id {
-                return Err(SceneError::Request(format!("{} cannot be seen from its own side: name another body", target.name)));
+                return Err(SceneError::Request(format!(
+                    "the camera cannot be on the side of {0} that faces {0} itself: name another body",
+                    target.name
+                )));
             }
-            let side = (states.state(towards)?.0 - centre).try_normalize().unwrap_or(DVec3::X);
-            zenith = Some(side);
-            centre + side * distance_km
+            let outward = (states.state(towards)?.0 - centre).try_normalize().unwrap_or(DVec3::X);
+            zenith = Some(outward);
+            centre + outward * distance_km
         }
         Position::Centre(body) => {
             reference_body = body;
@@ -132,9 +140,8 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             reference_body = body;
             let offset = states.icrf_from(axes, body)? * offset_km;
             check_distance(offset.length(), || "camera".into())?;
-            let emission_time = t.plus_seconds(-offset.length() / SPEED_OF_LIGHT_KM_S);
             zenith = offset.try_normalize();
-            ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, None)?.state.pos_km + offset
+            states.emitted_km(body, offset.length())? + offset
         }
     };
     let forward = match request.look {
@@ -150,12 +157,11 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             if to_target.length() < 1e-6 || inside == Some(target) {
                 return Err(SceneError::Request("the camera is at the centre of what it looks at: choose another place or target".into()));
             }
-            let fitted_fov_deg = catalog.body(target).map(|b| {
-                let angular_radius = (b.radii_km.max_element() / to_target.length()).min(1.0).asin();
-                (2.0 * (angular_radius.tan() / FITTED_DISC).atan().to_degrees()).clamp(1e-6, 60.0)
-            });
             if fov_deg.is_none() && matches!(request.position, Position::Centre(_)) {
-                fov_deg = fitted_fov_deg;
+                fov_deg = catalog.body(target).map(|b| {
+                    let angular_radius = (b.radii_km.max_element() / to_target.length()).min(1.0).asin();
+                    fitted_fov_deg(angular_radius).clamp(1e-6, 60.0)
+                });
             }
             if stands_on_target.is_some() { to_target.normalize() } else { aberrated(to_target.normalize(), velocity_km_s) }
         }
@@ -167,7 +173,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         },
         Up::Zenith => zenith.unwrap_or(DVec3::Z),
         Up::Celestial => DVec3::Z,
-        Up::Ecliptic => DVec3::new(0.0, -OBLIQUITY_J2000.sin(), OBLIQUITY_J2000.cos()),
+        Up::Ecliptic => ecliptic_pole(),
         Up::Along { direction, axes } => states.icrf_from(axes, reference_body)? * direction,
     };
     let fov_deg = fov_deg.unwrap_or(FOV_AT_DISTANCE_DEG);

@@ -19,7 +19,7 @@ use crate::scene::request::view_request::ViewRequest;
 use crate::scene::sky::zodiacal;
 use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};
 use crate::time::Instant;
-use crate::units::KM_PER_AU;
+use crate::units::{DAYS_PER_JULIAN_YEAR, KM_PER_AU};
 use glam::{DVec3, Vec3, Vec4};
 
 /// Ratio of the radiance at the disc's centre to the disc's mean radiance in the visual band: 1 / (1 - u1/3 - u2/6) with the catalog's limb darkening is
@@ -76,7 +76,7 @@ pub fn radiance(rho: f64) -> f64 {
 
 /// Solar activity by the phase of the sunspot cycle: 0 at a minimum, 1 at a maximum.
 pub(crate) fn activity(time: Instant) -> f64 {
-    let year = 2000.0 + (time.jd_tt() - 2_451_545.0) / 365.25;
+    let year = 2000.0 + (time.jd_tt() - 2_451_545.0) / DAYS_PER_JULIAN_YEAR;
     let (first, last) = (SUNSPOT_MINIMA[0], SUNSPOT_MINIMA[SUNSPOT_MINIMA.len() - 1]);
     let phase = if (first..last).contains(&year) {
         let k = SUNSPOT_MINIMA.partition_point(|m| *m <= year).clamp(1, SUNSPOT_MINIMA.len() - 1);

@@ -246,7 +246,7 @@ pub struct ViewRequest {
 
 /// Default field of view if the distance is not given either. It is that of a long lens, so that nearly a hemisphere of the target is visible.
 pub const FOV_DEFAULT_DEG: f64 = 20.0;
-/// Default field of view if the distance or the position is given: at 3 radii the disc then fills 85 % of the frame's height.
+/// Default field of view if the distance or the position is given, on the ground too: at 3 radii a disc then fills 85 % of the frame's height.
 pub const FOV_AT_DISTANCE_DEG: f64 = 45.0;
 /// Diameter of a fitted disc relative to the frame's height.
 pub const FITTED_DISC: f64 = 0.75;

@@ -2,9 +2,12 @@
 //!
 //! All are fixed at J2000, without precession.
 
-use crate::scene::viewpoint::OBLIQUITY_J2000;
+use crate::units::RAD_PER_ARCSEC;
 use crate::wording::suggestion_or_list;
 use glam::{DMat3, DVec3};
+
+/// Mean obliquity of J2000, IAU 2006 (84381.406 arcsec), radians.
+const OBLIQUITY_J2000: f64 = 84_381.406 * RAD_PER_ARCSEC;
 
 /// A celestial coordinate frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -6,7 +6,7 @@
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::time::Instant;
-use crate::units::SECONDS_PER_DAY;
+use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use std::sync::Arc;
 
 /// An event with its title.
@@ -57,7 +57,7 @@ impl KnownEvents {
             self.events.clear();
         }
         let (first_s, last_s) = self.searched?;
-        let limit_s = MAX_YEARS * 365.25 * SECONDS_PER_DAY;
+        let limit_s = MAX_YEARS * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
         let incomplete =
             [first_s > from_s && !self.is_exhausted[0] && first_s > -limit_s, last_s < to_s && !self.is_exhausted[1] && last_s < limit_s];
         let backward = match incomplete {

@@ -5,7 +5,7 @@
 
 use crate::files::{FileAccess, WriteError, read_text, write_atomic, write_error};
 use crate::session::DisplayPreference;
-use crate::units::SECONDS_PER_DAY;
+use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::civil_time::Clock;
 use crate::view::app::view_state::ViewState;
 use crate::view::language::Language;
@@ -101,7 +101,7 @@ impl Default for PanelLayout {
             kept_width: None,
             kept_wide_width: None,
             timeline_shown: true,
-            timeline_span_s: 2.0 * 365.25 * SECONDS_PER_DAY,
+            timeline_span_s: 2.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY,
             now_shown: true,
             viewport_px: DEFAULT_VIEWPORT_PX,
         }

@@ -6,14 +6,14 @@
 
 use super::civil_time::Clock;
 use crate::time::Instant;
-use crate::units::SECONDS_PER_DAY;
+use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::language::dates::{day_and_month, month_short};
 use crate::view::language::{decimal, text};
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, TimeDelta, Timelike};
 use std::ops::RangeInclusive;
 
 const HOUR_S: f64 = 3600.0;
-const YEAR_S: f64 = 365.25 * SECONDS_PER_DAY;
+const YEAR_S: f64 = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 /// Range of spans: a quarter of a day to four centuries.
 pub(crate) const SPANS_S: RangeInclusive<f64> = 6.0 * HOUR_S..=400.0 * YEAR_S;
 /// Minimum distance between ticks, points, so that their labels do not touch.
@@ -87,7 +87,7 @@ pub(crate) fn span_text(span_s: f64) -> String {
         d if d < 3.0 => text!("span-hours", count = decimal(d * 24.0, 0)),
         d if d < 90.0 => text!("span-days", d = decimal(d, 0)),
         d if d < 730.0 => text!("span-months", count = decimal(d / 30.44, 0)),
-        d => text!("span-years", count = decimal(d / 365.25, 0)),
+        d => text!("span-years", count = decimal(d / DAYS_PER_JULIAN_YEAR, 0)),
     }
 }
 

@@ -7,7 +7,7 @@ use super::icons::{self, Icon};
 use super::{Interface, accessible, information};
 use crate::catalog::Catalog;
 use crate::time::Instant;
-use crate::units::SECONDS_PER_DAY;
+use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::event_search::{ContactLine, EventKind, EventPlayback, EventSearch, SkyEvent};
 use crate::view::app::places::SessionPositions;
 use crate::view::app::settings::Home;
@@ -23,7 +23,7 @@ use std::sync::Arc;
 
 /// Ranges of the search around the displayed date, days, and the ids of their names.
 const RANGES_DAYS: [(f64, &str); 4] =
-    [(30.0, "range-month"), (365.25, "range-year"), (3652.5, "range-10-years"), (36_525.0, "range-100-years")];
+    [(30.0, "range-month"), (DAYS_PER_JULIAN_YEAR, "range-year"), (3652.5, "range-10-years"), (36_525.0, "range-100-years")];
 /// Index of the year in [`RANGES_DAYS`].
 const YEAR_RANGE: usize = 1;
 /// What separates the parts of a summary.

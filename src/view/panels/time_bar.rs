@@ -4,7 +4,7 @@ use super::icons::{self, Icon};
 use super::top_bar::caption;
 use super::{Interface, accessible, events, timeline};
 use crate::time::Instant;
-use crate::units::SECONDS_PER_DAY;
+use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::civil_time::Clock;
 use crate::view::app::date_text::parse_date;
 use crate::view::app::event_search::{EventKind, EventSearch, SkyEvent};
@@ -42,9 +42,9 @@ impl Default for TimeBar {
 
 /// Time steps of the buttons: seconds, and the text id of the name.
 const STEPS: [(f64, &str); 4] =
-    [(60.0, "step-minute"), (3600.0, "step-hour"), (SECONDS_PER_DAY, "step-day"), (365.25 * SECONDS_PER_DAY, "step-year")];
+    [(60.0, "step-minute"), (3600.0, "step-hour"), (SECONDS_PER_DAY, "step-day"), (DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY, "step-year")];
 /// Range of the search for the next event, seconds.
-const EVENT_REACH_S: f64 = 130.0 * 365.25 * SECONDS_PER_DAY;
+const EVENT_REACH_S: f64 = 130.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 /// Distance from the displayed time at which the search starts, seconds, so that it does not find the displayed event.
 const EVENT_GAP_S: f64 = 60.0;
 

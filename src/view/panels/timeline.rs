@@ -7,7 +7,7 @@
 use super::icons::{self, Icon};
 use super::{Interface, events};
 use crate::time::Instant;
-use crate::units::SECONDS_PER_DAY;
+use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::event_search::{EventKind, SkyEvent};
 use crate::view::app::known_events::{KnownEvent, KnownEvents, NextSearch};
 use crate::view::app::timeline::{TimeAxis, span_text, usable_span_s, zoomed_span_s};
@@ -27,7 +27,7 @@ const CLICK_DISTANCE: f64 = 5.0;
 /// Radii of the marks of notable events and of other events, points.
 const MARK_RADII: [f32; 2] = [4.0, 2.5];
 /// Span above which only notable events are shown, seconds.
-const MAX_SPAN_ALL_EVENTS_S: f64 = 40.0 * 365.25 * SECONDS_PER_DAY;
+const MAX_SPAN_ALL_EVENTS_S: f64 = 40.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 /// Span above which moons' events are hidden, seconds.
 const MAX_SPAN_MOONS_S: f64 = 10.0 * SECONDS_PER_DAY;
 /// Fraction of the span by which an arrow key changes the time.
