@@ -14,24 +14,34 @@ use std::sync::Arc;
 /// on the Moon's ground.
 const SAME_DIRECTION_RAD: f64 = 3e-5;
 
-/// The most recent profiles, by map and viewer's position in the Moon's axes.
+/// Greatest relative difference of the distances of two viewers who share a profile.
+const SAME_DISTANCE_RATIO: f64 = 1e-3;
+/// Number of profiles that are kept.
+const MAX_PROFILES: usize = 4;
+
+/// Map, and viewer's position in the Moon's axes. It holds the map itself, because the address of a map that was dropped can become another's.
+type Key = (Arc<HeightMap>, DVec3);
+
+/// The most recent profiles.
 #[derive(Debug)]
-pub(crate) struct LimbProfiles(Memo<(usize, DVec3), Arc<LimbProfile>>);
+pub(crate) struct LimbProfiles(Memo<Key, Arc<LimbProfile>>);
 
 impl Default for LimbProfiles {
     fn default() -> Self {
-        Self(Memo::with_capacity(4))
+        Self(Memo::with_capacity(MAX_PROFILES))
     }
 }
 
 impl LimbProfiles {
     /// The profile seen from a position in the Moon's axes, which must be outside all ground.
     pub(crate) fn seen_from(&self, map: &Arc<HeightMap>, viewer_km: DVec3) -> Arc<LimbProfile> {
-        let is_same_limb = |cached: &(usize, DVec3), requested: &(usize, DVec3)| {
-            let distance_ratio = cached.1.length() / requested.1.length();
-            cached.0 == requested.0 && angle_rad(cached.1, requested.1) < SAME_DIRECTION_RAD && (distance_ratio - 1.0).abs() < 1e-3
+        let is_same_limb = |(cached_map, cached_km): &Key, (map, viewer_km): &Key| {
+            let distance_ratio = cached_km.length() / viewer_km.length();
+            Arc::ptr_eq(cached_map, map)
+                && angle_rad(*cached_km, *viewer_km) < SAME_DIRECTION_RAD
+                && (distance_ratio - 1.0).abs() < SAME_DISTANCE_RATIO
         };
-        let key = (Arc::as_ptr(map) as usize, viewer_km);
+        let key = (Arc::clone(map), viewer_km);
         self.0.get_compatible(is_same_limb, key, || Arc::new(LimbProfile::seen_from(map, viewer_km)))
     }
 }
