@@ -2,8 +2,8 @@
 //!
 //! Nothing is parsed here. The crate exists because a package in a registry holds 10 MB at most.
 
-/// Name and text of the body tables, in the order in which they are read.
-pub static TABLES: &[(&str, &str)] = &[
+/// Name and text of the catalog's files, in the order in which they are read.
+pub static CATALOG_FILES: &[(&str, &str)] = &[
     ("planets.toml", include_str!("planets.toml")),
     ("dwarfs_and_asteroids.toml", include_str!("dwarfs_and_asteroids.toml")),
     ("moons_inner.toml", include_str!("moons_inner.toml")),

@@ -4,7 +4,7 @@
 //! every field in its range, unique names and known parents. It reads no file system and computes no position.
 
 use crate::wording::{did_you_mean, echo, echo_within, one_line};
-use orrery_catalogs::TABLES;
+use orrery_catalogs::CATALOG_FILES;
 use std::collections::BTreeMap;
 
 mod body;
@@ -95,6 +95,13 @@ pub struct CatalogError {
     pub problems: Vec<Problem>,
 }
 
+impl CatalogError {
+    /// A problem of a file as a whole.
+    fn of_file(file: String, message: String) -> Self {
+        Self { problems: vec![Problem { file, line: 1, message }] }
+    }
+}
+
 /// Maximum number of problems that a message lists.
 const MAX_SHOWN_PROBLEMS: usize = 20;
 
@@ -114,10 +121,16 @@ impl std::fmt::Display for CatalogError {
 #[error("{0}")]
 pub struct UnknownName(pub String);
 
+/// A name as names are compared: without case, with one spelling of barycentre, and with single spaces in place of `_` and `-`.
+fn normalized_name(name: &str) -> String {
+    let name = name.to_lowercase().replace("barycentre", "barycenter").replace(['_', '-'], " ");
+    name.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 impl Catalog {
     /// The embedded catalog. A test verifies that it has no problem, so it never panics in a released program.
     pub fn embedded() -> Self {
-        match read::read(TABLES) {
+        match read::read(CATALOG_FILES) {
             Ok(catalog) => catalog,
             Err(e) => panic!("the embedded catalog is broken:\n{e}"),
         }
@@ -126,7 +139,7 @@ impl Catalog {
     /// The embedded catalog, overridden by the user's files: (name, text) pairs in reading order. A `[[body]]` with a known `id` overrides
     /// the fields that it gives; any other adds a body.
     pub fn with_files(files: &[(String, String)]) -> Result<Self, CatalogError> {
-        let all: Vec<(&str, &str)> = TABLES.iter().copied().chain(files.iter().map(|(n, t)| (n.as_str(), t.as_str()))).collect();
+        let all: Vec<(&str, &str)> = CATALOG_FILES.iter().copied().chain(files.iter().map(|(n, t)| (n.as_str(), t.as_str()))).collect();
         read::read(&all)
     }
 
@@ -174,7 +187,7 @@ impl Catalog {
     pub fn with_small_bodies(self, supplied: Option<SmallBodies>) -> Self {
         let Some(supplied) = supplied else { return self };
         let embedded = SmallBodies::embedded();
-        let or_embedded = |supplied: Vec<_>, embedded: &Vec<_>| if supplied.is_empty() { embedded.clone() } else { supplied };
+        let or_embedded = |list: Vec<_>, default: &Vec<_>| if list.is_empty() { default.clone() } else { list };
         let minor_planets = or_embedded(supplied.minor_planets, &embedded.minor_planets);
         let all = SmallBodies { minor_planets, comets: or_embedded(supplied.comets, &embedded.comets) };
         let small_bodies = OnceLock::from(Arc::new(all.without_bodies_of(&self)));
@@ -212,7 +225,7 @@ impl Catalog {
         for layer in self.data_layers.all() {
             let layer = read(Arc::unwrap_or_clone(layer))?;
             if let Err(message) = total.add(&layer) {
-                return Err(CatalogError { problems: vec![Problem { file: layer.file, line: 1, message }] }.into());
+                return Err(CatalogError::of_file(layer.file, message).into());
             }
             layers.push(layer);
         }
@@ -220,7 +233,7 @@ impl Catalog {
             let body = self.bodies.iter_mut().find(|b| Some(b.id) == layer.body);
             let Some((body, overlay)) = body.zip(layer.overlay()) else { continue };
             if let Err(message) = overlay::add(&mut body.overlays, overlay) {
-                return Err(CatalogError { problems: vec![Problem { file: layer.file.clone(), line: 1, message }] }.into());
+                return Err(CatalogError::of_file(layer.file.clone(), message).into());
             }
         }
         Ok(Self { data_layers: LayerList::new(layers), ..self })
@@ -249,18 +262,18 @@ impl Catalog {
     /// The body or barycentre with a name: a body's name or alias, `solar system barycenter`, `ssb`, `earth-moon barycenter`, `emb`, or
     /// `<planet> barycenter`. Case and the spelling of barycentre do not matter.
     pub fn find_body_or_barycenter(&self, name: &str) -> Option<NaifId> {
-        let normalized = name.trim().to_lowercase().replace("barycentre", "barycenter").replace(['_', '-'], " ");
-        let normalized = normalized.split_whitespace().collect::<Vec<_>>().join(" ");
-        match normalized.as_str() {
+        let name = normalized_name(name);
+        match name.as_str() {
             "ssb" | "solar system barycenter" => return Some(NaifId::SOLAR_SYSTEM_BARYCENTER),
-            "emb" | "earth moon barycenter" | "earth barycenter" => return Some(NaifId::EARTH_MOON_BARYCENTER),
+            "emb" | "earth moon barycenter" => return Some(NaifId::EARTH_MOON_BARYCENTER),
             _ => {}
         }
-        if let Some(planet) = normalized.strip_suffix(" barycenter") {
+        if let Some(planet) = name.strip_suffix(" barycenter") {
+            // NAIF: the planet of system n has the code 100 n + 99, the system's barycentre the code n.
             let id = self.find_body(planet)?.id.0;
             return (100..1000).contains(&id).then_some(id).filter(|id| id % 100 == 99).map(|id| NaifId(id / 100));
         }
-        self.find_body(&normalized).map(|b| b.id)
+        self.find_body(&name).map(|b| b.id)
     }
 
     /// The body or barycentre with a name.
@@ -268,7 +281,7 @@ impl Catalog {
     /// # Errors
     /// An unknown name, with a suggestion.
     pub fn body_or_barycenter(&self, name: &str) -> Result<NaifId, UnknownName> {
-        self.find_body_or_barycenter(name).ok_or_else(|| self.unknown(name, "body or centre of mass"))
+        self.find_body_or_barycenter(name).ok_or_else(|| self.unknown(name, "body or barycentre"))
     }
 
     /// The body with a name.
@@ -277,9 +290,8 @@ impl Catalog {
     /// An unknown name with a suggestion, or a barycentre.
     pub fn body_named(&self, name: &str) -> Result<&Body, UnknownName> {
         let id = self.find_body_or_barycenter(name).ok_or_else(|| self.unknown(name, "body"))?;
-        self.body(id).ok_or_else(|| {
-            UnknownName(format!("`{}` is a centre of mass, which has no surface: name a body", echo_within(name.trim(), 60)))
-        })
+        self.body(id)
+            .ok_or_else(|| UnknownName(format!("`{}` is a barycentre, which has no surface: name a body", echo_within(name.trim(), 60))))
     }
 
     fn unknown(&self, name: &str, what: &str) -> UnknownName {
@@ -288,8 +300,9 @@ impl Catalog {
         UnknownName(format!("no {what} is called `{}`; {hint}", echo(name.trim())))
     }
 
-    fn find_body(&self, lower: &str) -> Option<&Body> {
-        let same = |n: &String| n.to_lowercase().replace(['_', '-'], " ") == lower;
+    /// The body with a name, as [`normalized_name`] returns it.
+    fn find_body(&self, normalized: &str) -> Option<&Body> {
+        let same = |name: &String| normalized_name(name) == normalized;
         self.bodies.iter().find(|b| same(&b.name) || b.aliases.iter().any(same))
     }
 }

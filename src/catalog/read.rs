@@ -16,7 +16,7 @@ use super::{
 };
 use crate::wording::echo_within;
 use glam::{DVec3, Vec3};
-use orrery_catalogs::TABLES;
+use orrery_catalogs::CATALOG_FILES;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
@@ -171,7 +171,7 @@ fn lines_of((id, d): (&i32, &BodyDraft)) -> Vec<(BodyField, FileLine)> {
 }
 
 fn is_embedded(source_line: &SourceLine) -> bool {
-    TABLES.iter().any(|(file, _)| *file == &*source_line.file)
+    CATALOG_FILES.iter().any(|(file, _)| *file == &*source_line.file)
 }
 
 /// Maximum number of bodies that the message about a cycle names.

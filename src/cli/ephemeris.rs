@@ -28,10 +28,10 @@ use std::io::BufRead;
     next_help_heading = "Query"
 )]
 pub(crate) struct EphemerisArgs {
-    /// Body or centre of mass, such as io or "mars barycenter"
+    /// Body or barycentre, such as io or "mars barycenter"
     #[arg(long, required_unless_present_any = ["stdin", "rise_set"])]
     body: Option<String>,
-    /// Origin: the body or centre of mass that positions are relative to
+    /// Origin: the body or barycentre that positions are relative to
     #[arg(long, required_unless_present_any = ["stdin", "apparent", "orientation", "at"])]
     center: Option<String>,
     /// Time: ISO 8601 UTC, jd_tdb:2460409.262 or now
@@ -184,8 +184,7 @@ impl Query {
             serde_json::to_value(apparent_place(ephemeris, id, t).map_err(|e| e.to_string())?)
         } else {
             let observer = if self.center.is_empty() { NaifId::EARTH } else { body_id(catalog, "center", &self.center)? };
-            let body =
-                catalog.body(id).ok_or_else(|| format!("body `{}` is a centre of mass, which has no orientation", echo(&self.body)))?;
+            let body = catalog.body(id).ok_or_else(|| format!("body `{}` is a barycentre, which has no orientation", echo(&self.body)))?;
             serde_json::to_value(sub_points(ephemeris, body, observer, t).map_err(|e| e.to_string())?)
         };
         value.map_err(|e| e.to_string())

@@ -118,7 +118,7 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
             ]);
         }
         Columns::Orientation { observer } => {
-            let body = catalog.body(body).ok_or_else(|| EphemerisError::other("a centre of mass has no orientation"))?;
+            let body = catalog.body(body).ok_or_else(|| EphemerisError::other("a barycentre has no orientation"))?;
             let points = sub_points(ephemeris, body, observer, t)?;
             let degrees = |value: Option<f64>| value.map_or(Cell::None, |v| Cell::Number(v, 5));
             row.extend([

@@ -134,7 +134,7 @@ impl ViewArgs {
             let target = target.ok_or_else(|| CliError::Failed("no target: give --target BODY or --camera-json FILE".into()))?;
             if catalog.body(target).is_none() {
                 let name = self.target.as_deref().unwrap_or("");
-                return Err(wrong("--target", name, "a centre of mass cannot be drawn: name a body"));
+                return Err(wrong("--target", name, "a barycentre cannot be drawn: name a body"));
             }
             let from = self.from.as_ref().map(|name| body_of_option("--from", name)).transpose()?;
             request.position = self.position(catalog, target, from)?;

@@ -19,7 +19,7 @@ fn names(folder: &str, extensions: &[&str]) -> Vec<String> {
 fn every_map_and_every_table_is_in_the_program() {
     let embedded_maps: Vec<_> = orrery_textures::MAPS.iter().map(|(name, _)| (*name).to_owned()).collect();
     assert_eq!(embedded_maps, names("textures", &["jpg", "png"]));
-    let mut embedded_tables: Vec<_> = orrery_catalogs::TABLES.iter().map(|(name, _)| (*name).to_owned()).collect();
+    let mut embedded_tables: Vec<_> = orrery_catalogs::CATALOG_FILES.iter().map(|(name, _)| (*name).to_owned()).collect();
     embedded_tables.sort();
     assert_eq!(embedded_tables, names("catalogs", &["toml"]));
 }

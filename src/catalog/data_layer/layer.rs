@@ -9,11 +9,12 @@ use std::sync::Arc;
 /// Maximum number of points and line vertices of a layer together.
 pub(super) const MAX_POSITIONS: usize = 1_000_000;
 
-/// Maximum number for all layers of a catalog.
-const MAX_POSITIONS_TOGETHER: usize = 2 * MAX_POSITIONS;
+/// Maximum number for all layers of a catalog together.
+const MAX_POSITIONS_OF_ALL_LAYERS: usize = 2 * MAX_POSITIONS;
 
 /// Maximum length of the lines of a layer, and of all layers, together, degrees of longitude and latitude: 4,000 times around a globe. Lines are drawn in short steps, and
-/// a file of a megabyte could go around tens of thousands of times, which took 6 GB.
+/// a file of a megabyte could go around tens of thousands of times, which took 6 GB
+/// of memory.
 const MAX_LENGTH_DEG: f64 = 4000.0 * 360.0;
 
 /// A layer of data.
@@ -121,13 +122,13 @@ impl Content {
     }
 }
 
-/// Length of a line of latitudes and longitudes, degrees of both together.
+/// Length of a line of latitudes and longitudes: its change of latitude plus its change of longitude, degrees.
 fn length_deg(vertices: &[[f64; 2]]) -> f64 {
-    let of_piece = |[a, b]: &[[f64; 2]; 2]| {
+    let of_segment = |[a, b]: &[[f64; 2]; 2]| {
         let turn = (b[1] - a[1]).abs();
         (b[0] - a[0]).abs() + if turn > 180.0 { (turn - 360.0).abs() } else { turn }
     };
-    vertices.array_windows().map(of_piece).sum()
+    vertices.array_windows().map(of_segment).sum()
 }
 
 /// Sizes of all layers of a catalog together: a small catalog may name one file thousands of times.
@@ -141,12 +142,12 @@ impl TotalSize {
     /// Adds a layer.
     ///
     /// # Errors
-    /// With it, the layers are larger than [`MAX_POSITIONS_TOGETHER`] or [`MAX_LENGTH_DEG`].
+    /// With it, the layers are larger than [`MAX_POSITIONS_OF_ALL_LAYERS`] or [`MAX_LENGTH_DEG`].
     pub fn add(&mut self, layer: &DataLayer) -> Result<(), String> {
         self.positions += layer.points.len() + layer.lines.iter().map(|line| line.vertices.len()).sum::<usize>();
         self.length_deg += layer.lines.iter().map(|line| length_deg(&line.vertices)).sum::<f64>();
-        if self.positions > MAX_POSITIONS_TOGETHER {
-            return Err(format!("with this file all layers have more than {MAX_POSITIONS_TOGETHER} positions"));
+        if self.positions > MAX_POSITIONS_OF_ALL_LAYERS {
+            return Err(format!("with this file all layers have more than {MAX_POSITIONS_OF_ALL_LAYERS} positions"));
         }
         if self.length_deg > MAX_LENGTH_DEG {
             return Err(format!(
@@ -158,7 +159,7 @@ impl TotalSize {
     }
 }
 
-/// Checks a position; returns its latitude and longitude.
+/// Checks a position in the order of the files, longitude first; returns latitude and longitude, the order of everything else here.
 pub(super) fn checked_position(lon_deg: f64, lat_deg: f64) -> Result<[f64; 2], String> {
     if !(-360.0..=360.0).contains(&lon_deg) {
         return Err(format!("longitude {lon_deg} is not degrees from -360 to 360"));
@@ -182,23 +183,23 @@ mod tests {
     use crate::catalog::data_layer::geojson;
 
     /// A line that goes to and fro between the poles, half a turn each time.
-    fn line(pieces: usize) -> String {
-        let vertices: Vec<String> = (0..=pieces).map(|k| format!("[0,{}]", if k % 2 == 0 { -90 } else { 90 })).collect();
+    fn line(segments: usize) -> String {
+        let vertices: Vec<String> = (0..=segments).map(|k| format!("[0,{}]", if k % 2 == 0 { -90 } else { 90 })).collect();
         format!("{{\"type\":\"LineString\",\"coordinates\":[{}]}}", vertices.join(","))
     }
 
     /// The limits hold for what a file holds in several features, and for several layers.
     #[test]
     fn lengths_of_features_and_of_layers_add_up() {
-        let max_pieces = (MAX_LENGTH_DEG / 180.0) as usize;
-        let collection = |pieces: [usize; 2]| {
-            let features = pieces.map(|n| format!("{{\"type\":\"Feature\",\"geometry\":{}}}", line(n)));
+        let max_segments = (MAX_LENGTH_DEG / 180.0) as usize;
+        let collection = |segments: [usize; 2]| {
+            let features = segments.map(|n| format!("{{\"type\":\"Feature\",\"geometry\":{}}}", line(n)));
             geojson::read(&format!("{{\"type\":\"FeatureCollection\",\"features\":[{}]}}", features.join(",")))
         };
-        assert!(geojson::read(&line(max_pieces)).is_ok() && geojson::read(&line(max_pieces + 1)).is_err());
-        let content = collection([max_pieces / 2; 2]).expect("within the limit");
-        assert_eq!((content.lines.len(), content.positions), (2, max_pieces + 2));
-        let (_, why) = collection([max_pieces / 2, max_pieces / 2 + 1]).expect_err("together too long");
+        assert!(geojson::read(&line(max_segments)).is_ok() && geojson::read(&line(max_segments + 1)).is_err());
+        let content = collection([max_segments / 2; 2]).expect("within the limit");
+        assert_eq!((content.lines.len(), content.positions), (2, max_segments + 2));
+        let (_, why) = collection([max_segments / 2, max_segments / 2 + 1]).expect_err("together too long");
         assert!(why.contains("4000 times around the globe"), "{why}");
         let layer = DataLayer { lines: Arc::new(content.lines), ..DataLayer::new("a".into(), "a.json".into()) };
         let mut total = TotalSize::default();

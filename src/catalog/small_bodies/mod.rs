@@ -1,7 +1,7 @@
 //! Minor planets and comets: orbit and brightness of each.
 //!
 //! In: the text of a table (`read`). Out: [`SmallBodies`], in the order of the file. Always: every number is finite and in its range, orbits are about the Sun,
-//! axes are unit vectors of the ICRF. Orbits are osculating, without perturbations since the epoch. Not here: positions (`ephemeris::conic`), and the
+//! the two directions of an orbit are perpendicular unit vectors of the ICRF. Orbits are osculating, without perturbations since the epoch. Not here: positions (`ephemeris::conic`), and the
 //! brightness in an image (scene).
 
 mod mpcorb;
@@ -14,7 +14,8 @@ use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
 use std::sync::{Arc, LazyLock};
 
-/// Gauss' constant: square root of the Sun's GM in au^1.5 per day (IAU 1976; IAU 2012 Resolution B2 keeps the au within 1e-9 of it).
+/// Gauss' constant: square root of the Sun's GM in au^1.5 per day (IAU 1976). IAU 2012 Resolution B2 fixed the
+/// au in kilometres instead; the au that this constant defines differs from it by less than 1e-9.
 pub const GAUSS_CONSTANT: f64 = 0.017_202_098_95;
 
 /// A heliocentric conic by its perihelion and the time of passage: the same form for ellipse, parabola and hyperbola.
@@ -37,7 +38,8 @@ pub struct HeliocentricOrbit {
 pub enum BrightnessLaw {
     /// Absolute magnitude and slope of the H,G system (Bowell et al. 1989, Asteroids II, 524).
     Asteroid { h: f64, g: f64 },
-    /// Total magnitude at 1 au from Sun and observer, and magnitudes per decade of heliocentric distance: JPL's M1 and K1.
+    /// Total magnitude at 1 au from Sun and observer, and magnitudes per decade of heliocentric distance: M1 and K1 of JPL's
+    /// Small-Body Database.
     Comet { m1: f64, k1: f64 },
     /// The table gives no magnitude.
     Unknown,
@@ -102,12 +104,12 @@ static EMBEDDED: LazyLock<Arc<SmallBodies>> = LazyLock::new(|| {
 });
 
 impl SmallBodies {
-    /// The 605 minor planets and the comets that are embedded in the program. A test verifies that they can be read, so this never panics in a built program.
+    /// The 605 minor planets and the comets that are embedded in the program. A test verifies that they can be read, so this never panics in a released program.
     pub fn embedded() -> Arc<Self> {
         Arc::clone(&EMBEDDED)
     }
 
-    /// Reads a table: comma-separated values with named columns, JSON of the JPL's Small-Body Database, or MPCORB.DAT.
+    /// Reads a table: comma-separated values with named columns, JSON of JPL's Small-Body Database, or MPCORB.DAT.
     ///
     /// # Errors
     /// Names the first line that cannot be read.
@@ -129,11 +131,11 @@ impl SmallBodies {
             let o = &template.orbit;
             let e = (o.eccentricity + 0.04 * (uniform() - 0.5)).clamp(0.0, 0.6);
             let a = axis(o) + 0.04 * (uniform() - 0.5);
-            // The orbital plane is rotated about the ecliptic's pole, the perihelion within the plane.
-            let (node, turn) = (TAU * uniform(), TAU * uniform());
+            // The orbital plane is rotated about the ecliptic's pole, the perihelion within the plane. The ecliptic is that to which the tables refer.
+            let (node_turn, perihelion_turn) = (TAU * uniform(), TAU * uniform());
             let pole = DVec3::new(0.0, -rows::OBLIQUITY.sin(), rows::OBLIQUITY.cos());
-            let normal = DQuat::from_axis_angle(pole, node) * o.to_perihelion.cross(o.along_perihelion);
-            let to_perihelion = DQuat::from_axis_angle(normal, turn) * normal.any_orthonormal_vector();
+            let normal = DQuat::from_axis_angle(pole, node_turn) * o.to_perihelion.cross(o.along_perihelion);
+            let to_perihelion = DQuat::from_axis_angle(normal, perihelion_turn) * normal.any_orthonormal_vector();
             let orbit = HeliocentricOrbit {
                 perihelion_au: a * (1.0 - e),
                 eccentricity: e,
@@ -141,7 +143,8 @@ impl SmallBodies {
                 along_perihelion: normal.cross(to_perihelion),
                 passage_days: TAU / GAUSS_CONSTANT * a.powf(1.5) * uniform(),
             };
-            // The number of bodies grows by half a decade per magnitude (Ivezic et al. 2001, Astron. J. 122, 2749), up to magnitude 17.
+            // The number of bodies grows by half a decade per magnitude (Ivezic et al. 2001, Astron. J. 122, 2749), up to absolute
+            // magnitude 17.
             let h = 17.0 + 2.0 * uniform().max(1e-6).log10();
             SmallBody {
                 designation: String::new(),
