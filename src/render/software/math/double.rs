@@ -6,6 +6,17 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LN_2, LOG2_E, PI};
 
 /// 1.5 * 2^52: adding it rounds to an integer in the low bits.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
+/// 2^54, which makes every subnormal number normal.
+const TWO_POW_54: f64 = 18_014_398_509_481_984.0;
+/// Above it, asinh and acosh are log(2 x): the square of x could overflow, and 1 is negligible beside it.
+const ASYMPTOTIC_FROM: f64 = 1e150;
+
+/// x limited to a range; NaN stays NaN, because it fails both comparisons.
+#[inline(always)]
+fn bounded(x: f64, low: f64, high: f64) -> f64 {
+    let x = if x > high { high } else { x };
+    if x < low { low } else { x }
+}
 
 #[inline(always)]
 fn fma<const FMA: bool>(a: f64, b: f64, c: f64) -> f64 {
@@ -51,17 +62,18 @@ fn round_to_int(t: f64) -> (f64, i64) {
 
 #[inline(always)]
 pub(crate) fn exp<const FMA: bool>(x: f64) -> f64 {
-    let clamped = if x > 711.0 { 711.0 } else { x };
-    let clamped = if clamped < -747.0 { -747.0 } else { clamped };
+    // Beyond these ends the result overflows or is 0.
+    let clamped = bounded(x, -747.0, 711.0);
     let (k, n) = round_to_int(clamped * LOG2_E);
+    // ln 2 is the sum of two parts, of which the first has so few bits that its product with k is exact.
     let r = fma::<FMA>(k, -1.428_606_820_309_417_2e-6, fma::<FMA>(k, -6.931_457_519_531_25e-1, clamped));
     scale_in_two_steps(exp_of_reduced::<FMA>(r), n)
 }
 
 #[inline(always)]
 pub(crate) fn exp2<const FMA: bool>(x: f64) -> f64 {
-    let clamped = if x > 1026.0 { 1026.0 } else { x };
-    let clamped = if clamped < -1077.0 { -1077.0 } else { clamped };
+    // Beyond these ends the result overflows or is 0.
+    let clamped = bounded(x, -1077.0, 1026.0);
     let (k, n) = round_to_int(clamped);
     scale_in_two_steps(exp_of_reduced::<FMA>((clamped - k) * LN_2), n)
 }
@@ -71,14 +83,13 @@ pub(crate) fn exp2<const FMA: bool>(x: f64) -> f64 {
 fn log_parts<const FMA: bool>(x: f64) -> (f64, f64, f64, f64) {
     // True for subnormal x, which it makes normal; also for x <= 0, where the callers replace the result.
     let is_scaled = x < f64::MIN_POSITIVE;
-    let scaled = if is_scaled { x * 18_014_398_509_481_984.0 } else { x };
+    let scaled = if is_scaled { x * TWO_POW_54 } else { x };
     const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
     let bits = scaled.to_bits().wrapping_sub(SQRT_HALF_BITS);
     // The exponent as a float: its bits are ORed into those of 2^52, and 2^52 and the bias are subtracted. An integer conversion has no vector
-    // instruction below AVX-512.
+    // instruction below AVX-512. Of x < 0 and NaN, whose results the callers replace, it is meaningless.
     let exponent_bits = (bits >> 52) ^ 0x800;
     let exponent = f64::from_bits(exponent_bits | 0x4330_0000_0000_0000) - 4_503_599_627_370_496.0 - 2048.0;
-    let exponent = if exponent > 1024.0 { exponent - 4096.0 } else { exponent };
     let exponent = if is_scaled { exponent - 54.0 } else { exponent };
     let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff).wrapping_add(SQRT_HALF_BITS)) - 1.0;
     let s = f / (2.0 + f);
@@ -109,6 +120,7 @@ fn log_special_cases(x: f64, y: f64) -> f64 {
 #[inline(always)]
 pub(crate) fn log<const FMA: bool>(x: f64) -> f64 {
     let (f, exponent, half_square, tail) = log_parts::<FMA>(x);
+    // ln 2 is the sum of two parts; the product of the first with the exponent is exact.
     let low = fma::<FMA>(exponent, 1.908_214_929_270_587_7e-10, tail);
     log_special_cases(x, fma::<FMA>(exponent, 6.931_471_803_691_238e-1, f - (half_square - low)))
 }
@@ -119,6 +131,7 @@ fn log2_pair<const FMA: bool>(x: f64) -> (f64, f64) {
     let (f, exponent, half_square, tail) = log_parts::<FMA>(x);
     let hi = high_bits(f - half_square);
     let lo = ((f - hi) - half_square) + tail;
+    // log2(e) is the sum of two parts.
     let a = hi * 1.442_695_040_721_446_3;
     let b = fma::<FMA>(lo + hi, 1.675_171_316_488_651_2e-10, lo * 1.442_695_040_721_446_3);
     let w = exponent + a;
@@ -143,8 +156,7 @@ pub(crate) fn log2<const FMA: bool>(x: f64) -> f64 {
 pub(crate) fn quarter_turns(x: f64) -> (f64, i64) {
     let (k, n) = round_to_int(x * std::f64::consts::FRAC_2_PI);
     let r = ((x - k * 1.570_796_326_734_125_6) - k * 6.077_100_506_303_966e-11) - k * 2.022_266_248_795_950_6e-21;
-    let r = if r > 0.786 { 0.786 } else { r };
-    let r = if r < -0.786 { -0.786 } else { r };
+    let r = bounded(r, -0.786, 0.786);
     (if x.abs() == f64::INFINITY { f64::NAN } else { r }, n)
 }
 
@@ -213,24 +225,27 @@ fn asin_core<const FMA: bool>(z: f64, s: f64) -> f64 {
     fma::<FMA>(p / q, s, s)
 }
 
+/// For a = |x| > 0.5: true, and the arcsine of sqrt((1 - a) / 2), half the arccosine of a. Otherwise false, and the arcsine of `small`, which is a or x.
 #[inline(always)]
-pub(crate) fn asin<const FMA: bool>(x: f64) -> f64 {
-    let a = x.abs();
+fn asin_reduced<const FMA: bool>(a: f64, small: f64) -> (bool, f64) {
     let is_large = a > 0.5;
     let half = 0.5 * (1.0 - a);
     let root = half.sqrt();
-    let y = asin_core::<FMA>(if is_large { half } else { a * a }, if is_large { root } else { a });
+    (is_large, asin_core::<FMA>(if is_large { half } else { a * a }, if is_large { root } else { small }))
+}
+
+#[inline(always)]
+pub(crate) fn asin<const FMA: bool>(x: f64) -> f64 {
+    let a = x.abs();
+    let (is_large, y) = asin_reduced::<FMA>(a, a);
     (if is_large { FRAC_PI_2 - 2.0 * y } else { y }).copysign(x)
 }
 
 #[inline(always)]
 pub(crate) fn acos<const FMA: bool>(x: f64) -> f64 {
-    let a = x.abs();
-    let is_large = a > 0.5;
-    let half = 0.5 * (1.0 - a);
-    let root = half.sqrt();
-    let y = asin_core::<FMA>(if is_large { half } else { a * a }, if is_large { root } else { x });
+    let (is_large, y) = asin_reduced::<FMA>(x.abs(), x);
     let outer = if x < 0.0 { PI - 2.0 * y } else { 2.0 * y };
+    // The second number is what FRAC_PI_2 lacks of pi / 2.
     if is_large { outer } else { FRAC_PI_2 - (y - 6.123_233_995_736_766e-17) }
 }
 
@@ -240,6 +255,7 @@ pub(crate) fn atan2<const FMA: bool>(y: f64, x: f64) -> f64 {
     let swap = ay > ax;
     let (small, large) = if swap { (ax, ay) } else { (ay, ax) };
     let equal = small == large;
+    // From tan(pi / 8) on, the quotient is replaced by the tangent of the angle from the diagonal.
     let near_diagonal = small > 0.414_213_562_373_095 * large;
     let (num, den) = if near_diagonal { (small - large, small + large) } else { (small, large) };
     let q = num / den;
@@ -317,7 +333,7 @@ fn log1p<const FMA: bool>(u: f64) -> f64 {
 #[inline(always)]
 pub(crate) fn asinh<const FMA: bool>(x: f64) -> f64 {
     let a = x.abs();
-    let huge = a > 1e150;
+    let huge = a > ASYMPTOTIC_FROM;
     let moderate = log1p::<FMA>(a + a * a / (1.0 + (1.0 + a * a).sqrt()));
     let asymptotic = log::<FMA>(a) + LN_2;
     (if huge { asymptotic } else { moderate }).copysign(x)
@@ -328,7 +344,7 @@ pub(crate) fn acosh<const FMA: bool>(x: f64) -> f64 {
     let t = x - 1.0;
     let moderate = log1p::<FMA>(t + (2.0 * t + t * t).sqrt());
     let asymptotic = log::<FMA>(x) + LN_2;
-    let y = if x > 1e150 { asymptotic } else { moderate };
+    let y = if x > ASYMPTOTIC_FROM { asymptotic } else { moderate };
     if x < 1.0 { f64::NAN } else { y }
 }
 
@@ -345,18 +361,14 @@ pub(crate) fn atanh<const FMA: bool>(x: f64) -> f64 {
 pub(crate) fn pow<const FMA: bool>(x: f64, y: f64) -> f64 {
     let (w, low) = log2_pair::<FMA>(x);
     // For |y| > 1e20 every x but 1 overflows or underflows; the bound keeps the products finite.
-    let bounded_y = if y > 1e20 { 1e20 } else { y };
-    let bounded_y = if bounded_y < -1e20 { -1e20 } else { bounded_y };
+    let bounded_y = bounded(y, -1e20, 1e20);
     let (w_high, bounded_y_high) = (high_bits(w), high_bits(bounded_y));
     let product_high = w_high * bounded_y_high;
     let product_low = (bounded_y - bounded_y_high) * w_high + bounded_y * ((w - w_high) + low);
     let sum = product_high + product_low;
-    let bounded = if sum > 1026.0 { 1026.0 } else { sum };
-    let (k, n) = round_to_int(if bounded < -1077.0 { -1077.0 } else { bounded });
+    let (k, n) = round_to_int(bounded(sum, -1077.0, 1026.0));
     let rest = ((product_high - k) + product_low) * LN_2;
-    let rest = if rest > 0.4 { 0.4 } else { rest };
-    let rest = if rest < -0.4 { -0.4 } else { rest };
-    let r = scale_in_two_steps(exp_of_reduced::<FMA>(rest), n);
+    let r = scale_in_two_steps(exp_of_reduced::<FMA>(bounded(rest, -0.4, 0.4)), n);
     let r = if (x == 0.0) | (x == f64::INFINITY) { if (x == 0.0) == (y > 0.0) { 0.0 } else { f64::INFINITY } } else { r };
     let r = if x < 0.0 { f64::NAN } else { r };
     let r = if (y == 0.0) | (x == 1.0) { 1.0 } else { r };
