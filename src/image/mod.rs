@@ -59,6 +59,16 @@ pub enum TexelFormat {
     Rgba32Float,
 }
 
+impl TexelFormat {
+    /// Bytes of one texel.
+    pub(crate) fn texel_bytes(self) -> u32 {
+        match self {
+            Self::Rgba8Srgb | Self::Rgba8Unorm => 4,
+            Self::Rgba32Float => 16,
+        }
+    }
+}
+
 /// A texture with its full mip chain, level 0 first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {

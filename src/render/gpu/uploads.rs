@@ -20,8 +20,8 @@ const BUDGET_BYTES: u64 = 1_500_000_000;
 /// Bytes of one chunk of an upload. At most two chunks are in flight: each occupies staging memory until the device has copied it.
 const CHUNK_BYTES: u64 = 32 << 20;
 
-/// Frames after which an unused table is evicted.
-const TABLE_FRAMES: u64 = 60;
+/// Frames after which a table is evicted that none of them used.
+const UNUSED_TABLE_FRAMES: u64 = 60;
 
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum TextureKey {
@@ -43,6 +43,7 @@ struct Uploaded {
 #[derive(Default)]
 pub(crate) struct Uploads {
     by_key: HashMap<TextureKey, Uploaded>,
+    /// Number of the current frame.
     frame: u64,
     /// Bytes written since the last chunk was submitted.
     pending_bytes: u64,
@@ -67,7 +68,7 @@ impl Uploads {
         let frame = self.frame;
         self.by_key.retain(|_, u| match &u.decoded {
             Some(decoded) => decoded.strong_count() > 0,
-            None => u.last_used_frame + TABLE_FRAMES >= frame,
+            None => u.last_used_frame + UNUSED_TABLE_FRAMES >= frame,
         });
         let mut total = self.total_bytes();
         if total <= BUDGET_BYTES {
@@ -104,9 +105,9 @@ impl Uploads {
             [only] if !persistent => TextureKey::ByContent(Sha256::digest(only.bytes()).into(), [only.width, only.height], texture.format),
             _ => TextureKey::ByAddress(Arc::as_ptr(texture) as usize),
         };
-        if let Some(known) = self.by_key.get_mut(&key) {
-            known.last_used_frame = self.frame;
-            return Ok(known.view.clone());
+        if let Some(uploaded) = self.by_key.get_mut(&key) {
+            uploaded.last_used_frame = self.frame;
+            return Ok(uploaded.view.clone());
         }
         let uploaded = self.upload(device, queue, texture)?;
         let bytes = texture.levels.iter().map(|level| level.byte_count() as u64).sum();
@@ -119,15 +120,18 @@ impl Uploads {
 
     /// Uploads all levels, those larger than a chunk in bands of rows.
     fn upload(&mut self, device: &Device, queue: &Queue, texture: &Texture) -> Result<wgpu::Texture, String> {
-        let first = &texture.levels[0];
+        let largest = &texture.levels[0];
         let max_side = device.limits().max_texture_dimension_2d;
-        if first.width > max_side || first.height > max_side {
-            return Err(format!("a texture has {}x{} texels; the adapter allows at most {max_side} per side", first.width, first.height));
+        if largest.width > max_side || largest.height > max_side {
+            return Err(format!(
+                "a texture has {}x{} texels; the adapter allows at most {max_side} per side",
+                largest.width, largest.height
+            ));
         }
         let extent = |width: u32, height: u32| Extent3d { width, height, depth_or_array_layers: 1 };
         let uploaded = device.create_texture(&TextureDescriptor {
             label: None,
-            size: extent(first.width, first.height),
+            size: extent(largest.width, largest.height),
             mip_level_count: texture.levels.len() as u32,
             sample_count: 1,
             dimension: TextureDimension::D2,
@@ -135,9 +139,8 @@ impl Uploads {
             usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
             view_formats: &[],
         });
-        let texel_bytes = if texture.format == TexelFormat::Rgba32Float { 16 } else { 4 };
         for (mip_level, level) in (0..).zip(&texture.levels) {
-            let row_bytes = texel_bytes * level.width;
+            let row_bytes = texture.format.texel_bytes() * level.width;
             let rows = (CHUNK_BYTES / u64::from(row_bytes)).max(1) as u32;
             for (y, chunk) in (0..).step_by(rows as usize).zip(level.bytes().chunks(rows as usize * row_bytes as usize)) {
                 let to =

@@ -8,6 +8,18 @@ use super::blend::{blend_lanes, blended};
 use super::raster::coverage::{BLOCK_PIXELS, TILE, TILE_BLOCKS};
 use crate::render::plan::Blend;
 
+/// Whether a bit of a mask is set: of samples or of blocks.
+#[inline(always)]
+fn has_bit(mask: impl Into<u32>, k: usize) -> bool {
+    mask.into() >> k & 1 == 1
+}
+
+/// Whether blending values of these lanes changes nothing, because all their bits are 0. No early exit, so that the compiler vectorises the loop.
+#[inline(always)]
+fn are_zero(lanes: &[f32]) -> bool {
+    lanes.iter().fold(0, |all, v| all | v.to_bits()) == 0
+}
+
 const PIXELS: usize = (TILE * TILE) as usize;
 /// Entry of [`TileTarget::split_index`] for a pixel whose samples are all equal.
 const UNSPLIT: u16 = u16::MAX;
@@ -64,7 +76,7 @@ impl TileTarget {
     /// Marks a block as written; on the first write, fills it with the clear colour.
     #[inline(always)]
     fn touch(&mut self, block: usize) {
-        if self.touched_blocks >> block & 1 == 0 {
+        if !has_bit(self.touched_blocks, block) {
             self.touched_blocks |= 1 << block;
             for (plane, value) in self.colour.iter_mut().zip(self.clear_colour) {
                 if let Some(pixels) = plane.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) {
@@ -74,7 +86,7 @@ impl TileTarget {
         }
     }
 
-    /// Fills all blocks that were not written with the clear colour. Called before the complete tile is read.
+    /// Fills all blocks that have not been written with the clear colour. Called before the complete tile is read.
     pub(crate) fn touch_all(&mut self) {
         for block in 0..TILE_BLOCKS {
             self.touch(block);
@@ -85,7 +97,7 @@ impl TileTarget {
     #[inline(always)]
     fn touch_depth(&mut self, pixel: usize) {
         let block = pixel / BLOCK_PIXELS;
-        if self.blocks_with_depth >> block & 1 == 0 {
+        if !has_bit(self.blocks_with_depth, block) {
             self.blocks_with_depth |= 1 << block;
             if let Some(pixels) = self.depth.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) {
                 pixels.fill([0.0; 4]);
@@ -102,7 +114,7 @@ impl TileTarget {
         let mut passed = 0;
         for s in 0..4 {
             // Branch-free: along an edge the branches would be mispredicted.
-            let passes = (covered >> s & 1 == 1) & (!test | (new[s] > stored[s]));
+            let passes = has_bit(covered, s) & (!test | (new[s] > stored[s]));
             passed |= u16::from(passes) << s;
             stored[s] = if passes & write & !new[s].is_nan() { new[s] } else { stored[s] };
         }
@@ -152,7 +164,7 @@ impl TileTarget {
     #[inline(always)]
     pub(crate) fn store(&mut self, pixel: usize, covered: u16, blend: Blend, source: [f32; 4]) {
         // Blending zeros changes nothing, and must not split a pixel. This is common at the edge of a sprite.
-        if blend != Blend::Replace && source.iter().all(|v| v.to_bits() == 0) {
+        if blend != Blend::Replace && are_zero(&source) {
             return;
         }
         let fully_covered = if self.samples == 4 { 0xf } else { 1 };
@@ -167,13 +179,13 @@ impl TileTarget {
             } else if covered != 0 {
                 self.split_index[pixel] = self.split_colour.len() as u16;
                 self.split_pixels.push(pixel as u16);
-                self.split_colour.push(std::array::from_fn(|s| if covered >> s & 1 == 1 { new } else { target }));
+                self.split_colour.push(std::array::from_fn(|s| if has_bit(covered, s) { new } else { target }));
             }
             return;
         }
         let samples = &mut self.split_colour[usize::from(self.split_index[pixel])];
         for (s, target) in samples.iter_mut().enumerate() {
-            if covered >> s & 1 == 1 {
+            if has_bit(covered, s) {
                 *target = blended(blend, source, *target);
             }
         }
@@ -188,8 +200,7 @@ impl TileTarget {
             return false;
         }
         // Blending zeros changes nothing, so the block stays unwritten. This is common far from the centre of a glare.
-        let bits = |lanes: &[f32]| lanes.iter().fold(0, |all, v| all | v.to_bits());
-        if blend != Blend::Replace && source.iter().all(|lanes| bits(lanes) == 0) {
+        if blend != Blend::Replace && source.iter().all(|lanes| are_zero(lanes)) {
             return true;
         }
         for block in range.start / BLOCK_PIXELS..range.end.div_ceil(BLOCK_PIXELS) {
@@ -226,7 +237,7 @@ impl TileTarget {
 
     /// Whether a block was written since the tile was started.
     pub(crate) fn is_touched(&self, block: usize) -> bool {
-        self.touched_blocks >> block & 1 == 1
+        has_bit(self.touched_blocks, block)
     }
 }
 

@@ -84,10 +84,7 @@ impl<'a> Texels<'a> {
 
     /// Levels, each with its number of bytes.
     fn checked(format: TexelFormat, levels: impl Iterator<Item = (BoundLevel<'a>, usize)>) -> Result<Self, String> {
-        let texel_bytes = match format {
-            TexelFormat::Rgba8Srgb | TexelFormat::Rgba8Unorm => 4,
-            TexelFormat::Rgba32Float => 16,
-        };
+        let texel_bytes = u64::from(format.texel_bytes());
         let mut all = Vec::new();
         for (k, (level, byte_count)) in levels.enumerate() {
             let (width, height) = (level.width, level.height);
