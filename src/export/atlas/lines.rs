@@ -4,14 +4,21 @@ use crate::shader::SourceMap;
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write;
 
-/// One line with its origin: text, fragment, line in it, feature.
-type Line = (String, String, u32, String);
+/// One line with its origin.
+#[derive(Clone, PartialEq, Eq, Hash)]
+struct SourceLine {
+    text: String,
+    fragment: String,
+    /// Number of the line in the fragment, from 1; 0 without an origin.
+    fragment_line: u32,
+    feature: String,
+}
 
 /// Numbers lines in the order of their first use, so that consecutive lines of a module mostly have consecutive numbers.
 #[derive(Default)]
 pub(crate) struct LineTable {
-    numbers: HashMap<Line, usize>,
-    lines: Vec<Line>,
+    numbers: HashMap<SourceLine, usize>,
+    lines: Vec<SourceLine>,
 }
 
 impl LineTable {
@@ -19,8 +26,9 @@ impl LineTable {
     pub(crate) fn add(&mut self, wgsl: &str, map: &SourceMap) -> String {
         let mut runs: Vec<(usize, usize)> = Vec::new();
         for (k, text) in wgsl.lines().enumerate() {
-            let (fragment, line) = map.origin_of(k + 1).unwrap_or_default();
-            let line = (text.to_owned(), fragment.to_owned(), line, map.feature_of(k + 1).unwrap_or_default().to_owned());
+            let (fragment, fragment_line) = map.origin_of(k + 1).unwrap_or_default();
+            let feature = map.feature_of(k + 1).unwrap_or_default();
+            let line = SourceLine { text: text.to_owned(), fragment: fragment.to_owned(), fragment_line, feature: feature.to_owned() };
             let number = *self.numbers.entry(line).or_insert_with_key(|line| {
                 self.lines.push(line.clone());
                 self.lines.len() - 1
@@ -35,13 +43,13 @@ impl LineTable {
 
     /// The table as a script: fragments and features by number, and each line as text, fragment, line, feature.
     pub(crate) fn script(&self) -> String {
-        let names = |of: fn(&Line) -> &str| self.lines.iter().map(of).collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>();
-        let (fragments, features) = (names(|l| &l.1), names(|l| &l.3));
+        let names = |of: fn(&SourceLine) -> &str| self.lines.iter().map(of).collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>();
+        let (fragments, features) = (names(|l| &l.fragment), names(|l| &l.feature));
         let number = |names: &[&str], name: &str| names.binary_search(&name).unwrap_or_default();
         let mut rows = String::new();
-        for (text, fragment, line, feature) in &self.lines {
-            let (fragment, feature) = (number(&fragments, fragment), number(&features, feature));
-            let _ = writeln!(rows, "{},", serde_json::json!([text, fragment, line, feature]));
+        for line in &self.lines {
+            let (fragment, feature) = (number(&fragments, &line.fragment), number(&features, &line.feature));
+            let _ = writeln!(rows, "{},", serde_json::json!([line.text, fragment, line.fragment_line, feature]));
         }
         format!(
             "// Every line of every module once: text, fragment, line in it, feature.\nconst FRAGMENTS = {};\nconst FEATURES = {};\nconst LINES = [\n{rows}];\n",
@@ -54,8 +62,7 @@ impl LineTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shader::Lowering;
-    use crate::shader::{ModuleId, ShaderModule};
+    use crate::shader::{Lowering, ModuleId, ShaderModule};
 
     /// Each module is reconstructed from its runs.
     #[test]
@@ -71,7 +78,7 @@ mod tests {
             for run in runs.split(';') {
                 let (first, count) = run.split_once(',').expect("a pair");
                 let (first, count): (usize, usize) = (first.parse().expect("a number"), count.parse().expect("a number"));
-                table.lines[first..first + count].iter().for_each(|l| text.push_str(&format!("{}\n", l.0)));
+                table.lines[first..first + count].iter().for_each(|l| text.push_str(&format!("{}\n", l.text)));
             }
             assert_eq!(text, module.wgsl);
         }

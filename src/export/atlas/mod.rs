@@ -23,10 +23,10 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Side of a module's image, pixels.
-const SIDE: u32 = 96;
+/// Side of a module's image, pixels. The list shows it at this size, a module's page twice as large.
+const IMAGE_SIDE_PX: u32 = 96;
 /// Number of modules in memory at a time.
-const BATCH: usize = 128;
+const MODULES_PER_CHUNK: usize = 128;
 /// Name of the list of all modules, which identifies a folder as an atlas.
 pub(crate) const MANIFEST: &str = "manifest.json";
 
@@ -58,34 +58,35 @@ pub struct Entry {
     pub figures: Figures,
 }
 
-/// The output of one module before its lines are numbered.
-struct ModuleOutput {
+/// One module with its figures and its image, before its lines are numbered.
+struct RenderedModule {
     module: Arc<ShaderModule>,
     figures: Figures,
     image: Option<Sample>,
 }
 
+/// Name of a module's files, without the extension.
 fn stem(id: &ModuleId) -> String {
     let name = file_name(id);
     name.rsplit_once('.').map_or(name.clone(), |(stem, _)| stem.to_owned())
 }
 
-fn module_output(sampler: &SampleRenderer, revision: &Revision, id: &ModuleId, lowering: &Lowering) -> Result<ModuleOutput, AtlasError> {
+fn rendered(renderer: &SampleRenderer, revision: &Revision, id: &ModuleId, lowering: &Lowering) -> Result<RenderedModule, AtlasError> {
     let failed = |why: String| AtlasError::Module { module: id.to_string(), why };
     let module = Arc::new(revision.module(id, lowering)?.ok_or_else(|| failed("not in the library".into()))?);
     let image = match id {
-        ModuleId::Planet(key) => Some(sampler.draw(&module, key)?),
+        ModuleId::Planet(key) => Some(renderer.draw(&module, key)?),
         _ => None,
     };
     let figures = figures(&module, image.as_ref()).map_err(failed)?;
-    Ok(ModuleOutput { module, figures, image })
+    Ok(RenderedModule { module, figures, image })
 }
 
 fn write_file(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     write_atomic(path, FileAccess::All, |out| out.write_all(bytes))
 }
 
-/// Writes the atlas of these modules into a folder; `done` is called after each module.
+/// Writes the atlas of these modules into a folder; `on_module_done` is called after each module is drawn.
 ///
 /// # Errors
 /// A module that cannot be compiled, or a file that cannot be written.
@@ -94,28 +95,28 @@ pub fn write(
     revision: &Revision,
     ids: &[ModuleId],
     lowering: &Lowering,
-    done: impl Fn() + Sync,
+    on_module_done: impl Fn() + Sync,
 ) -> Result<Vec<Entry>, AtlasError> {
     for part in ["pages", "pictures"] {
         let part = folder.join(part);
         std::fs::create_dir_all(&part).map_err(|e| crate::files::write_error(&part, &e))?;
     }
-    let names: BTreeMap<String, String> = ids.iter().map(|id| (id.to_string(), stem(id))).collect();
-    let neighbours_of = neighbours::of(names.keys().map(String::as_str));
+    let stems: BTreeMap<String, String> = ids.iter().map(|id| (id.to_string(), stem(id))).collect();
+    let neighbours_of = neighbours::of(stems.keys().map(String::as_str));
     let mut table = LineTable::default();
     let mut entries = Vec::new();
-    for batch in ids.chunks(BATCH) {
-        let make = |sampler: &SampleRenderer, id: &ModuleId| module_output(sampler, revision, id, lowering);
+    for chunk in ids.chunks(MODULES_PER_CHUNK) {
+        let make = |renderer: &SampleRenderer, id: &ModuleId| rendered(renderer, revision, id, lowering);
         let no_renderer = |id: &ModuleId, e: &SessionError| AtlasError::Module { module: id.to_string(), why: e.to_string() };
-        let outputs = make_all(SIDE, batch, make, no_renderer, &done);
-        for (id, output) in batch.iter().zip(outputs) {
-            let ModuleOutput { module, figures, image } = output?;
+        let results = make_all(IMAGE_SIDE_PX, chunk, make, no_renderer, &on_module_done);
+        for (id, result) in chunk.iter().zip(results) {
+            let RenderedModule { module, figures, image } = result?;
             let name = id.to_string();
-            let stem = &names[&name];
-            let is_count = matches!(id, ModuleId::Planet(key) if key.instructions_per_read().is_some());
+            let stem = &stems[&name];
+            let shows_cost = matches!(id, ModuleId::Planet(key) if key.instructions_per_read().is_some());
             if let Some(sample) = &image {
                 let mut png = Vec::new();
-                write_png(&mut png, sample.side, sample.side, &sample.display(is_count), &[("Shader", &name)])
+                write_png(&mut png, sample.side, sample.side, &sample.display(shows_cost), &[("Shader", &name)])
                     .map_err(|e| AtlasError::Module { module: name.clone(), why: e.to_string() })?;
                 write_file(&folder.join("pictures").join(format!("{stem}.png")), &png)?;
             }
@@ -129,7 +130,7 @@ pub fn write(
                 module: name.clone(),
             };
             let neighbours = neighbours_of.get(name.as_str()).map(Vec::as_slice).unwrap_or_default();
-            let linked: Vec<(String, &str)> = neighbours.iter().map(|n| (n.change.clone(), names[n.key].as_str())).collect();
+            let linked: Vec<(String, &str)> = neighbours.iter().map(|n| (n.change.clone(), stems[n.key].as_str())).collect();
             write_file(&folder.join(&entry.page), page::of_module(&entry, stem, &runs, &linked).as_bytes())?;
             entries.push(entry);
         }

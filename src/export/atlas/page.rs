@@ -1,7 +1,7 @@
 //! The pages of the atlas as HTML. Names, figures and links are plain text and need no script; `atlas.js` assembles the
 //! source.
 
-use super::Entry;
+use super::{Entry, IMAGE_SIDE_PX};
 use std::fmt::Write;
 
 /// Escapes text for HTML.
@@ -28,8 +28,9 @@ pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, neighbours: &[(St
     if entry.has_image {
         let _ = writeln!(
             html,
-            "<img src=\"../pictures/{stem}.png\" width=\"192\" height=\"192\" alt=\"The sample body drawn by {name}\">",
-            stem = escaped(stem)
+            "<img src=\"../pictures/{stem}.png\" width=\"{side}\" height=\"{side}\" alt=\"The sample body drawn by {name}\">",
+            stem = escaped(stem),
+            side = 2 * IMAGE_SIDE_PX
         );
     }
     html.push_str("<table>\n");
@@ -72,7 +73,8 @@ pub(crate) fn index(revision: &str, entries: &[Entry]) -> String {
     for entry in entries {
         let image = if entry.has_image {
             let stem = entry.page.trim_start_matches("pages/").trim_end_matches(".html");
-            format!("<img src=\"pictures/{}.png\" width=\"96\" height=\"96\" loading=\"lazy\" alt=\"\">", escaped(stem))
+            let (stem, side) = (escaped(stem), IMAGE_SIDE_PX);
+            format!("<img src=\"pictures/{stem}.png\" width=\"{side}\" height=\"{side}\" loading=\"lazy\" alt=\"\">")
         } else {
             String::new()
         };
