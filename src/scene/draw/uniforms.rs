@@ -57,7 +57,7 @@ macro_rules! uniforms {
     (
         $(#[$meta:meta])*
         pub struct $name:ident {
-            $($(#[$field_meta:meta])* pub $field:ident : $ty:ty $(= $($uniform:literal)|+)?,)*
+            $($(#[$field_meta:meta])* pub $field:ident : $ty:ty $(= $uniform:literal)?,)*
         }
     ) => {
         $(#[$meta])*
@@ -66,11 +66,11 @@ macro_rules! uniforms {
         }
 
         impl $name {
-            const UNIFORMS: &'static [&'static str] = &[$($($($uniform,)+)?)*];
+            const UNIFORMS: &'static [&'static str] = &[$($($uniform,)?)*];
 
             fn own_uniform(&self, name: &str) -> Option<UniformValue<'_>> {
                 match name {
-                    $($($($uniform)|+ => Some(UniformValue::from(&self.$field)),)?)*
+                    $($($uniform => Some(UniformValue::from(&self.$field)),)?)*
                     _ => None,
                 }
             }
@@ -169,7 +169,7 @@ uniforms! {
         pub clear: f32 = "cloud_clear",
         pub full: f32 = "cloud_full",
         /// Radius of the shell in the body's unit-sphere frame.
-        pub radius: f32 = "cloud_radius" | "shell_scale",
+        pub radius: f32 = "cloud_radius",
         /// Lambert albedo of complete cloud cover.
         pub albedo: f32 = "cloud_albedo",
         /// For the ground's draw where it shows the clouds too: the radiance of complete cloud cover per irradiance, the optical depth of the air above it (as
