@@ -13,11 +13,11 @@ mod draw_job;
 pub mod error;
 pub mod exec;
 pub mod fragment_plan;
+mod inspect_pixel;
 pub mod kernels;
 mod lane_inputs;
 pub mod lower;
 pub mod math;
-mod named;
 mod nearest;
 pub mod pass;
 mod pass_fusion;
@@ -38,8 +38,8 @@ pub mod vertex;
 
 pub use error::RenderError;
 use error::{try_grow, try_vec};
+pub(crate) use inspect_pixel::{NamedValue, PixelValues};
 pub use lower::lowering;
-pub(crate) use named::{NamedValue, PixelValues};
 pub use renderer::{Options, Precision, SoftwareRenderer};
 pub(crate) use timings::Timings;
 

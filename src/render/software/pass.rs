@@ -341,14 +341,14 @@ impl<'a, R: Real> Worker<'a, R> {
         self.first.draw(first, tile_index, pixels, &mut self.batch);
         self.first.shading_seconds += start.elapsed().as_secs_f64();
         let start = Instant::now();
-        self.first.target.merge_samples();
+        self.first.target.resolve();
         self.resolve_seconds += start.elapsed().as_secs_f64();
         if let (Some(fused), Some((second, full_screen_run))) =
             (fused.filter(|f| f.direct_tone_map(tile_index).is_none()), &mut self.second)
         {
             let start = Instant::now();
             if fused.mapped_clear_colour.is_none() {
-                self.first.target.touch_all();
+                self.first.target.fill_unwritten();
             }
             second.target.clear(fused.mapped_clear_colour.unwrap_or(fused.overlay.pass.clear), false);
             let tile = tile_index.map(|k| k as u32 * TILE);
@@ -358,7 +358,7 @@ impl<'a, R: Real> Worker<'a, R> {
             for block in 0..TILE_BLOCKS {
                 let [x, y] = block_position(block);
                 let inside = tile[0] + x < pass.width && tile[1] + y < pass.height;
-                if inside && (fused.mapped_clear_colour.is_none() || self.first.target.is_touched(block)) {
+                if inside && (fused.mapped_clear_colour.is_none() || self.first.target.is_written(block)) {
                     shader.shade_block_with_texture(&fused.full_screen, block, &texture, full_screen_run.as_mut(), &mut self.batch);
                 }
             }
@@ -372,7 +372,7 @@ impl<'a, R: Real> Worker<'a, R> {
     fn map_clear_colour(&mut self, first: &PassJobs<'a, R>, full_screen: &DrawJob<'a, R>) -> [f32; 4] {
         let (pass, pixels) = (first.pass, TilePixels::new());
         self.first.target.clear(pass.clear, false);
-        self.first.target.touch_all();
+        self.first.target.fill_unwritten();
         let mut mapped = TileTarget::new(1);
         mapped.clear([0.0; 4], false);
         let texture = TileTexture {

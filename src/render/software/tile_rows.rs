@@ -97,7 +97,7 @@ impl TileTarget {
         for block in 0..TILE_BLOCKS {
             let [x0, y0] = block_position(block).map(|v| v as usize);
             let Some([r, g, b, a]) = self.block(block).filter(|_| y0 < rows.len()) else { continue };
-            if !self.is_touched(block) {
+            if !self.is_written(block) {
                 fill_block(rows, [x0, y0], untouched);
                 continue;
             }
@@ -147,7 +147,7 @@ impl TileTarget {
         if corner[1] >= rows.len() {
             return None;
         }
-        if !self.is_touched(block) {
+        if !self.is_written(block) {
             fill_block(rows, corner, untouched);
             return None;
         }

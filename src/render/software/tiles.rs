@@ -39,7 +39,7 @@ pub(crate) struct TileTarget {
     /// Clear colour.
     clear_colour: [f32; 4],
     /// Bit `k`: block `k` was written since the last clear. The stored colours of the other blocks are stale; their pixels have `clear_colour`.
-    touched_blocks: u32,
+    written_blocks: u32,
     /// Reversed depth of the four samples. With one sample per pixel the first one decides. The others are written and tested only for fully covered blocks
     /// ([`Self::test_depth_of_all`]); at most they make that test fail, and the caller then tests pixel by pixel.
     depth: Vec<[f32; 4]>,
@@ -57,7 +57,7 @@ impl TileTarget {
             split_colour: Vec::new(),
             split_pixels: Vec::new(),
             clear_colour: [0.0; 4],
-            touched_blocks: 0,
+            written_blocks: 0,
             depth: Vec::new(),
             blocks_with_depth: 0,
         }
@@ -65,9 +65,9 @@ impl TileTarget {
 
     /// Starts a new tile. `depth`: whether the tile tests or writes depth; if so, depth is cleared to infinitely far.
     pub(crate) fn clear(&mut self, colour: [f32; 4], depth: bool) {
-        self.merge_samples();
+        self.resolve();
         self.clear_colour = colour;
-        (self.touched_blocks, self.blocks_with_depth) = (0, 0);
+        (self.written_blocks, self.blocks_with_depth) = (0, 0);
         if depth && self.depth.is_empty() {
             self.depth.resize(PIXELS, [0.0; 4]);
         }
@@ -75,9 +75,9 @@ impl TileTarget {
 
     /// Marks a block as written; on the first write, fills it with the clear colour.
     #[inline(always)]
-    fn touch(&mut self, block: usize) {
-        if !has_bit(self.touched_blocks, block) {
-            self.touched_blocks |= 1 << block;
+    fn prepare_block(&mut self, block: usize) {
+        if !has_bit(self.written_blocks, block) {
+            self.written_blocks |= 1 << block;
             for (plane, value) in self.colour.iter_mut().zip(self.clear_colour) {
                 if let Some(pixels) = plane.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) {
                     pixels.fill(value);
@@ -87,15 +87,15 @@ impl TileTarget {
     }
 
     /// Fills all blocks that have not been written with the clear colour. Called before the complete tile is read.
-    pub(crate) fn touch_all(&mut self) {
+    pub(crate) fn fill_unwritten(&mut self) {
         for block in 0..TILE_BLOCKS {
-            self.touch(block);
+            self.prepare_block(block);
         }
     }
 
     /// Clears the depth of a pixel's block on its first use in this tile.
     #[inline(always)]
-    fn touch_depth(&mut self, pixel: usize) {
+    fn prepare_depth(&mut self, pixel: usize) {
         let block = pixel / BLOCK_PIXELS;
         if !has_bit(self.blocks_with_depth, block) {
             self.blocks_with_depth |= 1 << block;
@@ -109,7 +109,7 @@ impl TileTarget {
     /// stores their depth if `write`.
     #[inline(always)]
     pub(crate) fn test_depth(&mut self, pixel: usize, covered: u16, new: [f32; 4], test: bool, write: bool) -> u16 {
-        self.touch_depth(pixel);
+        self.prepare_depth(pixel);
         let stored = &mut self.depth[pixel];
         let mut passed = 0;
         for s in 0..4 {
@@ -125,7 +125,7 @@ impl TileTarget {
     /// in [`Self::test_depth`], and stores their depth if `write`. All samples are computed in the same way, without branches, so that the loop is vectorised.
     #[inline(always)]
     pub(crate) fn test_depth_of_quad(&mut self, pixel: usize, covered: u16, new: &[f32; 4], test: bool, write: bool) -> u16 {
-        self.touch_depth(pixel);
+        self.prepare_depth(pixel);
         let Some(stored) = self.depth.get_mut(pixel..pixel + 4).and_then(|pixels| pixels.as_flattened_mut().as_mut_array::<16>()) else {
             return 0;
         };
@@ -144,7 +144,7 @@ impl TileTarget {
     /// otherwise changes nothing. A NaN never passes here, even if `test` is false: the caller then tests pixel by pixel, which does not store it.
     #[inline(always)]
     pub(crate) fn test_depth_of_all(&mut self, pixel: usize, new: &[f32], test: bool, write: bool) -> bool {
-        self.touch_depth(pixel);
+        self.prepare_depth(pixel);
         let Some(stored) = self.depth.get_mut(pixel..pixel + new.len()) else { return false };
         let mut all_pass = true;
         for (stored, new) in stored.iter().zip(new) {
@@ -168,7 +168,7 @@ impl TileTarget {
             return;
         }
         let fully_covered = if self.samples == 4 { 0xf } else { 1 };
-        self.touch(pixel / BLOCK_PIXELS);
+        self.prepare_block(pixel / BLOCK_PIXELS);
         if self.split_index[pixel] == UNSPLIT {
             let target: [f32; 4] = std::array::from_fn(|k| self.colour[k][pixel]);
             let new = blended(blend, source, target);
@@ -205,9 +205,9 @@ impl TileTarget {
         }
         for block in range.start / BLOCK_PIXELS..range.end.div_ceil(BLOCK_PIXELS) {
             if blend == Blend::Replace && range.start <= block * BLOCK_PIXELS && (block + 1) * BLOCK_PIXELS <= range.end {
-                self.touched_blocks |= 1 << block;
+                self.written_blocks |= 1 << block;
             }
-            self.touch(block);
+            self.prepare_block(block);
         }
         let [r, g, b, a] = &mut self.colour;
         blend_lanes(blend, source, [&mut r[range.clone()], &mut g[range.clone()], &mut b[range.clone()], &mut a[range]]);
@@ -215,7 +215,7 @@ impl TileTarget {
     }
 
     /// Resolves the tile: sets every split pixel to the mean of its samples.
-    pub(crate) fn merge_samples(&mut self) {
+    pub(crate) fn resolve(&mut self) {
         for (pixel, samples) in self.split_pixels.drain(..).map(usize::from).zip(self.split_colour.drain(..)) {
             self.split_index[pixel] = UNSPLIT;
             for (k, plane) in self.colour.iter_mut().enumerate() {
@@ -236,8 +236,8 @@ impl TileTarget {
     }
 
     /// Whether a block was written since the tile was started.
-    pub(crate) fn is_touched(&self, block: usize) -> bool {
-        has_bit(self.touched_blocks, block)
+    pub(crate) fn is_written(&self, block: usize) -> bool {
+        has_bit(self.written_blocks, block)
     }
 }
 
@@ -246,7 +246,7 @@ mod tests {
     use super::*;
 
     fn pixel(t: &TileTarget, pixel: usize) -> [f32; 4] {
-        if t.is_touched(pixel / BLOCK_PIXELS) { t.colour.each_ref().map(|plane| plane[pixel]) } else { t.clear_colour }
+        if t.is_written(pixel / BLOCK_PIXELS) { t.colour.each_ref().map(|plane| plane[pixel]) } else { t.clear_colour }
     }
 
     #[test]
@@ -256,13 +256,13 @@ mod tests {
         t.store(7, 0b0101, Blend::Replace, [1.0, 2.0, 4.0, 1.0]);
         assert!(!t.store_lanes(4, Blend::Replace, [&[0.0; 4]; 4]));
         let mut resolved = t.clone();
-        resolved.merge_samples();
+        resolved.resolve();
         assert_eq!(pixel(&resolved, 7), [0.5, 1.0, 2.0, 1.0]);
         t.store(7, 0b1111, Blend::Add, [1.0, 0.0, 0.0, 0.0]);
         t.store(8, 0b0001, Blend::Add, [0.0; 4]);
         t.store(9, 0b0001, Blend::PremultipliedOver, [0.0; 4]);
         assert!((t.split_index[8], t.split_index[9]) == (UNSPLIT, UNSPLIT), "nothing was blended");
-        t.merge_samples();
+        t.resolve();
         assert_eq!(pixel(&t, 7), [1.5, 1.0, 2.0, 1.0]);
         assert!(t.store_lanes(8, Blend::Replace, [&[3.0; 4]; 4]));
         assert_eq!(pixel(&t, 11), [3.0; 4]);
@@ -276,22 +276,22 @@ mod tests {
     fn written_blocks_are_tracked() {
         let mut t = TileTarget::new(1);
         t.clear([0.0; 4], false);
-        let touched = |t: &TileTarget| (0..PIXELS / BLOCK_PIXELS).filter(|b| t.is_touched(*b)).collect::<Vec<_>>();
-        assert!(touched(&t).is_empty());
+        let written = |t: &TileTarget| (0..PIXELS / BLOCK_PIXELS).filter(|b| t.is_written(*b)).collect::<Vec<_>>();
+        assert!(written(&t).is_empty());
         t.store(BLOCK_PIXELS, 1, Blend::Add, [1.0; 4]);
         t.store_lanes(5 * BLOCK_PIXELS - 4, Blend::Replace, [&[1.0; 8]; 4]);
-        assert_eq!(touched(&t), [1, 4, 5]);
+        assert_eq!(written(&t), [1, 4, 5]);
         t.clear([0.0; 4], false);
         t.store_lanes(0, Blend::Add, [&[0.0; 8]; 4]);
         t.store_lanes(0, Blend::PremultipliedOver, [&[0.0; 8]; 4]);
-        assert!(touched(&t).is_empty(), "nothing was added");
+        assert!(written(&t).is_empty(), "nothing was added");
         t.store_lanes(0, Blend::Add, [&[0.0; 8], &[0.0, 0.0, 1e-30, 0.0, 0.0, 0.0, 0.0, 0.0], &[0.0; 8], &[0.0; 8]]);
-        assert_eq!(touched(&t), [0]);
+        assert_eq!(written(&t), [0]);
         t.store(5 * BLOCK_PIXELS + 100, 1, Blend::Add, [2.0; 4]);
         assert_eq!(pixel(&t, 5 * BLOCK_PIXELS + 1), [0.0; 4], "the first write to a block clears its other pixels");
         assert_eq!(pixel(&t, 5 * BLOCK_PIXELS + 100), [2.0; 4]);
-        t.touch_all();
-        assert_eq!(touched(&t).len(), TILE_BLOCKS);
+        t.fill_unwritten();
+        assert_eq!(written(&t).len(), TILE_BLOCKS);
         assert_eq!(pixel(&t, 5 * BLOCK_PIXELS - 1), [0.0; 4]);
     }
 

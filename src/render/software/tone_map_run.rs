@@ -1,4 +1,4 @@
-//! The shipped tone map as a fragment stage: for a pass that is not fused with the one before, and for tiles that have draws over the image.
+//! The built-in tone map as a fragment stage, in native code: for a pass that is not fused with the one before, and for tiles that have draws over the image.
 //!
 //! In: the tone map with its uniforms, the inputs and outputs of its program, the image. Out: a [`LaneRun`]. Always: the colours are the bytes of
 //! [`ToneMapUniforms::bytes`]. Not here: the mapping itself (`tone_map`).
@@ -29,6 +29,7 @@ impl<'a, R: Real> ToneMapRun<'a, R> {
         outputs: &[LaneOutput],
         textures: &'a (dyn TextureUnit<R> + Sync),
     ) -> Option<Self> {
+        // `as_f32` returns something only if R is f32.
         R::as_f32(&[])?;
         let input = |axis: u32| inputs.iter().position(|i| matches!(*i, LaneInput::FragCoord { component } if component == axis));
         let component = |output: &LaneOutput| match *output {
@@ -59,10 +60,11 @@ impl<R: Real> LaneRun<R> for ToneMapRun<'_, R> {
         textures.load(0, &x, &y, &[R::ZERO], active, light.each_mut().map(|plane| plane.as_mut_slice()));
         let planes = [0, 1, 2].map(|k: usize| R::as_f32(&light[k]).and_then(|plane| plane.first_chunk::<LANES>()));
         let [Some(r), Some(g), Some(b)] = planes else { return 0 };
-        let mut bytes = [0; LANES];
-        self.tone_map.bytes([r, g, b], &mut bytes);
+        // Red in the lowest byte.
+        let mut packed = [0; LANES];
+        self.tone_map.bytes([r, g, b], &mut packed);
         for (k, plane) in self.colour.iter_mut().take(3).enumerate() {
-            for (to, word) in plane.iter_mut().zip(bytes) {
+            for (to, word) in plane.iter_mut().zip(packed) {
                 *to = R::from_f32_bits(((word >> (8 * k) & 0xff) as f32 / 255.0).to_bits());
             }
         }

@@ -13,8 +13,7 @@ use super::pass::{DrawStages, PassImage, execute};
 use super::program::{LaneInput, LaneOutput, Program};
 use super::renderer::{EntryPoints, Precision, SoftwareRenderer};
 use super::stage::{LANES, LaneProgram, LaneRun};
-use crate::render::plan::ModuleProvider;
-use crate::render::plan::{Blend, ColourFormat, DepthState, Pass, PlanDraw};
+use crate::render::plan::{Blend, ColourFormat, DepthState, ModuleProvider, Pass, PlanDraw};
 use parking_lot::Mutex;
 
 /// One named value, a scalar or the components of a vector; NaN if the pixel's control flow does not reach it.
@@ -105,10 +104,10 @@ impl SoftwareRenderer {
 
 /// The program without the outputs that were added for named values.
 fn without_named_outputs(mut program: Program) -> Program {
-    let own_outputs =
+    let output_count =
         program.outputs.iter().take_while(|o| !matches!(o, LaneOutput::Location { index: FIRST_NAMED_LOCATION.., .. })).count();
-    program.outputs.truncate(own_outputs);
-    program.output_operands.truncate(own_outputs);
+    program.outputs.truncate(output_count);
+    program.output_operands.truncate(output_count);
     program
 }
 
