@@ -22,17 +22,17 @@ use std::path::Path;
 
 const PHOBOS: NaifId = NaifId(401);
 /// Numbers of bands of latitude from pole to pole; a sphere with n bands has about 4 n² triangles.
-const ROWS: [u32; 4] = [36, 72, 143, 286];
+const BANDS: [u32; 4] = [36, 72, 143, 286];
 /// Mean radius of the sphere; less than the body's own radius, so that the bumps stay near its ellipsoid.
 const RADIUS_KM: f64 = 11.0;
 /// 2013-08-20 00:00 TDB, chosen arbitrarily.
 const JD_TDB: f64 = 2_456_524.5;
 
 /// A bumpy sphere as a Wavefront OBJ, and its number of triangles.
-fn bumpy_sphere(rows: u32) -> (String, u32) {
-    let columns = 2 * rows;
+fn bumpy_sphere(bands: u32) -> (String, u32) {
+    let columns = 2 * bands;
     let position = |i: u32, j: u32| {
-        let (latitude, longitude) = (PI * (f64::from(j) / f64::from(rows) - 0.5), TAU * f64::from(i) / f64::from(columns));
+        let (latitude, longitude) = (PI * (f64::from(j) / f64::from(bands) - 0.5), TAU * f64::from(i) / f64::from(columns));
         let direction = DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
         let bumps = (9.0 * direction.x).sin() * (7.0 * direction.y).sin() + (11.0 * direction.z).sin() * (8.0 * direction.x).cos();
         direction * RADIUS_KM * (1.0 + 0.04 * bumps)
@@ -42,11 +42,11 @@ fn bumpy_sphere(rows: u32) -> (String, u32) {
         let _ = writeln!(text, "v {:.6} {:.6} {:.6}", p.x, p.y, p.z);
     };
     vertex(position(0, 0));
-    (1..rows).for_each(|j| (0..columns).for_each(|i| vertex(position(i, j))));
-    vertex(position(0, rows));
+    (1..bands).for_each(|j| (0..columns).for_each(|i| vertex(position(i, j))));
+    vertex(position(0, bands));
     // Index of a vertex between the poles; the southern pole is vertex 1.
     let at = |i: u32, j: u32| 2 + (j - 1) * columns + i % columns;
-    let north = 2 + (rows - 1) * columns;
+    let north = 2 + (bands - 1) * columns;
     let mut triangles = 0;
     let mut face = |a: u32, b: u32, c: u32| {
         triangles += 1;
@@ -54,17 +54,18 @@ fn bumpy_sphere(rows: u32) -> (String, u32) {
     };
     for i in 0..columns {
         face(1, at(i + 1, 1), at(i, 1));
-        for j in 1..rows - 1 {
+        for j in 1..bands - 1 {
             face(at(i, j), at(i + 1, j), at(i + 1, j + 1));
             face(at(i, j), at(i + 1, j + 1), at(i, j + 1));
         }
-        face(at(i, rows - 1), at(i + 1, rows - 1), north);
+        face(at(i, bands - 1), at(i + 1, bands - 1), north);
     }
     (text, triangles)
 }
 
-fn write(folder: &Path, rows: u32) -> Result<u32, CliError> {
-    let (text, triangles) = bumpy_sphere(rows);
+/// Writes the shape and a catalog that gives it to Phobos; returns its number of triangles.
+fn write(folder: &Path, bands: u32) -> Result<u32, CliError> {
+    let (text, triangles) = bumpy_sphere(bands);
     let catalog = "[[body]]\nid = 401\n[body.mesh]\nfile = \"bumpy.obj\"\ninvented = \"all of it, for a measurement\"\n";
     let write_file = |name: &str, text: &str| std::fs::write(folder.join(name), text);
     write_file("bumpy.obj", &text)
@@ -83,9 +84,9 @@ fn rounded(value: f64) -> f64 {
     (1e3 * value).round() / 1e3
 }
 
-fn row(common: &Common, (width, height): (u32, u32), rounds: usize, rows: u32) -> Result<Value, CliError> {
+fn row(common: &Common, (width, height): (u32, u32), rounds: usize, bands: u32) -> Result<Value, CliError> {
     let folder = tempfile::tempdir().map_err(|e| CliError::Failed(format!("a folder for shapes: {e}")))?;
-    let triangles = write(folder.path(), rows)?;
+    let triangles = write(folder.path(), bands)?;
     let mut sources = common.sources_to_draw();
     sources.catalogs = Some(folder.path().to_owned());
     let session = Session::open(&sources, print_message)?.counting_cpu();
@@ -124,10 +125,10 @@ fn row(common: &Common, (width, height): (u32, u32), rounds: usize, rows: u32) -
 }
 
 pub(crate) fn run(common: &Common, size: (u32, u32), rounds: usize) -> Result<(), CliError> {
-    let bar = progress(ROWS.len() as u64);
+    let bar = progress(BANDS.len() as u64);
     let mut models = Vec::new();
-    for rows in ROWS {
-        models.push(row(common, size, rounds, rows)?);
+    for bands in BANDS {
+        models.push(row(common, size, rounds, bands)?);
         bar.inc(1);
     }
     bar.finish_and_clear();

@@ -4,25 +4,26 @@ use super::{Argument, ENGLISH_FILE, GERMAN_FILE, TextLanguage};
 use std::collections::HashSet;
 
 #[test]
-fn texts_are_those_of_the_file_with_their_arguments() {
+fn messages_substitute_their_arguments() {
     let limit = reason!("of-white", light = format_args!("{:.2e}", 0.001), threshold = 2);
     let both = reason!("inside-sun").and(reason!("eclipse-at-most", light = limit));
     assert_eq!(both.to_string(), "it is inside the Sun; at most 1.00e-3 of white (threshold 2)");
     assert_eq!(serde_json::to_string(&both).expect("JSON"), "\"it is inside the Sun; at most 1.00e-3 of white (threshold 2)\"");
     let names = reason!("eclipse-penumbra-of", bodies = vec!["Io".to_owned(), "Europa".to_owned()]);
     assert_eq!(names.to_string(), "penumbra of Io, Europa on its lit side");
-    // What a test would find is still written.
+    // An unknown id is its own text, and a missing argument its name: a mistake stays readable until the tests find it.
     assert_eq!(message!("nobody-wrote-this").to_string(), "nobody-wrote-this");
     assert_eq!(message!("reason-of-white", light = 1).to_string(), "1 of white (threshold threshold)");
 }
 
 #[test]
-fn german_numbers_names_and_times() {
+fn german_has_its_own_numbers_names_and_times() {
     let german = TextLanguage::German;
     for (english, text) in [("20 000 km", "20.000 km"), ("0.5 au", "0,5 au"), ("1.00\"", "1,00\""), ("5 km", "5 km"), ("end. 7", "end. 7")]
     {
         assert_eq!((german.number(english).as_str(), TextLanguage::English.number(english).as_str()), (text, english));
     }
+    // A point of the compass: E is O, Osten.
     assert_eq!((german.name("body", "Earth"), german.name("point", "E"), german.name("body", "Himalia")), ("Erde", "O", "Himalia"));
     assert_eq!(german.time("2024-04-08T18:17:16.250Z"), "8. April 2024, 18:17:16,250 UTC");
     assert_eq!(german.time("-0584-05-28T14:00:00Z"), "28. Mai 585 v. Chr., 14:00:00 UTC");
@@ -31,6 +32,7 @@ fn german_numbers_names_and_times() {
     let caption = message!("image-from-centre", body = "Moon");
     assert_eq!((caption.text_in(german).as_str(), caption.to_string().as_str()), ("vom Mittelpunkt aus: Mond", "from the centre of Moon"));
     assert_eq!(message!("nobody-wrote-this").text_in(german), "nobody-wrote-this");
+    // A time that cannot be parsed is written as it is.
     assert_eq!(message!("reason-lines-shadow-path", body = "Moon", time = Argument::Time("x".into())).to_string().matches('x').count(), 1);
 }
 

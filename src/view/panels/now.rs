@@ -19,39 +19,39 @@ use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::text::{LayoutJob, TextWrapping};
 use egui::{Align2, Color32, Rect, Sense, Stroke, TextStyle, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2};
 
-/// Size of an image, points.
-const SIZE: [f32; 2] = [136.0, 84.0];
-/// Pixels per point of an image, above 1 for screens with a high pixel density.
-const DENSITY: f32 = 1.5;
-/// Lines of the text below an image's title.
-const ABOUT_LINES: usize = 2;
+/// Width and height of a thumbnail, points.
+const THUMBNAIL_SIZE: [f32; 2] = [136.0, 84.0];
+/// Pixels per point of a thumbnail, above 1 for screens with a high pixel density.
+const PX_PER_POINT: f32 = 1.5;
+/// Lines of the description below a thumbnail's title.
+const DESCRIPTION_LINES: usize = 2;
 /// Smallest width and height of the viewport at which the row is shown, points.
 const MIN_VIEWPORT: [f32; 2] = [760.0, 300.0];
 
 /// A view and its image, rows top first.
-struct DrawnTile {
+struct DrawnThumbnail {
     now: NowView,
     image: Option<([u32; 2], Vec<[u8; 4]>)>,
 }
 
-struct Tile {
+struct Thumbnail {
     now: NowView,
     texture: Option<TextureHandle>,
 }
 
 #[derive(Default)]
-enum TileState {
+enum ThumbnailState {
     #[default]
     NotRequested,
-    Loading(Pending<Option<DrawnTile>>),
-    Ready(Box<Tile>),
+    Loading(Pending<Option<DrawnThumbnail>>),
+    Ready(Box<Thumbnail>),
     /// The view does not exist now.
     Missing,
 }
 
 #[derive(Default)]
 pub(crate) struct NowShowing {
-    tiles: [TileState; NowItem::ALL.len()],
+    thumbnails: [ThumbnailState; NowItem::ALL.len()],
 }
 
 /// Takes the finished image and requests the next, one at a time. Called only while the row is visible.
@@ -62,25 +62,27 @@ fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWor
     let base_view = ViewState { quality: Quality::Standard, ..interface.base_view() };
     let now = interface.viewer.now();
     let mut is_busy = false;
-    for (item, state) in NowItem::ALL.into_iter().zip(&mut interface.now.tiles) {
-        if let TileState::Loading(pending) = state {
+    for (item, state) in NowItem::ALL.into_iter().zip(&mut interface.now.thumbnails) {
+        if let ThumbnailState::Loading(pending) = state {
             match pending.take() {
                 None => is_busy = true,
-                Some(drawn) => *state = drawn.map_or(TileState::Missing, |drawn| TileState::Ready(Box::new(tile(ctx, drawn)))),
+                Some(drawn) => {
+                    *state = drawn.map_or(ThumbnailState::Missing, |drawn| ThumbnailState::Ready(Box::new(thumbnail(ctx, drawn))))
+                }
             }
         }
-        if !is_busy && matches!(state, TileState::NotRequested) {
+        if !is_busy && matches!(state, ThumbnailState::NotRequested) {
             let base_view = base_view.clone();
-            *state = TileState::Loading(ask(worker, move |session| draw(session, item, now, &base_view)));
+            *state = ThumbnailState::Loading(ask(worker, move |session| draw(session, item, now, &base_view)));
             is_busy = true;
         }
     }
 }
 
 /// Draws the image of an item; `None` if its view does not exist now.
-fn draw(session: &crate::session::Session, item: NowItem, now: crate::time::Instant, base_view: &ViewState) -> Option<DrawnTile> {
+fn draw(session: &crate::session::Session, item: NowItem, now: crate::time::Instant, base_view: &ViewState) -> Option<DrawnThumbnail> {
     let now = item.view(session, now, base_view)?;
-    let [width, height] = SIZE.map(|points| (points * DENSITY) as u32);
+    let [width, height] = THUMBNAIL_SIZE.map(|points| (points * PX_PER_POINT) as u32);
     // The image for the Shader panel shows the eclipse term.
     let pixels = if item == NowItem::Shader { PixelView::Eclipse } else { PixelView::Final };
     // A dome or a stereo pair would be illegible at this size.
@@ -89,15 +91,15 @@ fn draw(session: &crate::session::Session, item: NowItem, now: crate::time::Inst
         let frame = session.draw_in_background(&request, SamplingQuality::of(request.quality), false).ok()?.frame;
         Some(([frame.width, frame.height], frame.display))
     });
-    Some(DrawnTile { now, image })
+    Some(DrawnThumbnail { now, image })
 }
 
-fn tile(ctx: &egui::Context, drawn: DrawnTile) -> Tile {
+fn thumbnail(ctx: &egui::Context, drawn: DrawnThumbnail) -> Thumbnail {
     let texture = drawn.image.map(|([width, height], rows)| {
         let name = format!("now: {}", drawn.now.title);
         ctx.load_texture(name, colour_image(width, height, rows), TextureOptions::LINEAR)
     });
-    Tile { now: drawn.now, texture }
+    Thumbnail { now: drawn.now, texture }
 }
 
 /// Which panels are open: those at the sides, and the list of bodies.
@@ -149,13 +151,13 @@ pub(crate) fn over_viewport(interface: &mut Interface, ui: &Ui, worker: &dyn Ren
 pub(crate) fn row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) -> bool {
     update(interface, ui.ctx(), worker);
     let mut clicked = None;
-    for (item, state) in NowItem::ALL.into_iter().zip(&interface.now.tiles) {
-        if matches!(state, TileState::Missing) {
+    for (item, state) in NowItem::ALL.into_iter().zip(&interface.now.thumbnails) {
+        if matches!(state, ThumbnailState::Missing) {
             continue;
         }
-        let tile = if let TileState::Ready(tile) = state { Some(tile) } else { None };
-        if button(ui, item, tile.map(|t| &**t)) {
-            clicked = tile.map(|t| (item, t.now.clone()));
+        let thumbnail = if let ThumbnailState::Ready(thumbnail) = state { Some(thumbnail) } else { None };
+        if button(ui, item, thumbnail.map(|t| &**t)) {
+            clicked = thumbnail.map(|t| (item, t.now.clone()));
         }
     }
     let Some((item, chosen)) = clicked else { return false };
@@ -192,23 +194,23 @@ pub(crate) fn open(
     }
 }
 
-fn button(ui: &mut Ui, item: NowItem, tile: Option<&Tile>) -> bool {
+fn button(ui: &mut Ui, item: NowItem, thumbnail: Option<&Thumbnail>) -> bool {
     let small = ui.text_style_height(&TextStyle::Small);
-    let size = Vec2::from(SIZE) + vec2(0.0, (1.0 + ABOUT_LINES as f32) * small + 6.0);
+    let size = Vec2::from(THUMBNAIL_SIZE) + vec2(0.0, (1.0 + DESCRIPTION_LINES as f32) * small + 6.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-    let title = tile.map_or(item.name(), |t| t.now.title.as_str());
-    let about = tile.map_or("", |t| t.now.about.as_str());
+    let title = thumbnail.map_or(item.name(), |t| t.now.title.as_str());
+    let about = thumbnail.map_or("", |t| t.now.about.as_str());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("{title}: {about}")));
     let response = response.on_hover_text(if about.is_empty() { title } else { about });
-    let image = Rect::from_min_size(rect.min, SIZE.into());
+    let image = Rect::from_min_size(rect.min, THUMBNAIL_SIZE.into());
     let painter = ui.painter();
     painter.rect_filled(image, 4.0, Color32::BLACK);
-    match tile.and_then(|t| t.texture.as_ref()) {
+    match thumbnail.and_then(|t| t.texture.as_ref()) {
         Some(texture) => {
             let full_uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
             painter.image(texture.id(), image, full_uv, Color32::WHITE);
         }
-        None if tile.is_none() => egui::Spinner::new().paint_at(ui, Rect::from_center_size(image.center(), Vec2::splat(16.0))),
+        None if thumbnail.is_none() => egui::Spinner::new().paint_at(ui, Rect::from_center_size(image.center(), Vec2::splat(16.0))),
         None => {}
     }
     let visuals = ui.visuals();
@@ -216,11 +218,11 @@ fn button(ui: &mut Ui, item: NowItem, tile: Option<&Tile>) -> bool {
         painter.rect_stroke(image, 4.0, Stroke::new(2.0, visuals.selection.bg_fill), egui::StrokeKind::Outside);
     }
     let lines = |at: f32, text: &str, max_rows: usize, colour| {
-        let wrap = TextWrapping { max_rows, ..TextWrapping::wrap_at_width(SIZE[0]) };
+        let wrap = TextWrapping { max_rows, ..TextWrapping::wrap_at_width(THUMBNAIL_SIZE[0]) };
         let job = LayoutJob { wrap, ..LayoutJob::simple_singleline(text.to_owned(), TextStyle::Small.resolve(ui.style()), colour) };
         painter.galley(pos2(rect.left(), at), painter.layout_job(job), colour);
     };
     lines(image.bottom() + 3.0, title, 1, visuals.strong_text_color());
-    lines(image.bottom() + 3.0 + small, about, ABOUT_LINES, visuals.text_color());
+    lines(image.bottom() + 3.0 + small, about, DESCRIPTION_LINES, visuals.text_color());
     response.clicked()
 }

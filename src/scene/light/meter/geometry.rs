@@ -21,7 +21,7 @@ pub(crate) fn frame_position_weight(edge_fraction: f64) -> f64 {
 
 /// Result of intersecting a ray with a body, in the body's unit-sphere frame.
 pub(crate) struct RayHit {
-    /// Angle between the ray and the limb, radians; negative if the ray misses the body.
+    /// Angle from the limb inwards to the ray, radians; negative if the ray misses the body.
     pub inside_rad: f64,
     /// The point where the ray meets the ground; if it misses, the point of the ground that is nearest to it.
     pub point: DVec3,
@@ -36,6 +36,7 @@ pub(crate) fn intersect(placement: &Placement, direction: DVec3) -> RayHit {
     RayHit { inside_rad: limb - cross.atan2(along), point }
 }
 
+/// Area of a body's outline in pixels, not clipped to the frame; of an open outline that of the frame, beside and behind the frame 0.
 pub(crate) fn area_px(camera: &Camera, p: &PlacedBody<'_>) -> f64 {
     match p.outline {
         Outline::Ellipse { area_px, .. } => area_px,
@@ -50,16 +51,16 @@ pub(crate) fn weighted_in_frame_fraction(camera: &Camera, p: &PlacedBody<'_>) ->
     let size = DVec2::new(bounds.right - bounds.left, bounds.top - bounds.bottom);
     // A point's sprite is two pixels wide.
     let size = size.max(2.0 / camera.half_size());
-    let middle = 0.5 * DVec2::new(bounds.right + bounds.left, bounds.top + bounds.bottom);
-    let inside = (DVec2::ONE.min(middle + 0.5 * size) - DVec2::NEG_ONE.max(middle - 0.5 * size)).max(DVec2::ZERO);
+    let box_centre = 0.5 * DVec2::new(bounds.right + bounds.left, bounds.top + bounds.bottom);
+    let inside = (DVec2::ONE.min(box_centre + 0.5 * size) - DVec2::NEG_ONE.max(box_centre - 0.5 * size)).max(DVec2::ZERO);
     // The weight is that of the part of the outline nearest to the frame's middle.
-    let edge_fraction = (middle.abs() - 0.5 * size).max_element().clamp(0.0, 1.0);
+    let edge_fraction = (box_centre.abs() - 0.5 * size).max_element().clamp(0.0, 1.0);
     (inside / size).element_product().min(1.0) * frame_position_weight(edge_fraction)
 }
 
 /// Visible fraction of a uniform disc behind a round body, from angles in radians. A smaller body covers the disc by a linear ramp; a larger body covers it by
 /// a straight edge. The error is at most 0.03 if the body is larger than four times the disc or smaller than half of it, and at most 0.13 in between.
-pub(crate) fn disc_fraction_beside_circle(separation_rad: f64, body_radius_rad: f64, disc_radius_rad: f64) -> f64 {
+pub(crate) fn disc_fraction_behind_circle(separation_rad: f64, body_radius_rad: f64, disc_radius_rad: f64) -> f64 {
     if body_radius_rad < disc_radius_rad {
         let covered = ((body_radius_rad + disc_radius_rad - separation_rad) / (2.0 * body_radius_rad)).clamp(0.0, 1.0);
         return 1.0 - covered * (body_radius_rad / disc_radius_rad).powi(2);
@@ -72,10 +73,11 @@ pub(crate) fn disc_fraction_beside_circle(separation_rad: f64, body_radius_rad: 
 /// from the centre. Valid outside the body.
 pub(crate) fn limb_towards(body: &Placement, towards: DVec3) -> (f64, f64) {
     let distance_km = body.centre_km.length();
-    let middle = body.centre_km / distance_km;
-    let perpendicular = (towards - middle * towards.dot(middle)).try_normalize().unwrap_or_else(|| middle.any_orthonormal_vector());
+    let to_centre = body.centre_km / distance_km;
+    let perpendicular =
+        (towards - to_centre * towards.dot(to_centre)).try_normalize().unwrap_or_else(|| to_centre.any_orthonormal_vector());
     // In the unit-sphere frame the ray a + u b, with u the tangent of the angle, touches the limb if its squared distance from the centre is 1.
-    let (a, b) = (body.direction_in_unit_sphere(middle), body.direction_in_unit_sphere(perpendicular));
+    let (a, b) = (body.direction_in_unit_sphere(to_centre), body.direction_in_unit_sphere(perpendicular));
     let (aa, ab, bb) = (a.dot(a), a.dot(b), b.dot(b));
     let distance_radii = distance_km / body.radii_km.x;
     // Solves the equation quadratic * u^2 - 2 ab u - aa = 0.
@@ -83,17 +85,17 @@ pub(crate) fn limb_towards(body: &Placement, towards: DVec3) -> (f64, f64) {
     let angle = (ab + (ab * ab + quadratic * aa).max(0.0).sqrt()).atan2(quadratic);
     // The gradient of the squared distance is normal to the limb.
     let (sin, cos) = angle.sin_cos();
-    let (c, d) = (body.camera_in_unit_sphere(), body.direction_in_unit_sphere(middle * cos + perpendicular * sin));
+    let (c, d) = (body.camera_in_unit_sphere(), body.direction_in_unit_sphere(to_centre * cos + perpendicular * sin));
     let limb_normal =
         body.body_from_icrf.transpose() * ((d * (c.length_squared() - 1.0) - c * c.dot(d)) * (body.radii_km.x / body.radii_km));
-    (angle, limb_normal.normalize_or_zero().dot(perpendicular * cos - middle * sin).clamp(0.0, 1.0))
+    (angle, limb_normal.normalize_or_zero().dot(perpendicular * cos - to_centre * sin).clamp(0.0, 1.0))
 }
 
 /// Fraction of a disc that a body leaves visible. The disc has the angular radius `radius_rad` around the unit vector `towards`, and lies behind the body.
 pub(crate) fn visible_disc_fraction(body: &Placement, towards: DVec3, radius_rad: f64) -> f64 {
     let separation_rad = crate::ephemeris::angle_rad(body.centre_km, towards);
     let (limb_rad, normal_cosine) = limb_towards(body, towards);
-    disc_fraction_beside_circle(limb_rad + (separation_rad - limb_rad) * normal_cosine, limb_rad, radius_rad)
+    disc_fraction_behind_circle(limb_rad + (separation_rad - limb_rad) * normal_cosine, limb_rad, radius_rad)
 }
 
 #[cfg(test)]
@@ -121,7 +123,7 @@ mod tests {
             let error = |body: f64| {
                 (0..=400)
                     .map(move |k| (1.0 + body) * f64::from(k) / 380.0)
-                    .map(move |s| (disc_fraction_beside_circle(s, body, 1.0) - exact_visible_fraction(s, body)).abs())
+                    .map(move |s| (disc_fraction_behind_circle(s, body, 1.0) - exact_visible_fraction(s, body)).abs())
             };
             bodies.iter().flat_map(|b| error(*b)).fold(0.0, f64::max)
         };
