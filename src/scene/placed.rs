@@ -70,10 +70,10 @@ pub(crate) fn place<'a>(
     caches: &Caches,
 ) -> Result<PlacedBody<'a>, SceneError> {
     let camera = &viewer.camera;
-    let ground_position = viewer.stands_on.filter(|(id, _)| *id == body.id);
+    let ground_position = viewer.stands_on.filter(|ground| ground.id == body.id);
     let (position_km, emitted_at) = match ground_position {
         _ if viewer.inside == Some(body.id) => (camera.position_km, request.time),
-        Some((_, position_km)) => (position_km, request.time),
+        Some(ground) => (ground.centre_km, request.time),
         None => ephemeris.light_time_position(body.id, camera.position_km, request.time)?,
     };
     let astrometric_km = position_km - camera.position_km;

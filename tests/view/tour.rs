@@ -23,7 +23,7 @@ fn camera(view: &ViewState, body: NaifId) -> (DVec3, DVec3) {
     let viewer = viewer(session.catalog(), session.ephemeris(), &request).expect("a camera");
     let camera = viewer.camera;
     let centre = match viewer.stands_on {
-        Some((ground, centre_km)) if ground == body => centre_km,
+        Some(ground) if ground.id == body => ground.centre_km,
         _ => session.ephemeris().light_time_position(body, camera.position_km, view.time()).expect("a place").0,
     };
     (camera.position_km - centre, camera.forward)

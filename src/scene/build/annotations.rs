@@ -10,6 +10,7 @@ use crate::scene::annotation::line_texts::{self, SkyText, TextLayer};
 use crate::scene::annotation::sky_lines::{self, AnnotationLines, horizon_axes};
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::{eclipse_lines, ground_lines, instrument_frames, labels, star_names};
+use crate::scene::camera::viewpoint::BodyUnderCamera;
 use crate::scene::decision::Decision;
 use crate::scene::draw::StarSprite;
 use crate::scene::draw::features::PixelView;
@@ -74,7 +75,7 @@ impl Annotations {
 impl<'a> SceneBuilder<'a> {
     /// The body whose ground lines are recorded in the decisions: the target, or the body that the viewer stands on.
     fn body_with_lines(&self) -> Option<&PlacedBody<'a>> {
-        let id = self.request.target.or(self.viewer.stands_on.map(|(id, _)| id))?;
+        let id = self.request.target.or(self.viewer.stands_on.map(|ground| ground.id))?;
         self.placed.iter().find(|p| p.body.id == id && !self.is_inside(p.body))
     }
 
@@ -90,7 +91,7 @@ impl<'a> SceneBuilder<'a> {
     /// Coordinate ticks are never hidden: they stay at the image's edge, even azimuth ticks below the horizon.
     fn is_behind_body(&self, text: &SkyText, size_px: f64) -> bool {
         let hides = |p: &PlacedBody<'_>| {
-            let is_ground = self.viewer.stands_on.is_some_and(|(id, _)| id == p.body.id);
+            let is_ground = self.viewer.stands_on.is_some_and(|ground| ground.id == p.body.id);
             let lift_px = if is_ground { DVec2::new(0.0, size_px) } else { DVec2::ZERO };
             !self.is_inside(p.body) && self.viewer.camera.surface_under_pixel(&p.placement, text.at_px - lift_px).is_some()
         };
@@ -108,7 +109,9 @@ impl<'a> SceneBuilder<'a> {
 
     /// The [`horizon_axes`] of a viewer who stands on a body.
     fn local_horizon(&self) -> Option<DMat3> {
-        let (Position::Ground { latitude_deg, longitude_deg, .. }, Some((id, _))) = (self.request.position, self.viewer.stands_on) else {
+        let (Position::Ground { latitude_deg, longitude_deg, .. }, Some(BodyUnderCamera { id, .. })) =
+            (self.request.position, self.viewer.stands_on)
+        else {
             return None;
         };
         let body_from_icrf = self.ephemeris.body_from_icrf(id, self.request.time).ok()?;

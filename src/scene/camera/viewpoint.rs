@@ -30,9 +30,17 @@ pub struct Viewer {
     pub up_hint: DVec3,
     /// The body at whose centre the camera is; it is not drawn.
     pub inside: Option<NaifId>,
-    /// The body on whose ground the camera stands, and the body's barycentric position. Viewer and body move together, so light time and aberration
-    /// between them cancel (to second order in v/c, 1e-8), and the body's geometric position is used.
-    pub stands_on: Option<(NaifId, DVec3)>,
+    /// The body on whose ground the camera stands.
+    pub stands_on: Option<BodyUnderCamera>,
+}
+
+/// The body on whose ground a camera stands. Viewer and body move together, so light time and aberration between them cancel (to second order in v/c, 1e-8),
+/// and the body's geometric position is used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyUnderCamera {
+    pub id: NaifId,
+    /// Barycentric position of the body's centre.
+    pub centre_km: DVec3,
 }
 
 /// Distance from a sphere's centre, in its radii, at which its disc has the diameter [`FITTED_DISC`]. A disc of angular radius a fills the fraction
@@ -132,7 +140,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             let icrf_from_body = states.icrf_from(Axes::BodyFixed, body)?;
             let (pos, vel) = states.state(body)?;
             velocity_km_s = vel;
-            stands_on = Some((body, pos));
+            stands_on = Some(BodyUnderCamera { id: body, centre_km: pos });
             zenith = Some(icrf_from_body * normal);
             pos + icrf_from_body * point
         }
@@ -148,9 +156,9 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         Look::Along { direction, axes } => states.icrf_from(axes, reference_body)? * direction.normalize(),
         Look::Target => {
             let target = needs_target()?;
-            let stands_on_target = stands_on.filter(|(body, _)| *body == target);
+            let stands_on_target = stands_on.filter(|ground| ground.id == target);
             let apparent_km = match stands_on_target {
-                Some((_, pos)) => pos,
+                Some(ground) => ground.centre_km,
                 None => ephemeris.light_time_position(target, position_km, t)?.0,
             };
             let to_target = apparent_km - position_km;

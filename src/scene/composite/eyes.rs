@@ -72,7 +72,7 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewReque
 fn target_distance_km(ephemeris: &Ephemeris, request: &ViewRequest, viewer: &Viewer) -> Result<f64, SceneError> {
     let target = request.target.ok_or_else(|| SceneError::Request("stereo needs a target, at whose distance both images agree".into()))?;
     let apparent_km: DVec3 = match viewer.stands_on {
-        Some((body, position_km)) if body == target => position_km,
+        Some(ground) if ground.id == target => ground.centre_km,
         _ => ephemeris.light_time_position(target, viewer.camera.position_km, request.time)?.0,
     };
     // `viewpoint::viewer` has already rejected a camera at the centre of its target.

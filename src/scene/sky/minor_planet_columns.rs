@@ -53,7 +53,7 @@ impl MinorPlanetColumns {
                 BrightnessLaw::Asteroid { h, g } => (irradiance_of_magnitude(h), g),
                 BrightnessLaw::Comet { .. } | BrightnessLaw::Unknown => (0.0, 0.0),
             };
-            let along = o.along_perihelion * (o.perihelion_au * (1.0 + o.eccentricity).sqrt());
+            let along = o.motion_at_perihelion * (o.perihelion_au * (1.0 + o.eccentricity).sqrt());
             columns[0].extend(narrow(o.to_perihelion * o.perihelion_au).to_array());
             columns[0].push(narrow_scalar(1.0 - o.eccentricity));
             columns[1].extend(narrow(along).to_array());
@@ -83,7 +83,7 @@ mod tests {
             perihelion_au: q,
             eccentricity: e,
             to_perihelion: DVec3::X,
-            along_perihelion: DVec3::Y,
+            motion_at_perihelion: DVec3::Y,
             passage_days: 8375.25,
         };
         for (q, e) in [(2.5, 0.08), (0.587, 0.967), (0.3, 0.9992), (1.0, 0.0)] {

@@ -230,7 +230,7 @@ impl CameraPath {
             let camera = viewer.camera;
             let camera_body = view.eye.body();
             let camera_body_km = match viewer.stands_on {
-                Some((_, centre_km)) => centre_km,
+                Some(ground) => ground.centre_km,
                 None => ephemeris.light_time_position(camera_body, camera.position_km, view.time()).map_err(|e| e.to_string())?.0,
             };
             let offset_km = SessionPositions(session)
