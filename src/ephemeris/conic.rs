@@ -102,7 +102,7 @@ impl ConicState {
 pub fn heliocentric_state(orbit: &HeliocentricOrbit, days: f64) -> ConicState {
     let gm = GAUSS_CONSTANT * GAUSS_CONSTANT;
     let speed = (gm * (1.0 + orbit.eccentricity) / orbit.perihelion_au).sqrt();
-    let at_perihelion = ConicState { position: orbit.to_perihelion * orbit.perihelion_au, velocity: orbit.along_perihelion * speed };
+    let at_perihelion = ConicState { position: orbit.to_perihelion * orbit.perihelion_au, velocity: orbit.motion_at_perihelion * speed };
     at_perihelion.after(gm, days - orbit.passage_days)
 }
 
@@ -131,7 +131,7 @@ mod tests {
     }
 
     fn orbit(q: f64, e: f64) -> HeliocentricOrbit {
-        HeliocentricOrbit { perihelion_au: q, eccentricity: e, to_perihelion: DVec3::X, along_perihelion: DVec3::Y, passage_days: 0.0 }
+        HeliocentricOrbit { perihelion_au: q, eccentricity: e, to_perihelion: DVec3::X, motion_at_perihelion: DVec3::Y, passage_days: 0.0 }
     }
 
     /// Ellipses against the classical equation; the hyperbola against sinh; the parabola against Barker's equation.

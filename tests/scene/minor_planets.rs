@@ -28,7 +28,7 @@ use std::f64::consts::PI;
 const POSITION_EXPRESSION: &str = "vec4f(motion(vec4f(p.x, 0.0, 0.0, p.y), vec3f(0.0, p.z, 0.0), p.w).position, 0.0)";
 
 fn in_plane(perihelion_au: f64, eccentricity: f64) -> HeliocentricOrbit {
-    HeliocentricOrbit { perihelion_au, eccentricity, to_perihelion: DVec3::X, along_perihelion: DVec3::Y, passage_days: 0.0 }
+    HeliocentricOrbit { perihelion_au, eccentricity, to_perihelion: DVec3::X, motion_at_perihelion: DVec3::Y, passage_days: 0.0 }
 }
 
 /// The shader's input for an orbit with perihelion distance 1 at a time, in the shader's units.

@@ -27,8 +27,8 @@ pub struct HeliocentricOrbit {
     pub eccentricity: f64,
     /// Unit vector from the Sun to the perihelion, ICRF.
     pub to_perihelion: DVec3,
-    /// Unit vector of the motion at the perihelion, ICRF.
-    pub along_perihelion: DVec3,
+    /// Unit vector of the direction of motion at the perihelion, ICRF.
+    pub motion_at_perihelion: DVec3,
     /// Time of a perihelion passage, days past J2000 (TDB).
     pub passage_days: f64,
 }
@@ -134,13 +134,13 @@ impl SmallBodies {
             // The orbital plane is rotated about the ecliptic's pole, the perihelion within the plane. The ecliptic is that to which the tables refer.
             let (node_turn, perihelion_turn) = (TAU * uniform(), TAU * uniform());
             let pole = DVec3::new(0.0, -rows::OBLIQUITY.sin(), rows::OBLIQUITY.cos());
-            let normal = DQuat::from_axis_angle(pole, node_turn) * o.to_perihelion.cross(o.along_perihelion);
+            let normal = DQuat::from_axis_angle(pole, node_turn) * o.to_perihelion.cross(o.motion_at_perihelion);
             let to_perihelion = DQuat::from_axis_angle(normal, perihelion_turn) * normal.any_orthonormal_vector();
             let orbit = HeliocentricOrbit {
                 perihelion_au: a * (1.0 - e),
                 eccentricity: e,
                 to_perihelion,
-                along_perihelion: normal.cross(to_perihelion),
+                motion_at_perihelion: normal.cross(to_perihelion),
                 passage_days: TAU / GAUSS_CONSTANT * a.powf(1.5) * uniform(),
             };
             // The number of bodies grows by half a decade per magnitude (Ivezic et al. 2001, Astron. J. 122, 2749), up to absolute
@@ -177,7 +177,7 @@ mod tests {
         assert!(all.comets.len() > 20 && all.comets.iter().all(SmallBody::is_comet));
         for body in all.minor_planets.iter().chain(&all.comets) {
             let o = &body.orbit;
-            let right_angle = o.to_perihelion.dot(o.along_perihelion).abs() < 1e-12;
+            let right_angle = o.to_perihelion.dot(o.motion_at_perihelion).abs() < 1e-12;
             assert!(right_angle && (o.to_perihelion.length() - 1.0).abs() < 1e-12, "{}", body.full_name());
         }
         // Ceres: a (1 - e) of its osculating elements, and its perihelion of 7 December 2022 (JPL Horizons gives the day).

@@ -115,7 +115,7 @@ pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<Sma
         perihelion_au,
         eccentricity: e,
         to_perihelion: icrf_from_orbit * DVec3::X,
-        along_perihelion: icrf_from_orbit * DVec3::Y,
+        motion_at_perihelion: icrf_from_orbit * DVec3::Y,
         passage_days,
     };
     Ok(SmallBody { designation: designation.trim().to_owned(), name: name.trim().to_owned(), orbit, brightness })

@@ -134,7 +134,7 @@ fn measure_costs(
     if effect_costs.measured.as_ref().is_none_or(|(of, body)| super::render_loop::differs(of, request, true) || *body != of_body) {
         *effect_costs = EffectCosts { measured: Some((request.clone(), of_body.clone())), known: QueryCache::default() };
     }
-    let rested_s = interface.viewport.last_s - interface.viewport.moved_s;
+    let rested_s = interface.viewport.last_frame_s - interface.viewport.last_motion_s;
     if interface.viewer.is_animating() {
         return;
     }

@@ -234,8 +234,8 @@ impl Interface {
     pub fn ui(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         self.apply_language(worker);
         let now_s = ui.input(|i| i.time);
-        let elapsed_s = if self.viewport.last_s.is_nan() { 0.0 } else { now_s - self.viewport.last_s };
-        self.viewport.last_s = now_s;
+        let elapsed_s = if self.viewport.last_frame_s.is_nan() { 0.0 } else { now_s - self.viewport.last_frame_s };
+        self.viewport.last_frame_s = now_s;
         self.viewer.advance(elapsed_s);
         tour::advance(self, ui.ctx(), elapsed_s);
         // Messages about drivers appear in the Performance panel, not over the image.
@@ -285,7 +285,7 @@ impl Interface {
         let places = SessionPositions(worker.session());
         // Any action but a selection may move the view; after a selection the image stays sharp.
         if actions.iter().any(|action| !matches!(action, Action::Select(_))) {
-            self.viewport.moved_s = now_s;
+            self.viewport.last_motion_s = now_s;
             if !starts_tour {
                 self.tour.pause();
             }

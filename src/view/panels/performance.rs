@@ -86,7 +86,7 @@ const RATE_INTERVAL_S: f64 = 2.0;
 const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
-    let description = interface.performance.description(interface.viewport.last_s);
+    let description = interface.performance.description(interface.viewport.last_frame_s);
     let performance = &interface.performance;
     let plot = Plot::new("frame times")
         .height(200.0)

@@ -40,9 +40,9 @@ pub(super) struct Viewport {
     pub(super) requested: Option<RenderJob>,
     pub(super) requested_s: f64,
     /// Time of the last action that moved the view.
-    pub(super) moved_s: f64,
+    pub(super) last_motion_s: f64,
     /// Time of the last frame of the interface.
-    pub(super) last_s: f64,
+    pub(super) last_frame_s: f64,
     pub(super) resolution: AdaptiveResolution,
     /// Size of the viewport, pixels.
     pub(super) size_px: [u32; 2],
@@ -72,8 +72,8 @@ impl Default for Viewport {
             shown: None,
             requested: None,
             requested_s: f64::NEG_INFINITY,
-            moved_s: f64::NEG_INFINITY,
-            last_s: f64::NAN,
+            last_motion_s: f64::NEG_INFINITY,
+            last_frame_s: f64::NAN,
             resolution: AdaptiveResolution::default(),
             size_px: [1, 1],
             picked_px: None,
@@ -139,7 +139,7 @@ impl Interface {
                         none => *none = Some(ctx.load_texture("sky", image, TextureOptions::LINEAR)),
                     }
                 }
-                self.performance.record(&rendered, self.viewport.last_s);
+                self.performance.record(&rendered, self.viewport.last_frame_s);
                 self.adaptation.record(&rendered.scene.exposure, rendered.job.request.exposure);
                 // The transitional exposure is replaced by automatic exposure, so that it does not get into requests derived from this image.
                 if let ExposureRequest::Transition { .. } = rendered.job.request.exposure {
@@ -213,7 +213,7 @@ impl Interface {
     /// Requests the image of the current view, at a coarse resolution while it moves.
     pub(super) fn request_image(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker, now_s: f64) {
         // The first image is coarse, too, so that it appears soon after the window.
-        let moving = self.viewer.is_animating() || now_s - self.viewport.moved_s < STILL_AFTER_S || self.viewport.shown.is_none();
+        let moving = self.viewer.is_animating() || now_s - self.viewport.last_motion_s < STILL_AFTER_S || self.viewport.shown.is_none();
         let [width, height] = self.viewport.size_px;
         let scale = if moving { self.viewport.resolution.scale(u64::from(width) * u64::from(height)) } else { 1.0 };
         let [image_width, image_height] = [width, height].map(|side| (f64::from(side) / scale).ceil() as u32);
@@ -251,7 +251,7 @@ impl Interface {
         (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
         let delays_s = [
             self.viewer.frame_interval_s(),
-            (moving && !self.viewer.is_animating()).then_some(STILL_AFTER_S - (now_s - self.viewport.moved_s) + 0.005),
+            (moving && !self.viewer.is_animating()).then_some(STILL_AFTER_S - (now_s - self.viewport.last_motion_s) + 0.005),
             (readiness == Readiness::Preparing).then_some(READY_CHECK_S),
             self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
             (!self.message.is_empty()).then_some(self.message_shown.1 - now_s),

@@ -58,11 +58,12 @@ pub(crate) fn exp2<const FMA: bool>(x: f32) -> f32 {
 /// Reduces a logarithm's argument: f = mantissa - 1 in [-0.293, 0.414], the exponent, and f^3 P(f) - f^2/2.
 #[inline(always)]
 fn log_parts<const FMA: bool>(x: f32) -> (f32, f32, f32) {
-    let is_subnormal = x < f32::MIN_POSITIVE;
-    let scaled = if is_subnormal { x * 8_388_608.0 } else { x };
+    // True for subnormal x, which it makes normal; also for x <= 0, where the callers replace the result.
+    let is_scaled = x < f32::MIN_POSITIVE;
+    let scaled = if is_scaled { x * 8_388_608.0 } else { x };
     // Subtracting the bits of sqrt(1/2) makes the exponent field change at sqrt(2) instead of 2.
     let bits = scaled.to_bits().wrapping_sub(0x3f35_04f3);
-    let exponent = ((bits as i32) >> 23) as f32 - if is_subnormal { 23.0 } else { 0.0 };
+    let exponent = ((bits as i32) >> 23) as f32 - if is_scaled { 23.0 } else { 0.0 };
     let f = f32::from_bits((bits & 0x007f_ffff).wrapping_add(0x3f35_04f3)) - 1.0;
     let p = horner::<f32, FMA, 9>(
         f,

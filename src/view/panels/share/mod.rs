@@ -188,7 +188,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
         }
     } else if let Some(kind) = kind {
         match new_export(interface, kind) {
-            Ok(export) => interface.share.export = Some(export.begin(worker, interface.viewport.last_s)),
+            Ok(export) => interface.share.export = Some(export.begin(worker, interface.viewport.last_frame_s)),
             Err(why) => interface.message = why,
         }
     }
