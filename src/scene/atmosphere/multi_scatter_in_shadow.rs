@@ -160,10 +160,6 @@ fn visible_sun_fraction(occluder: f64, edge: f64, limb_darkening: &[DVec3; 3]) -
     ((0..RINGS).map(ring).sum::<DVec3>() / total.max(DVec3::splat(1e-12))).clamp(DVec3::ZERO, DVec3::ONE)
 }
 
-fn map_channels(v: DVec3, f: impl Fn(f64) -> f64) -> DVec3 {
-    DVec3::new(f(v.x), f(v.y), f(v.z))
-}
-
 /// Light binned by the distance of its source along the ground.
 #[derive(Clone)]
 struct Sources {
@@ -218,7 +214,7 @@ impl AirAndGround<'_> {
             }
         };
         let depth: DVec3 = self.air.species.iter().map(|s| extinction(s) * above(s)).sum();
-        map_channels(depth, |d| (-d / sun_cosine).exp())
+        depth.map(|d| (-d / sun_cosine).exp())
     }
 
     /// Integrates along a path from a height. Calls `scatters` for each step with the distance along the ground, the height, and the amount of scattering.
@@ -237,9 +233,9 @@ impl AirAndGround<'_> {
             let (s, step) = (path_km * u * u, path_km * 2.0 * u / STEPS as f64);
             let h = ((closest_sq + (b + s).powi(2)).sqrt() - self.radius_km).max(0.0);
             let depth = self.coefficient(h, extinction) * step;
-            let cell = map_channels(depth, |d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
+            let cell = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
             scatters(ground_distance_km(s), h, transmittance * self.coefficient(h, scattering) * cell * step);
-            transmittance *= map_channels(depth, |d| (-d).exp());
+            transmittance *= depth.map(|d| (-d).exp());
         }
         hits.then(|| (ground_distance_km(path_km), transmittance))
     }
@@ -288,11 +284,11 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
 }
 
 fn roots(air: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
-    let root = |v: DVec3| map_channels(v, |x| x.clamp(0.0, 1.0).sqrt());
+    let root = |v: DVec3| v.map(|x| x.clamp(0.0, 1.0).sqrt());
     let heights: Vec<(Sources, Sources)> = (0..HEIGHTS).map(|row| air.sources(row, shadow.sun_cosine)).collect();
     let mut rows = Vec::new();
     for (second, rescattered) in &heights {
-        let rescattered_fraction = map_channels(rescattered.total(), |a| a.min(MAX_RESCATTERED));
+        let rescattered_fraction = rescattered.total().map(|a| a.min(MAX_RESCATTERED));
         let single: Vec<DVec3> = (0..COLUMNS)
             .map(|c| second.arriving(shadow, shadow.distance(c), |d| shadow.visible_sun(d)) / second.total().max(DVec3::splat(1e-300)))
             .collect();
@@ -320,7 +316,7 @@ fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sour
     // Source radiance at a height per unit of scattering: sunlight scattered once, and all further orders.
     let multiple_scattering: Vec<DVec3> = heights
         .iter()
-        .map(|(second, rescattered)| second.total() / (DVec3::ONE - map_channels(rescattered.total(), |a| a.min(MAX_RESCATTERED))))
+        .map(|(second, rescattered)| second.total() / (DVec3::ONE - rescattered.total().map(|a| a.min(MAX_RESCATTERED))))
         .collect();
     let mut single = Sources::NONE;
     let mut further = vec![Sources::NONE; HEIGHTS];
