@@ -114,6 +114,7 @@ fragments![
     "lib/screen.wesl",
     "lib/srgb_decoded.wesl",
     "lib/sunlight.wesl",
+    "lib/texels_between.wesl",
     "lib/foreground_limb.wesl",
     "lib/view_ray.wesl",
 ];

@@ -262,6 +262,9 @@ impl<R: Real> TextureUnit<R> for EchoTextures {
     fn sample_level(&self, _: usize, u: &[R], v: &[R], level: &[R], _: LaneMask, out: [&mut [R]; 4]) {
         write_channels(out, |i| [u[i], v[i], level[i], R::ONE]);
     }
+    fn between(&self, _: usize, at: [&[R]; 2], _: LaneMask, out: [&mut [R]; 4]) {
+        write_channels(out, |i| [at[0][i], at[1][i], R::ZERO, R::ONE]);
+    }
     fn load(&self, _: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {
         let of_lane = |values: &[R], lane: usize| values[if values.len() == 1 { 0 } else { lane }].lane_bits();
         write_channels(out, |i| [of_lane(x, i), of_lane(y, i), of_lane(level, i), (active >> i & 1) as u32].map(R::from_u32));

@@ -1,5 +1,6 @@
 //! The software renderer: lowering, arithmetic, rasterisation, sampling, tone mapping.
 
+mod between;
 mod control_flow;
 mod filtered;
 mod frame;

@@ -249,6 +249,6 @@ fn body_draw(
         cull,
         depth: depth_of(draw.part),
         scissor: scissor(draw.uniforms.rect_in_clip, width, height),
-        extent: Extent::of(draw, [width, height]),
+        extent: Extent::of(draw, [width, height], coarse_air::shown_by_ground(draw)),
     })
 }

@@ -6,6 +6,7 @@
 //! here: which draws read the image (scene).
 
 use super::error::PlanError;
+use super::extent::MarkedTexels;
 use super::graph::{PassStep, Read, TargetDescriptor, Write};
 use super::passes::{Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
@@ -72,6 +73,15 @@ pub(super) fn with_slot(draws: &[Draw], k: usize, screen: [u32; 2]) -> Cow<'_, D
     draw.uniforms.air.coarse_row = first_row(ground);
     draw.uniforms.clouds.coarse_row = first_row(clouds);
     Cow::Owned(draw)
+}
+
+/// The texels between which the ground's draw shows the clouds, for the draw of the clouds, which discards its pixels there. `draw`: as [`with_slot`] returns it.
+pub(super) fn shown_by_ground(draw: &Draw) -> Option<MarkedTexels> {
+    let fills_in = draw.part == BodyPart::Clouds && draw.features.air_pass == AirPass::ReadWithClouds;
+    fills_in.then(|| {
+        let first_texel = [COARSE_AIR_BORDER, COARSE_AIR_BORDER + draw.uniforms.air.coarse_row as u32];
+        MarkedTexels { binding: BINDING, pixels_per_texel: COARSE_AIR_PX, first_texel }
+    })
 }
 
 /// What a step with these draws reads.

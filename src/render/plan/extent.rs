@@ -1,4 +1,4 @@
-//! Where on the screen a draw may show anything, from the outline of its ellipsoid: a renderer may leave out pixels beyond it.
+//! Where on the screen a draw may show anything, from the outline of its ellipsoid and from marked texels: a renderer may leave out other pixels.
 //!
 //! In: the uniforms of a body's draw, whose silhouette form is |ray|^2 (1 - q^2), q being the ray's distance from the centre. Out: forms over pixels, which are
 //! positive inside an outline. Always: each outline is an ellipse, so its form is concave, and a rectangle is tested by its corners and its middle.
@@ -7,12 +7,35 @@ use crate::scene::camera::silhouette::PADDING_PX;
 use crate::scene::draw::{BodyPart, Draw, DrawUniforms, Shape};
 use glam::{DVec3, DVec4};
 
-/// The pixels that a draw may change: those inside one outline and outside another.
+/// The pixels that a draw may change: those inside one outline, outside another, and not between marked texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
     inside: Ellipse,
     /// For the sky, which continues behind the antialiased edge of the ground only.
     outside: Option<Ellipse>,
+    /// For clouds that the ground's draw shows elsewhere.
+    pub(crate) marked: Option<MarkedTexels>,
+}
+
+/// An image whose texels lie at corners of the screen's pixels. The draw discards each pixel whose four nearest texels have alpha 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MarkedTexels {
+    /// Binding of the image in the draw's module.
+    pub binding: u32,
+    /// Pixels from a texel to the next.
+    pub pixels_per_texel: u32,
+    /// The texel at the screen's top left corner.
+    pub first_texel: [u32; 2],
+}
+
+impl MarkedTexels {
+    /// The texels between which a rectangle of pixels lies: left, top, right and bottom edge (exclusive), as those of the pixels.
+    pub(crate) fn beside(&self, [left, top, right, bottom]: [u32; 4]) -> [u32; 4] {
+        let [x, y] = self.first_texel;
+        let before = |pixel: u32| pixel / self.pixels_per_texel;
+        // Two more than the texel before the last pixel: that pixel's next texel, exclusive.
+        [x + before(left), y + before(top), x + before(right.saturating_sub(1)) + 2, y + before(bottom.saturating_sub(1)) + 2]
+    }
 }
 
 /// Coefficients of 1, x, y, x^2, xy, y^2 in pixels; the form is positive inside the ellipse.
@@ -20,8 +43,9 @@ pub struct Extent {
 struct Ellipse([f64; 6]);
 
 impl Extent {
-    /// The extent of a body's draw on a screen of this size; `None` if any pixel of its rectangle may show it.
-    pub(super) fn of(draw: &Draw, screen: [u32; 2]) -> Option<Self> {
+    /// The extent of a body's draw on a screen of this size; `None` if any pixel of its rectangle may show it. `marked`: for clouds that the ground's draw shows
+    /// elsewhere.
+    pub(super) fn of(draw: &Draw, screen: [u32; 2], marked: Option<MarkedTexels>) -> Option<Self> {
         let (features, uniforms) = (&draw.features, &draw.uniforms);
         if features.shape == Shape::Mesh || features.limb_heights {
             return None;
@@ -29,23 +53,24 @@ impl Extent {
         let outline = |form| Ellipse::over_pixels(form, uniforms, screen);
         match draw.part {
             BodyPart::Globe | BodyPart::Clouds => {
-                Some(Self { inside: outline(uniforms.silhouette_form.map(|row| row.as_dvec4()))?, outside: None })
+                let inside = outline(uniforms.silhouette_form.map(|row| row.as_dvec4()))?;
+                Some(Self { inside, outside: None, marked })
             }
             // A centre behind the camera would mean that rays meet the ellipsoid behind it.
             BodyPart::Sky if uniforms.depth_row.w > 0.0 => {
                 let ground = uniforms.silhouette_form.map(|row| row.as_dvec4());
-                Some(Self { inside: outline(raised(ground, uniforms))?, outside: Some(outline(ground)?) })
+                Some(Self { inside: outline(raised(ground, uniforms))?, outside: Some(outline(ground)?), marked: None })
             }
             _ => None,
         }
     }
 
-    /// Whether the draw shows nothing in a rectangle of pixels: left, top, right and bottom edge (exclusive).
+    /// Whether the draw shows nothing in a rectangle of pixels because of its outlines: left, top, right and bottom edge (exclusive).
     pub(crate) fn misses(&self, pixels: [u32; 4]) -> bool {
         self.inside.is_outside(pixels) || self.outside.is_some_and(|o| o.contains(pixels))
     }
 
-    /// Whether the edges of the extent are outside of a rectangle that the draw does not miss.
+    /// Whether the outlines are outside of a rectangle that the draw does not miss.
     pub(crate) fn covers(&self, pixels: [u32; 4]) -> bool {
         self.inside.contains(pixels) && self.outside.is_none_or(|o| o.is_outside(pixels))
     }
@@ -124,7 +149,10 @@ mod tests {
 
     #[test]
     fn a_block_is_left_out_only_if_each_of_its_pixels_is_beyond_an_outline() {
-        let extents = [Extent { inside: circle(100.0), outside: None }, Extent { inside: circle(110.0), outside: Some(circle(90.0)) }];
+        let extents = [
+            Extent { inside: circle(100.0), outside: None, marked: None },
+            Extent { inside: circle(110.0), outside: Some(circle(90.0)), marked: None },
+        ];
         for (extent, [min, max]) in extents.iter().zip([[-1.0, 100.0], [90.0, 110.0]]) {
             let (mut missed, mut covered) = (0, 0);
             for (x, y) in (0..256).step_by(16).flat_map(|x| (0..256).step_by(8).map(move |y| (x, y))) {

@@ -4,6 +4,7 @@ use super::fragment_plan::FragmentPlan;
 use super::math::Real;
 use super::raster::setup::RasterGeometry;
 use super::stage::{LANES, LaneProgram};
+use super::texel_marks::TexelMarks;
 use crate::render::plan::{Blend, Extent};
 
 /// Number of quads in a batch.
@@ -19,6 +20,24 @@ pub(super) struct Quad {
     pub source_triangle: u32,
 }
 
+/// The pixels that a draw may change. Rectangles are given by their left, top, right and bottom edge (exclusive).
+pub(crate) struct DrawExtent {
+    pub outlines: Extent,
+    pub marks: Option<TexelMarks>,
+}
+
+impl DrawExtent {
+    /// Whether the draw changes no pixel of a rectangle.
+    pub(super) fn misses(&self, pixels: [u32; 4]) -> bool {
+        self.outlines.misses(pixels) || self.marks.as_ref().is_some_and(|marks| marks.misses(pixels))
+    }
+
+    /// Whether the draw may change every pixel of a rectangle.
+    pub(super) fn covers(&self, pixels: [u32; 4]) -> bool {
+        self.outlines.covers(pixels) && self.marks.as_ref().is_none_or(|marks| marks.covers(pixels))
+    }
+}
+
 /// A draw whose triangles are set up, ready to be shaded tile by tile.
 pub(crate) struct DrawJob<'a, R: Real> {
     pub geometry: RasterGeometry,
@@ -26,7 +45,7 @@ pub(crate) struct DrawJob<'a, R: Real> {
     pub fragment_plan: FragmentPlan,
     pub blend: Blend,
     /// The pixels that the draw may change, if it is known.
-    pub extent: Option<Extent>,
+    pub extent: Option<DrawExtent>,
     /// `Some` in the pixel view of shading cost, which stores instruction counts in place of colour: the instructions that a texture read counts as.
     pub instructions_per_read: Option<f64>,
 }

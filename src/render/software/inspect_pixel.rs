@@ -64,7 +64,7 @@ impl SoftwareRenderer {
         if !(x0..x1).contains(&x) || !(y0..y1).contains(&y) {
             return Ok(None);
         }
-        let entry_points = EntryPoints { vertex: without_named_outputs(vertex), fragment: fragment.program, tone_map: None };
+        let entry_points = EntryPoints { vertex: without_named_outputs(vertex).into(), fragment: fragment.program.into(), tone_map: None };
         let bound = self.bind::<R>(draw, &entry_points, &[])?;
         let single_pixel = PlanDraw {
             vertices: nearest_triangle(draw, &bound.vertex, [width, height], [x, y])?.unwrap_or_else(|| draw.vertices.clone()),
@@ -95,7 +95,7 @@ impl SoftwareRenderer {
         let value = |k: usize| recorded.get(k).copied().unwrap_or(f64::NAN);
         let colour = [0, 1, 2, 3].map(|c| {
             let is_component = |o: &LaneOutput| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c);
-            entry_points.fragment.outputs.iter().position(is_component).map_or(f64::NAN, value)
+            entry_points.fragment.program.outputs.iter().position(is_component).map_or(f64::NAN, value)
         });
         let values = fragment.names.into_iter().map(|(name, range)| NamedValue { name, numbers: range.map(value).collect() });
         Ok(Some(PixelValues { colour, values: values.collect() }))

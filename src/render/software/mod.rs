@@ -29,6 +29,7 @@ pub mod shade;
 pub mod stage;
 pub mod tape;
 mod tape_stage;
+mod texel_marks;
 mod tile_rows;
 pub mod tiles;
 pub mod timings;

@@ -7,7 +7,7 @@
 //! then goes through both passes before the next tile is started, and the first pass's image is never stored.
 
 use super::RenderError;
-use super::draw_job::DrawJob;
+use super::draw_job::{DrawExtent, DrawJob};
 use super::fragment_plan::FragmentPlan;
 use super::math::Real;
 use super::pass_fusion::TileTexture;
@@ -219,7 +219,7 @@ fn prepare_draw<'a, R: Real>(
         fragment,
         fragment_plan,
         blend: draw.blend,
-        extent: draw.extent,
+        extent: draw.extent.map(|outlines| DrawExtent { outlines, marks: fragment.marks().cloned() }),
         instructions_per_read: instructions_per_read(&draw.module),
     })
 }

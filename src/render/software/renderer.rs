@@ -4,6 +4,7 @@
 //! image does not depend on the number of threads. A module's tape is decoded once and cached. The renderer has its own thread pool.
 
 use super::RenderError;
+use super::exec::KeptBinding;
 use super::kernels::KernelClass;
 use super::lower::programs_from_bytes;
 use super::math::Real;
@@ -13,6 +14,7 @@ use super::program::{Program, ShaderStage};
 use super::sample::texels::Texels;
 use super::sample::{BoundTexture, Textures};
 use super::tape_stage::TapeStage;
+use super::texel_marks::TexelMarks;
 use super::timings::{PassTimings, Timings};
 use super::tone_map::ToneMapFields;
 use crate::image::TexelFormat;
@@ -50,11 +52,24 @@ impl Default for Options {
     }
 }
 
+/// One entry point of a module.
+#[derive(Debug)]
+pub(super) struct EntryPoint {
+    pub program: Program,
+    binding: KeptBinding,
+}
+
+impl From<Program> for EntryPoint {
+    fn from(program: Program) -> Self {
+        Self { program, binding: KeptBinding::default() }
+    }
+}
+
 /// The entry points of one module.
 #[derive(Debug)]
 pub(super) struct EntryPoints {
-    pub vertex: Program,
-    pub fragment: Program,
+    pub vertex: EntryPoint,
+    pub fragment: EntryPoint,
     /// Set if this is the shipped tone map.
     pub tone_map: Option<ToneMapFields>,
 }
@@ -231,7 +246,7 @@ impl SoftwareRenderer {
         let (Some(vertex), Some(fragment)) = (vertex, fragment) else {
             return Err(module_error(format!("module {} lacks a vertex or a fragment stage", draw.module)));
         };
-        let entry_points = Arc::new(EntryPoints { vertex, fragment, tone_map: ToneMapFields::of(&module) });
+        let entry_points = Arc::new(EntryPoints { vertex: vertex.into(), fragment: fragment.into(), tone_map: ToneMapFields::of(&module) });
         self.entry_points.lock().insert(draw.module.clone(), Arc::clone(&entry_points));
         Ok(entry_points)
     }
@@ -243,13 +258,15 @@ impl SoftwareRenderer {
         outputs: &[Result<Arc<Texels<'a>>, String>],
     ) -> Result<BoundStages<'a, R>, RenderError> {
         let mut images = HashMap::new();
-        let mut stage = |program: &'a Program| {
-            let textures = textures_of(draw, program, outputs, &mut images, self.options.kernels)?;
-            TapeStage::new(program, &draw.uniform_bytes, Box::new(textures), self.options.kernels)
-                .map_err(|what| RenderError::Module { draw: draw.label.clone(), what })
+        let class = self.options.kernels;
+        let mut stage = |EntryPoint { program, binding }: &'a EntryPoint| {
+            let textures = textures_of(draw, program, outputs, &mut images, class)?;
+            let bound = binding.get(program, class).map_err(|what| RenderError::Module { draw: draw.label.clone(), what })?;
+            Ok(TapeStage::new(program, bound, &draw.uniform_bytes, Box::new(textures), class))
         };
         let tone_map = entry_points.tone_map.and_then(|fields| fields.bind(&draw.uniform_bytes));
-        Ok(BoundStages { vertex: stage(&entry_points.vertex)?, fragment: stage(&entry_points.fragment)?.with_tone_map(tone_map) })
+        let fragment = stage(&entry_points.fragment)?.with_tone_map(tone_map).with_marks(marks_of(draw, outputs));
+        Ok(BoundStages { vertex: stage(&entry_points.vertex)?, fragment })
     }
 }
 
@@ -283,6 +300,15 @@ fn texels_of(image: &PassImage, width: u32, height: u32) -> Result<Arc<Texels<'_
         PassImage::Unorm(pixels) => (TexelFormat::Rgba8Unorm, bytemuck::cast_slice(pixels)),
     };
     Texels::new(format, std::iter::once((width, height, bytes))).map(Arc::new)
+}
+
+/// The marks by which a draw discards pixels. `outputs`: images of earlier passes.
+fn marks_of(draw: &PlanDraw, outputs: &[Result<Arc<Texels<'_>>, String>]) -> Option<TexelMarks> {
+    let marked = draw.extent?.marked?;
+    match &draw.textures.iter().find(|t| t.binding == marked.binding)?.source {
+        TextureSource::PassOutput(pass) => TexelMarks::new(marked, outputs.get(*pass)?.as_ref().ok()?),
+        _ => None,
+    }
 }
 
 /// The textures that a program reads, each with the draw's texture and sampler.

@@ -7,6 +7,7 @@
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
+use super::texel_marks::TexelMarks;
 use super::tone_map::ToneMapUniforms;
 
 pub use super::exec::LANES;
@@ -23,6 +24,10 @@ pub trait LaneProgram<R: Real>: Sync {
     }
     /// The tone map, if this is the shipped one, bound to its uniforms.
     fn tone_map(&self) -> Option<ToneMapUniforms> {
+        None
+    }
+    /// The marks by which the draw discards pixels, if it does.
+    fn marks(&self) -> Option<&TexelMarks> {
         None
     }
     /// Creates the working state of one thread.

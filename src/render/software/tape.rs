@@ -74,6 +74,8 @@ pub enum TextureOp {
     Level,
     /// x, y, level (integers).
     Load,
+    /// x, y in texels: `texels_between` of shaders/lib/texels_between.wesl as one operation.
+    Between,
 }
 
 /// One instruction. `dst` is the number of a slot or register. The target of a jump is the index of an instruction.
@@ -165,6 +167,7 @@ impl Instr {
                     TextureOp::Gradients => 6,
                     TextureOp::Filtered => 7,
                     TextureOp::Level | TextureOp::Load => 3,
+                    TextureOp::Between => 2,
                 };
                 args.len() == needed && dst.iter().enumerate().all(|(k, slot)| !dst[..k].contains(slot))
             }

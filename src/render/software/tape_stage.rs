@@ -3,13 +3,15 @@
 //! In: a program, a draw's uniform bytes and textures. Out: a [`LaneProgram`]. Always: after a batch is stopped at the loop limit no further batch runs. Not
 //! here: how a tape is executed (`exec`).
 
-use super::exec::{ExecutionCounts, Executor, LaneMask, Prepared, TextureUnit};
+use super::exec::{BoundProgram, ExecutionCounts, Executor, LaneMask, Prepared, TextureUnit};
 use super::kernels::KernelClass;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput, Program};
 use super::stage::{LANES, LaneProgram, LaneRun};
+use super::texel_marks::TexelMarks;
 use super::tone_map::ToneMapUniforms;
 use super::tone_map_run::ToneMapRun;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// An entry point of a lowered module, bound to a draw.
@@ -17,30 +19,35 @@ pub(crate) struct TapeStage<'a, R: Real> {
     program: &'a Program,
     prepared: Prepared<R>,
     textures: Box<dyn TextureUnit<R> + Sync + 'a>,
-    class: KernelClass,
+    bound: Arc<BoundProgram<R>>,
     /// Runs in place of the program.
     tone_map: Option<ToneMapUniforms>,
+    marks: Option<TexelMarks>,
     /// A batch was stopped at the loop limit; no further batch is run.
     hit_loop_limit: AtomicBool,
 }
 
 impl<'a, R: Real> TapeStage<'a, R> {
-    /// # Errors
-    /// An invalid program, or a kernel class that this machine lacks.
+    /// `bound`: the program, bound to the kernels of `class`.
     pub(crate) fn new(
         program: &'a Program,
+        bound: Arc<BoundProgram<R>>,
         uniform_bytes: &[u8],
         textures: Box<dyn TextureUnit<R> + Sync + 'a>,
         class: KernelClass,
-    ) -> Result<Self, String> {
-        Executor::<R>::with_class(program, class)?;
+    ) -> Self {
         let (prepared, hit_loop_limit) = (program.prepare_for(uniform_bytes, class), AtomicBool::new(false));
-        Ok(Self { program, prepared, textures, class, tone_map: None, hit_loop_limit })
+        Self { program, prepared, textures, bound, tone_map: None, marks: None, hit_loop_limit }
     }
 
     /// Runs the tone map in place of the program, if the lanes are f32.
     pub(crate) fn with_tone_map(self, tone_map: Option<ToneMapUniforms>) -> Self {
         Self { tone_map: tone_map.filter(|_| R::as_f32(&[]).is_some()), ..self }
+    }
+
+    /// With the marks by which the draw discards pixels.
+    pub(crate) fn with_marks(self, marks: Option<TexelMarks>) -> Self {
+        Self { marks, ..self }
     }
 
     /// Whether a batch was stopped at the loop limit: the image is then incomplete.
@@ -65,15 +72,15 @@ impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
     fn tone_map(&self) -> Option<ToneMapUniforms> {
         self.tone_map
     }
+    fn marks(&self) -> Option<&TexelMarks> {
+        self.marks.as_ref()
+    }
     fn start(&self) -> Box<dyn LaneRun<R> + Send + '_> {
         let native = self.tone_map.and_then(|t| ToneMapRun::new(t, &self.program.inputs, &self.program.outputs, self.textures.as_ref()));
         if let Some(run) = native {
             return Box::new(run);
         }
-        match Executor::with_class(self.program, self.class) {
-            Ok(executor) => Box::new(TapeRun { stage: self, executor }),
-            Err(what) => unreachable!("TapeStage::new has bound this program: {what}"),
-        }
+        Box::new(TapeRun { stage: self, executor: Executor::of(Arc::clone(&self.bound)) })
     }
 }
 

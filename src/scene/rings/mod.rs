@@ -2,6 +2,7 @@
 
 pub(crate) mod decision;
 pub(crate) mod phase;
+pub(crate) mod radial_sums;
 pub(crate) mod ring_light;
 pub mod ring_shine;
 pub mod ring_table;

@@ -187,7 +187,7 @@ impl RingConditions {
     }
 
     /// Light that an interval scatters along a path of a slope, without the factors albedo and phase function / 4.
-    fn light(&self, interval: &RingInterval, slope: f64) -> f64 {
+    pub(super) fn light(&self, interval: &RingInterval, slope: f64) -> f64 {
         let Some(sunlight) = self.sunlight else { return interval.removed_fraction(slope) };
         let from = |(half, [fraction, sine]): (usize, [f64; 2])| {
             if fraction > 0.0 { fraction * scattered(interval.tau, slope, 1.0 / sine.max(MIN_COSINE), half == 0) } else { 0.0 }

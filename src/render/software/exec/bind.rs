@@ -9,6 +9,8 @@ use crate::render::software::math::Real;
 use crate::render::software::program::Program;
 use crate::render::software::tape::{FusedOp, Instr, Op, Operand, TextureOp, WordKind};
 use smallvec::SmallVec;
+use std::any::Any;
+use std::sync::{Arc, OnceLock};
 
 /// A kernel ready to be called. Offsets count elements from the start of the arena.
 pub(crate) struct KernelStep<R> {
@@ -31,10 +33,23 @@ pub(crate) enum Mask {
 
 /// The location of an operand of a texture read.
 #[derive(Clone, Copy)]
-pub(crate) enum TextureArg {
-    Slot(u32),
-    /// One value for all lanes.
-    Register(usize),
+pub(crate) struct TextureArg {
+    /// Elements from the start of the arena.
+    pub offset: u32,
+    /// `LANES`, or 1 if the operand is one value for all lanes.
+    pub len: u32,
+}
+
+/// A read of a texture.
+pub(crate) struct TextureRead {
+    pub op: TextureOp,
+    pub texture: usize,
+    /// Offset of each channel's lanes, in elements from the start of the arena.
+    pub dst: [u32; 4],
+    /// Which of the four channels are read later.
+    pub outputs_used: [bool; 4],
+    pub args: [TextureArg; 7],
+    pub mask: Mask,
 }
 
 /// One step of a bound program.
@@ -61,15 +76,8 @@ pub(crate) enum BoundStep<R> {
         stride: u32,
         count: u32,
     },
-    Texture {
-        op: TextureOp,
-        texture: usize,
-        dst: [u32; 4],
-        /// Which of the four channels are read later.
-        outputs_used: [bool; 4],
-        args: [TextureArg; 7],
-        mask: Mask,
-    },
+    /// Index in [`BoundProgram::texture_reads`].
+    Texture(u32),
     TextureSize {
         dst: usize,
         texture: usize,
@@ -90,30 +98,83 @@ pub(crate) enum BoundStep<R> {
     },
 }
 
-/// A bound program: runs of kernels, with control-flow and texture steps between them.
-pub(crate) struct BoundProgram<R> {
-    pub steps: Vec<BoundStep<R>>,
-    pub kernels: Vec<KernelStep<R>>,
+/// A program bound to the kernels of a class: runs of kernels, with control-flow and texture steps between them. Executors of several threads share it.
+pub struct BoundProgram<R> {
+    pub(super) steps: Vec<BoundStep<R>>,
+    pub(super) kernels: Vec<KernelStep<R>>,
+    pub(super) texture_reads: Vec<TextureRead>,
     /// Arena offsets of the operands of every kernel, in order.
-    pub operand_offsets: Vec<u32>,
+    pub(super) operand_offsets: Vec<u32>,
+    pub(super) input_count: usize,
+    /// Row of the arena where the registers start, after the program's slots and the scratch slots.
+    pub(super) first_register: usize,
+    pub(super) register_count: usize,
+    pub(super) output_slots: Vec<u32>,
+    /// Slot of the mask of discarded lanes.
+    pub(super) discarded: Option<u32>,
+    pub(super) has_fma: bool,
 }
 
 /// Number of scratch slots after the program's own slots. The first ones receive broadcast operands of kernels that accept only lanes, the last two
 /// receive intermediate results of a chain.
 pub(crate) const SCRATCH: u32 = 8;
 
-/// Binds a program to the kernels of a class. `first_register`: row of the arena where the registers start.
-///
-/// # Errors
-/// A chain that has no kernel, or an operation without operands.
-pub(super) fn bind<R: Real>(program: &Program, class: KernelClass, first_register: usize) -> Result<BoundProgram<R>, String> {
-    let mut binder = Binder {
-        bound: BoundProgram { steps: Vec::new(), kernels: Vec::with_capacity(program.lane_tape.len()), operand_offsets: Vec::new() },
-        class,
-        scratch: program.slots,
-        register_offset: first_register * LANES,
-        can_extend_run: false,
-    };
+impl<R: Real> BoundProgram<R> {
+    /// Binds a program to the kernels of a class, which must be available on this machine.
+    ///
+    /// # Errors
+    /// A program with an index out of range, a class that this machine lacks, a chain that has no kernel, or an operation without operands.
+    pub(crate) fn new(program: &Program, class: KernelClass) -> Result<Self, String> {
+        program.check().map_err(|e| e.to_string())?;
+        if !KernelClass::available().contains(&class) {
+            return Err(format!("this machine has no {} kernels", class.name()));
+        }
+        let slot = |o: &Operand| match *o {
+            Operand::Slot(s) => Ok(u32::from(s)),
+            Operand::Reg(_) => Err("an output must be a lane value".to_owned()),
+        };
+        let unbound = Self {
+            steps: Vec::new(),
+            kernels: Vec::with_capacity(program.lane_tape.len()),
+            texture_reads: Vec::new(),
+            operand_offsets: Vec::new(),
+            input_count: program.inputs.len(),
+            first_register: (program.slots + SCRATCH) as usize,
+            register_count: program.registers as usize,
+            output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
+            discarded: program.discarded.as_ref().map(slot).transpose()?,
+            has_fma: class.has_fma(),
+        };
+        bind(program, class, unbound)
+    }
+}
+
+/// A program's binding, kept from frame to frame: those of a frame of the Earth with clouds take a hundredth of its instructions.
+#[derive(Debug, Default)]
+pub(crate) struct KeptBinding(OnceLock<(KernelClass, Arc<dyn Any + Send + Sync>)>);
+
+impl KeptBinding {
+    /// The binding of `program`, which is the same at every call, to a class.
+    ///
+    /// # Errors
+    /// As [`BoundProgram::new`].
+    pub(crate) fn get<R: Real>(&self, program: &Program, class: KernelClass) -> Result<Arc<BoundProgram<R>>, String> {
+        if let Some((_, bound)) = self.0.get().filter(|(of_class, _)| *of_class == class)
+            && let Ok(bound) = Arc::clone(bound).downcast()
+        {
+            return Ok(bound);
+        }
+        let bound = Arc::new(BoundProgram::new(program, class)?);
+        // A renderer has one class and one precision: another one is bound anew each time.
+        let _ = self.0.set((class, Arc::clone(&bound) as _));
+        Ok(bound)
+    }
+}
+
+/// Binds the instructions of a program. `unbound`: the bound program without its steps.
+fn bind<R: Real>(program: &Program, class: KernelClass, unbound: BoundProgram<R>) -> Result<BoundProgram<R>, String> {
+    let register_offset = unbound.first_register * LANES;
+    let mut binder = Binder { bound: unbound, class, scratch: program.slots, register_offset, can_extend_run: false };
     let mut is_target = vec![false; program.lane_tape.len() + 1];
     for target in program.lane_tape.iter().filter_map(Instr::target) {
         is_target[target as usize] = true;
@@ -288,20 +349,22 @@ impl<R: Real> Binder<R> {
                 self.emit(BoundStep::Gather { dst: u32::from(*dst), kind: *kind, offset: *offset, index, stride: *stride, count: *count });
             }
             Instr::Texture { op, texture, dst, args, mask } => {
-                let mut texture_args = [TextureArg::Slot(0); 7];
+                let mut texture_args = [TextureArg { offset: 0, len: LANES as u32 }; 7];
                 for (k, (to, o)) in texture_args.iter_mut().zip(args).enumerate() {
                     *to = match o {
                         // A load of single texels accepts one row and one level for all lanes.
-                        Operand::Reg(r) if *op == TextureOp::Load && k > 0 => TextureArg::Register(usize::from(*r)),
-                        _ => TextureArg::Slot(self.slot_of(o, &mut scratch_used)?),
+                        Operand::Reg(_) if *op == TextureOp::Load && k > 0 => TextureArg { offset: self.offset(o), len: 1 },
+                        _ => TextureArg { offset: Self::slot_offset(self.slot_of(o, &mut scratch_used)?), len: LANES as u32 },
                     };
                 }
                 let mask = match mask {
                     Operand::Slot(s) => Mask::Slot(u32::from(*s)),
                     Operand::Reg(r) => Mask::Register(usize::from(*r)),
                 };
-                let (outputs_used, dst) = (dst.map(is_read), dst.map(u32::from));
-                self.emit(BoundStep::Texture { op: *op, texture: usize::from(*texture), dst, outputs_used, args: texture_args, mask });
+                let (outputs_used, dst) = (dst.map(is_read), dst.map(|slot| Self::slot_offset(u32::from(slot))));
+                let read = TextureRead { op: *op, texture: usize::from(*texture), dst, outputs_used, args: texture_args, mask };
+                self.bound.texture_reads.push(read);
+                self.emit(BoundStep::Texture(self.bound.texture_reads.len() as u32 - 1));
             }
             Instr::TextureSize { dst, texture, axis, level } => {
                 self.emit(BoundStep::TextureSize {

@@ -10,9 +10,12 @@ mod textures;
 pub use super::kernels::LANES;
 use super::kernels::{self, KernelClass};
 use super::math::Real;
-use super::program::{Constant, LaneInput, Program};
+use super::program::{Constant, Program};
 use super::tape::{Instr, Operand, TextureOp, WordKind};
-use bind::{BoundProgram, BoundStep, KernelStep, Mask, SCRATCH, TextureArg, bind};
+pub use bind::BoundProgram;
+pub(crate) use bind::KeptBinding;
+use bind::{BoundStep, KernelStep, Mask, TextureRead};
+use std::sync::Arc;
 pub use textures::{Gradients, NoTextures, TextureUnit};
 
 /// Backward jumps after which a batch is stopped, so that an endless loop does not hang a frame.
@@ -104,18 +107,11 @@ impl Program {
 #[derive(Clone)]
 struct LaneRow<R>([R; LANES]);
 
-/// Runs one program in one class.
+/// Runs one program with the kernels of one class.
 pub struct Executor<R: Real> {
-    /// The program's slots, then [`SCRATCH`] slots, then the registers, packed. One allocation, so that operands are offsets from one base.
+    /// The program's slots, then scratch slots, then the registers, packed. One allocation, so that operands are offsets from one base.
     arena: Vec<LaneRow<R>>,
-    /// Row of the arena where the registers start.
-    first_register: usize,
-    register_count: usize,
-    bound: BoundProgram<R>,
-    inputs: Vec<LaneInput>,
-    output_slots: Vec<u32>,
-    discarded: Option<u32>,
-    has_fma: bool,
+    program: Arc<BoundProgram<R>>,
     counts: ExecutionCounts,
     hit_loop_limit: bool,
 }
@@ -141,33 +137,18 @@ impl<R: Real> Executor<R> {
     /// # Errors
     /// A program with an index out of range, or a class that this machine lacks.
     pub fn with_class(program: &Program, class: KernelClass) -> Result<Self, String> {
-        program.check().map_err(|e| e.to_string())?;
-        if !KernelClass::available().contains(&class) {
-            return Err(format!("this machine has no {} kernels", class.name()));
-        }
-        let first_register = (program.slots + SCRATCH) as usize;
-        let bound = bind(program, class, first_register)?;
-        let slot = |o: &Operand| match *o {
-            Operand::Slot(s) => Ok(u32::from(s)),
-            Operand::Reg(_) => Err("an output must be a lane value".to_owned()),
-        };
-        Ok(Self {
-            arena: vec![LaneRow([R::ZERO; LANES]); first_register + (program.registers as usize).div_ceil(LANES)],
-            first_register,
-            register_count: program.registers as usize,
-            bound,
-            counts: ExecutionCounts::default(),
-            hit_loop_limit: false,
-            inputs: program.inputs.clone(),
-            output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
-            discarded: program.discarded.as_ref().map(slot).transpose()?,
-            has_fma: class.has_fma(),
-        })
+        Ok(Self::of(Arc::new(BoundProgram::new(program, class)?)))
+    }
+
+    /// An executor of a program that is bound already.
+    pub(crate) fn of(program: Arc<BoundProgram<R>>) -> Self {
+        let rows = program.first_register + program.register_count.div_ceil(LANES);
+        Self { arena: vec![LaneRow([R::ZERO; LANES]); rows], program, counts: ExecutionCounts::default(), hit_loop_limit: false }
     }
 
     /// The lanes of input `k`. The caller must write them before every run, because a run may overwrite them.
     pub fn input_mut(&mut self, k: usize) -> &mut [R; LANES] {
-        assert!(k < self.inputs.len(), "input {k} of {}", self.inputs.len());
+        assert!(k < self.program.input_count, "input {k} of {}", self.program.input_count);
         &mut self.arena[k].0
     }
 
@@ -178,7 +159,7 @@ impl<R: Real> Executor<R> {
 
     /// The lanes of output `k` after a run.
     pub fn output(&self, k: usize) -> &[R; LANES] {
-        &self.arena[self.output_slots[k] as usize].0
+        &self.arena[self.program.output_slots[k] as usize].0
     }
 
     /// Runs one batch and returns the active lanes that did not discard. If the program uses derivatives, `active` must contain all four lanes of
@@ -186,10 +167,11 @@ impl<R: Real> Executor<R> {
     pub fn run(&mut self, prepared: &Prepared<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         self.counts = ExecutionCounts::default();
         self.hit_loop_limit = false;
-        if active == 0 || prepared.registers.len() != self.register_count {
+        if active == 0 || prepared.registers.len() != self.program.register_count {
             return 0;
         }
-        let mask = &mut self.arena[self.inputs.len()].0;
+        // The slot after the inputs.
+        let mask = &mut self.arena[self.program.input_count].0;
         if active == LaneMask::MAX {
             mask.fill(R::from_mask(true));
         }
@@ -199,14 +181,14 @@ impl<R: Real> Executor<R> {
                 *lane = R::from_mask(part & bit != 0);
             }
         }
-        for (row, values) in self.arena[self.first_register..].iter_mut().zip(prepared.registers.chunks(LANES)) {
+        for (row, values) in self.arena[self.program.first_register..].iter_mut().zip(prepared.registers.chunks(LANES)) {
             row.0[..values.len()].copy_from_slice(values);
         }
         self.hit_loop_limit = !self.run_steps(prepared, textures);
         if self.hit_loop_limit {
             return 0;
         }
-        active & !self.discarded.map_or(0, |s| self.mask_of(s))
+        active & !self.program.discarded.map_or(0, |s| self.mask_of(s))
     }
 
     /// Whether the last run was stopped at the loop limit.
@@ -239,39 +221,51 @@ impl<R: Real> Executor<R> {
     }
 
     fn is_any_lane_set(&self, slot: u32) -> bool {
+        let lanes = &self.arena[slot as usize].0;
+        #[cfg(target_arch = "x86_64")]
+        if let Some(lanes) = R::as_f32(lanes).and_then(|lanes| lanes.first_chunk())
+            && is_x86_feature_detected!("avx2")
+        {
+            // SAFETY: AVX2 was detected.
+            return unsafe { textures::is_any_set_avx2(lanes) };
+        }
         // The OR of a chunk is vectorised. Usually a lane of the first chunk is set, and the other chunks are not read.
-        let (chunks, _) = self.arena[slot as usize].0.as_chunks::<{ kernels::CHUNK }>();
+        let (chunks, _) = lanes.as_chunks::<{ kernels::CHUNK }>();
         chunks.iter().any(|chunk| chunk.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).mask())
     }
 
     fn register(&self, r: usize) -> R {
-        self.arena[self.first_register + r / LANES].0[r % LANES]
+        self.arena[self.program.first_register + r / LANES].0[r % LANES]
     }
 
     fn set_register(&mut self, r: usize, value: R) {
-        self.arena[self.first_register + r / LANES].0[r % LANES] = value;
+        self.arena[self.program.first_register + r / LANES].0[r % LANES] = value;
     }
 
     /// Runs all steps; false if a loop reached its limit.
     fn run_steps(&mut self, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
-        let bound =
-            std::mem::replace(&mut self.bound, BoundProgram { steps: Vec::new(), kernels: Vec::new(), operand_offsets: Vec::new() });
-        let finished = self.interpret(&bound, prepared, textures);
-        self.bound = bound;
-        finished
+        // Steps change the arena while the program is read.
+        let program = Arc::clone(&self.program);
+        self.interpret(&program, prepared, textures)
     }
 
+    /// Not inlined: in the loop over all steps its pointers would not stay in registers.
+    #[inline(never)]
     fn run_kernels(&mut self, kernels: &[KernelStep<R>], operand_offsets: &[u32]) {
         let base = self.arena.as_mut_ptr().cast::<R>();
-        for k in kernels {
+        let operand_offsets = operand_offsets.as_ptr();
+        for kernel in kernels {
             // SAFETY: Program::check has verified every index against the counts from which the arena was allocated, so each offset refers to
             // a complete slot or to a register inside the arena. `dst` is a slot that is not an operand of the same kernel, and scratch slots
             // are written by broadcasts, whose operand is a register, or by chains, which alternate between two slots, so nothing overlaps `dst`.
             // `operand_offsets` has as many entries as the kernel takes (bind). The class of the kernel is available (with_class).
             unsafe {
-                #[allow(clippy::transmute_ptr_to_ref, reason = "a dereferenced pointer is checked in debug builds")]
-                let dst = std::mem::transmute::<*mut R, &mut [R; LANES]>(base.add(k.dst as usize));
-                (k.run)(dst, base, operand_offsets.as_ptr().add(k.operands as usize));
+                #[allow(
+                    clippy::transmute_ptr_to_ref,
+                    reason = "`&mut *pointer` is checked at run time in debug builds, which takes as long as the kernel"
+                )]
+                let dst = std::mem::transmute::<*mut R, &mut [R; LANES]>(base.add(kernel.dst as usize));
+                (kernel.run)(dst, base, operand_offsets.add(kernel.operands as usize));
             }
         }
     }
@@ -288,12 +282,13 @@ impl<R: Real> Executor<R> {
                     continue;
                 }
                 BoundStep::Scalar { run, dst, args } => {
-                    let [a, b, c] = args.map(|r| self.register(r));
+                    // `map` on the array would be a call.
+                    let [a, b, c] = [self.register(args[0]), self.register(args[1]), self.register(args[2])];
                     self.set_register(*dst, run(a, b, c));
                     continue;
                 }
                 BoundStep::LoadUniform(instr) => {
-                    if let Some((r, value)) = evaluate_scalar(instr, self.has_fma, &prepared.uniform_words, |r| self.register(r)) {
+                    if let Some((r, value)) = evaluate_scalar(instr, bound.has_fma, &prepared.uniform_words, |r| self.register(r)) {
                         self.set_register(r, value);
                     }
                     continue;
@@ -305,9 +300,9 @@ impl<R: Real> Executor<R> {
                     }
                     continue;
                 }
-                BoundStep::Texture { op, texture, dst, outputs_used, args, mask } => {
+                BoundStep::Texture(read) => {
                     self.counts.texture_reads += 1;
-                    self.texture(*op, *texture, (*dst, *outputs_used), *args, *mask, textures);
+                    self.read_texture(&bound.texture_reads[*read as usize], textures);
                     continue;
                 }
                 BoundStep::TextureSize { dst, texture, axis, level } => {
@@ -333,49 +328,35 @@ impl<R: Real> Executor<R> {
         true
     }
 
-    /// Reads a texture. `dst`: the four slots, and which of them are read later.
-    fn texture(
-        &mut self,
-        op: TextureOp,
-        texture: usize,
-        (dst, outputs_used): ([u32; 4], [bool; 4]),
-        args: [TextureArg; 7],
-        mask: Mask,
-        textures: &dyn TextureUnit<R>,
-    ) {
-        let active = match mask {
+    fn read_texture(&mut self, read: &TextureRead, textures: &dyn TextureUnit<R>) {
+        let active = match read.mask {
             Mask::Slot(s) => self.mask_of(s),
             Mask::Register(r) if self.register(r).mask() => LaneMask::MAX,
             Mask::Register(_) => 0,
         };
-        let base = self.arena.as_mut_ptr();
-        // SAFETY: Program::check has verified that slots lie inside the arena, that the four slots of `dst` differ, and that none of them is an
-        // operand; scratch slots come after the program's slots.
-        let lanes = |slot: u32| unsafe { &mut *base.add(slot as usize).cast::<[R; LANES]>() };
-        let output = |k: usize| -> &mut [R] { if outputs_used[k] { &mut lanes(dst[k])[..] } else { &mut [] } };
-        let mut out = [output(0), output(1), output(2), output(3)];
-        let (first_register, registers) = (self.first_register, base.cast::<R>());
-        let arg = |k: usize| match args[k] {
-            // SAFETY: as above; this instruction does not write its operands.
-            TextureArg::Slot(slot) => unsafe { std::slice::from_raw_parts(base.add(slot as usize).cast::<R>(), LANES) },
-            // SAFETY: as above; registers come after the slots, packed.
-            TextureArg::Register(r) => unsafe { std::slice::from_ref(&*registers.add(first_register * LANES + r)) },
+        let base = self.arena.as_mut_ptr().cast::<R>();
+        let output = |k: usize| -> &mut [R] {
+            if !read.outputs_used[k] {
+                return &mut [];
+            }
+            // SAFETY: Program::check has verified that slots lie inside the arena, that the four slots of `dst` differ, and that none of them is an
+            // operand; scratch slots come after the program's slots.
+            unsafe { std::slice::from_raw_parts_mut(base.add(read.dst[k] as usize), LANES) }
         };
-        if active != LaneMask::MAX && op != TextureOp::Load {
-            // Lanes that are not sampled are set to zero, so that the result does not depend on earlier batches of this thread.
+        let mut out = [output(0), output(1), output(2), output(3)];
+        // SAFETY: as above; registers come after the slots, packed, and this instruction does not write its operands.
+        let arg = |k: usize| unsafe { std::slice::from_raw_parts(base.add(read.args[k].offset as usize), read.args[k].len as usize) };
+        if active != LaneMask::MAX && read.op != TextureOp::Load {
+            // Lanes that are not sampled are set to zero, so that the result does not depend on earlier batches of this thread. A load writes every lane.
             out.iter_mut().for_each(|o| o.fill(R::ZERO));
         }
-        match op {
-            TextureOp::Gradients => {
-                let gradients = Gradients { du_dx: arg(2), dv_dx: arg(3), du_dy: arg(4), dv_dy: arg(5) };
-                textures.sample_gradients(texture, arg(0), arg(1), gradients, active, out);
-            }
-            TextureOp::Filtered => {
-                let gradients = Gradients { du_dx: arg(2), dv_dx: arg(3), du_dy: arg(4), dv_dy: arg(5) };
-                textures.sample_filtered(texture, [arg(0), arg(1)], gradients, arg(6), active, out);
-            }
-            TextureOp::Level => textures.sample_level(texture, arg(0), arg(1), arg(2), active, out),
-            TextureOp::Load => textures.load(texture, arg(0), arg(1), arg(2), active, out),
+        let gradients = || Gradients { du_dx: arg(2), dv_dx: arg(3), du_dy: arg(4), dv_dy: arg(5) };
+        match read.op {
+            TextureOp::Gradients => textures.sample_gradients(read.texture, arg(0), arg(1), gradients(), active, out),
+            TextureOp::Filtered => textures.sample_filtered(read.texture, [arg(0), arg(1)], gradients(), arg(6), active, out),
+            TextureOp::Level => textures.sample_level(read.texture, arg(0), arg(1), arg(2), active, out),
+            TextureOp::Between => textures.between(read.texture, [arg(0), arg(1)], active, out),
+            TextureOp::Load => textures.load(read.texture, arg(0), arg(1), arg(2), active, out),
         }
     }
 }

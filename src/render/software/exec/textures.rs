@@ -17,6 +17,22 @@ pub(super) fn mask_avx2(lanes: &[f32; LANES]) -> LaneMask {
     !LaneMask::from_le_bytes(zeros)
 }
 
+/// Whether a bit is set in any lane. Usually one of the first lanes has one, and the others are not read.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+pub(super) fn is_any_set_avx2(lanes: &[f32; LANES]) -> bool {
+    use std::arch::x86_64::{__m256i, _mm256_or_si256, _mm256_testz_si256};
+    for lanes in lanes.as_chunks::<32>().0 {
+        // SAFETY: a chunk and four registers have 32 words each.
+        let [a, b, c, d] = unsafe { std::mem::transmute::<[f32; 32], [__m256i; 4]>(*lanes) };
+        let any = _mm256_or_si256(_mm256_or_si256(a, b), _mm256_or_si256(c, d));
+        if _mm256_testz_si256(any, any) == 0 {
+            return true;
+        }
+    }
+    false
+}
+
 /// Reads textures for a batch. `texture` indexes [`Program::textures`](crate::render::software::program::Program::textures). Slices contain one
 /// value per lane; lanes outside `active` may contain any bits, NaN included, and their results are not used. `out`: red, green, blue, alpha, with
 /// an empty slice for each channel that the program does not read.
@@ -30,6 +46,8 @@ pub trait TextureUnit<R: Real> {
     }
     /// Filtered sample at (u, v) from a mip level (fractional: trilinear).
     fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
+    /// Between the texels of the finest level at (x, y), given in texels, as in shaders/lib/texels_between.wesl.
+    fn between(&self, texture: usize, at: [&[R]; 2], active: LaneMask, out: [&mut [R]; 4]);
     /// One texel; zeros outside the level. x, y and level are bit-cast integers ([`Real::lane_bits`]); y and level have one value per lane, or one for all
     /// lanes. Every lane of `out` is written.
     fn load(&self, texture: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
@@ -56,6 +74,9 @@ impl<R: Real> TextureUnit<R> for NoTextures {
         out.into_iter().for_each(|o| o.fill(R::ZERO));
     }
     fn sample_level(&self, _: usize, _: &[R], _: &[R], _: &[R], _: LaneMask, out: [&mut [R]; 4]) {
+        out.into_iter().for_each(|o| o.fill(R::ZERO));
+    }
+    fn between(&self, _: usize, _: [&[R]; 2], _: LaneMask, out: [&mut [R]; 4]) {
         out.into_iter().for_each(|o| o.fill(R::ZERO));
     }
     fn load(&self, _: usize, _: &[R], _: &[R], _: &[R], _: LaneMask, out: [&mut [R]; 4]) {

@@ -1,7 +1,8 @@
-//! Replaces calls of one WGSL function, `filtered_map` of shaders/lib/filtered_map.wesl, by the native operation [`TextureOp::Filtered`].
+//! Replaces calls of two WGSL functions by native operations: `filtered_map` of shaders/lib/filtered_map.wesl by [`TextureOp::Filtered`], and `texels_between` of
+//! shaders/lib/texels_between.wesl by [`TextureOp::Between`].
 //!
 //! In: a call. Out: the operation, if the callee is equal to the shipped fragment; otherwise `None`, and the call is lowered like any other, so that
-//! an edited fragment runs as edited. tests/software/filtered.rs checks that the operation and the shipped fragment agree.
+//! an edited fragment runs as edited. tests/software/filtered.rs and between.rs check that the operations and the shipped fragments agree.
 //!
 //! Two bodies are equal if they lower to the same steps. Names, comments and positions in the text do not matter.
 
@@ -16,8 +17,30 @@ use naga::valid::ModuleInfo;
 use naga::{Expression, Function, Handle, Module, TypeInner};
 use std::sync::OnceLock;
 
-const NATIVE_FUNCTION: &str = "filtered_map";
-const SHIPPED_SOURCE: &str = include_str!("../../../../shaders/lib/filtered_map.wesl");
+/// A function that reads a texture and has a native operation.
+struct NativeFunction {
+    name: &'static str,
+    shipped_source: &'static str,
+    op: TextureOp,
+    /// Whether its second parameter is a sampler; the first is the texture.
+    has_sampler: bool,
+}
+
+const NATIVE_FUNCTIONS: [NativeFunction; 2] = [
+    NativeFunction {
+        name: "filtered_map",
+        shipped_source: include_str!("../../../../shaders/lib/filtered_map.wesl"),
+        op: TextureOp::Filtered,
+        has_sampler: true,
+    },
+    NativeFunction {
+        name: "texels_between",
+        shipped_source: include_str!("../../../../shaders/lib/texels_between.wesl"),
+        op: TextureOp::Between,
+        has_sampler: false,
+    },
+];
+
 /// Declarations of the texture and the sampler with which the shipped fragment is lowered on its own.
 const RESOURCES: &str = "@group(0) @binding(0) var shipped_map: texture_2d<f32>; @group(0) @binding(1) var shipped_sampler: sampler;";
 
@@ -67,44 +90,52 @@ fn body(
     Ok((Body { steps: [draw, code], result }, constants))
 }
 
-fn find_function(module: &Module) -> Option<Handle<Function>> {
-    module.functions.iter().find(|(_, f)| f.name.as_deref() == Some(NATIVE_FUNCTION)).map(|(handle, _)| handle)
+fn find_function(module: &Module, name: &str) -> Option<Handle<Function>> {
+    module.functions.iter().find(|(_, f)| f.name.as_deref() == Some(name)).map(|(handle, _)| handle)
 }
 
-/// The shipped fragment's body and constants; `None` if it cannot be parsed on its own, in which case no call is replaced.
-fn shipped_body() -> Option<&'static (Body, Vec<Constant>)> {
-    static BODY: OnceLock<Option<(Body, Vec<Constant>)>> = OnceLock::new();
-    let lower_shipped = || {
-        let module = naga::front::wgsl::parse_str(&format!("{SHIPPED_SOURCE}{RESOURCES}")).ok()?;
+impl NativeFunction {
+    /// The shipped fragment's body and constants; `None` if it cannot be parsed on its own, in which case no call is replaced.
+    fn lower_shipped(&self) -> Option<ShippedBody> {
+        let module = naga::front::wgsl::parse_str(&format!("{}{RESOURCES}", self.shipped_source)).ok()?;
         let info = crate::shader::module::validate(&module).ok()?;
         let resources: Vec<Value> = module.global_variables.iter().map(|(handle, _)| Value::Resource(handle)).collect();
-        body(&module, &info, find_function(&module)?, &[], &resources).ok()
-    };
-    BODY.get_or_init(lower_shipped).as_ref()
+        body(&module, &info, find_function(&module, self.name)?, &[], &resources).ok()
+    }
 }
+
+/// A body with the constants that its steps refer to.
+type ShippedBody = (Body, Vec<Constant>);
+
+/// That of each native function, in the order of [`NATIVE_FUNCTIONS`].
+static SHIPPED: [OnceLock<Option<ShippedBody>>; NATIVE_FUNCTIONS.len()] = [const { OnceLock::new() }; NATIVE_FUNCTIONS.len()];
 
 impl Lowerer<'_> {
     /// The call as one native operation; `None` if the function has another name, or another body than the shipped fragment.
     pub(crate) fn native_call(&mut self, function: Handle<Function>, arguments: &[Handle<Expression>]) -> Result<Option<Vec<SsaValue>>> {
-        let callee = &self.module.functions[function];
-        let (Some(NATIVE_FUNCTION), &[image, sampler, uv, dx, dy, max_taps]) = (callee.name.as_deref(), arguments) else { return Ok(None) };
-        if !self.is_shipped(function, [image, sampler])? {
+        let name = self.module.functions[function].name.as_deref();
+        let Some(k) = NATIVE_FUNCTIONS.iter().position(|native| Some(native.name) == name) else { return Ok(None) };
+        let NativeFunction { op, has_sampler, .. } = NATIVE_FUNCTIONS[k];
+        let resource_count = 1 + usize::from(has_sampler);
+        if arguments.len() <= resource_count || !self.is_shipped(k, function, &arguments[..resource_count])? {
             return Ok(None);
         }
-        let texture = self.texture_use(image, Some(sampler))?;
+        let texture = self.texture_use(arguments[0], has_sampler.then(|| arguments[1]))?;
         let mut args = Vec::new();
-        for argument in [uv, dx, dy, max_taps] {
-            args.extend(self.scalars_of(argument)?);
+        for argument in &arguments[resource_count..] {
+            args.extend(self.scalars_of(*argument)?);
         }
-        Ok(Some(self.builder.texture(TextureOp::Filtered, texture, &args, self.active_mask).to_vec()))
+        Ok(Some(self.builder.texture(op, texture, &args, self.active_mask).to_vec()))
     }
 
-    fn is_shipped(&mut self, function: Handle<Function>, resources: [Handle<Expression>; 2]) -> Result<bool> {
+    /// Whether a function has the body of the native function number `k`. `resources`: the texture and the sampler of a call.
+    fn is_shipped(&mut self, k: usize, function: Handle<Function>, resources: &[Handle<Expression>]) -> Result<bool> {
         if let Some(known) = self.matches_native.get(&function) {
             return Ok(*known);
         }
-        let resources = [self.value_of(resources[0])?, self.value_of(resources[1])?];
-        let is_equal = shipped_body().is_some_and(|(shipped, constants)| {
+        let resources = resources.iter().map(|r| self.value_of(*r)).collect::<Result<Vec<_>>>()?;
+        let shipped = SHIPPED[k].get_or_init(|| NATIVE_FUNCTIONS[k].lower_shipped());
+        let is_equal = shipped.as_ref().is_some_and(|(shipped, constants)| {
             let lowered: std::result::Result<_, LowerError> = body(self.module, self.info, function, constants, &resources);
             lowered.is_ok_and(|(body, _)| body == *shipped)
         });

@@ -1,6 +1,14 @@
 //! Bilinear interpolation of eight points in AVX2 registers, given their corners.
 
-use std::arch::x86_64::{__m256, __m256i, _mm256_add_ps, _mm256_mul_ps, _mm256_sub_ps};
+use std::arch::x86_64::{
+    __m256, __m256i, _mm256_add_epi32, _mm256_add_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_set1_epi32, _mm256_sub_ps,
+};
+
+/// Two neighbouring columns or rows of eight points, and the points' place between them.
+pub(super) struct TexelsBeside {
+    pub texels: [__m256i; 2],
+    pub fraction: __m256,
+}
 
 /// The four texels around eight points, as indices, and the points' place between them.
 pub(crate) struct Corners {
@@ -8,6 +16,28 @@ pub(crate) struct Corners {
     pub index: [__m256i; 4],
     /// Rightwards and downwards.
     pub fraction: [__m256; 2],
+}
+
+impl Corners {
+    /// The corners between two columns and two rows of a level that is `width` texels wide.
+    /// # Safety
+    /// AVX2.
+    #[inline(always)]
+    pub(super) unsafe fn new(width: u32, columns: TexelsBeside, rows: TexelsBeside) -> Self {
+        // SAFETY: the caller guarantees AVX2.
+        unsafe {
+            let width = _mm256_set1_epi32(width as i32);
+            let [left, right] = columns.texels;
+            let [above, below] = [_mm256_mullo_epi32(rows.texels[0], width), _mm256_mullo_epi32(rows.texels[1], width)];
+            let index = [
+                _mm256_add_epi32(above, left),
+                _mm256_add_epi32(above, right),
+                _mm256_add_epi32(below, left),
+                _mm256_add_epi32(below, right),
+            ];
+            Self { index, fraction: [columns.fraction, rows.fraction] }
+        }
+    }
 }
 
 /// Bilinear interpolation of one channel, given at the corners.

@@ -1,6 +1,7 @@
 //! Texture sampling for the executor, batch by batch.
 //!
-//! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates (`registers`: with AVX2), and `single` reads single texels.
+//! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates (`registers`: with AVX2), `single` reads single texels, and
+//! `between` interpolates between the four texels around a position.
 //! [`Textures`] binds textures to the texture uses of one program and samples them with the kernels of one instruction set (a kernel class). Weights have
 //! the type of the lanes; texels are f32, exact to f32 rounding.
 //!
@@ -8,6 +9,7 @@
 //! half floats or 16-bit integers would take 358 MB and f32 716 MB. Decoding sRGB with a table of 1 kB costs three loads per texel.
 //! `texels::gather` loads the texels of eight lanes with one gather instruction, on machines that have one. Every class gives the same bits.
 
+mod between;
 #[cfg(target_arch = "x86_64")]
 mod corners;
 pub mod filter;
@@ -104,6 +106,20 @@ fn filter_batch<R: Real, D: Decode>(
     sample(decode, levels, &filter, state, request.active, out);
 }
 
+/// Has `read` write whole batches of lanes. Channels of fewer lanes receive their part of it.
+#[inline(always)]
+fn write_batch<R: Real>(out: [&mut [R]; 4], read: impl FnOnce(Channels<'_, R>)) {
+    if out.iter().all(|lanes| lanes.is_empty() || lanes.len() >= BATCH) {
+        return read(out.map(|lanes| lanes.first_chunk_mut()));
+    }
+    let mut batch = [[R::ZERO; BATCH]; 4];
+    read(batch.each_mut().map(Some));
+    for (out, lanes) in out.into_iter().zip(&batch) {
+        let count = out.len().min(BATCH);
+        out[..count].copy_from_slice(&lanes[..count]);
+    }
+}
+
 macro_rules! class {
     ($name:ident, $decode:ident => $decoder:expr, $(#[$feature:meta])*) => {
         mod $name {
@@ -125,6 +141,15 @@ macro_rules! class {
                 $decode: D, levels: &[BoundLevel<'_>], coordinates: TexelCoordinates<'_, R>, active: LaneMask, out: [&mut [R]; 4],
             ) {
                 load($decoder, levels, coordinates, active, out);
+            }
+
+            /// # Safety
+            /// As above.
+            $(#[$feature])*
+            pub unsafe fn between<R: Real, D: Decode>(
+                $decode: D, levels: &[BoundLevel<'_>], at: [&[R; BATCH]; 2], active: LaneMask, out: Channels<'_, R>,
+            ) {
+                super::between::interpolate($decoder, levels, at, active, out);
             }
         }
     };
@@ -175,6 +200,21 @@ impl<'a> Textures<'a> {
         }
     }
 
+    fn between_decoded<R: Real, D: Decode>(
+        &self,
+        bound: &BoundTexture<'_>,
+        decode: D,
+        [x, y]: [&[R]; 2],
+        active: LaneMask,
+        out: [&mut [R]; 4],
+    ) {
+        let (mut buffer_x, mut buffer_y) = (None, None);
+        let at = [full_batch(x, &mut buffer_x), full_batch(y, &mut buffer_y)];
+        let run = for_class!(self.class, between::<R, D>);
+        // SAFETY: `new` has checked that this machine has the class.
+        write_batch(out, |out| unsafe { run(decode, &bound.texels.levels, at, active, out) });
+    }
+
     fn sample_decoded<R: Real, D: Decode>(&self, bound: &BoundTexture<'_>, decode: D, request: Request<'_, R>, out: [&mut [R]; 4]) {
         let state = bound.sampler.unwrap_or(DEFAULT_SAMPLER);
         let count = request.u.len().min(BATCH);
@@ -184,19 +224,8 @@ impl<'a> Textures<'a> {
             return;
         }
         let run = for_class!(self.class, filtered::<R, D>);
-        let run_into = |out: Channels<'_, R>| {
-            // SAFETY: `new` has checked that this machine has the class.
-            unsafe { run(decode, &bound.texels.levels, &state, request, out) }
-        };
-        if out.iter().all(|lanes| lanes.is_empty() || lanes.len() >= BATCH) {
-            return run_into(out.map(|lanes| lanes.first_chunk_mut()));
-        }
-        let mut filtered = [[R::ZERO; BATCH]; 4];
-        run_into(filtered.each_mut().map(Some));
-        for (out, filtered) in out.into_iter().zip(&filtered) {
-            let count = count.min(out.len());
-            out[..count].copy_from_slice(&filtered[..count]);
-        }
+        // SAFETY: `new` has checked that this machine has the class.
+        write_batch(out, |out| unsafe { run(decode, &bound.texels.levels, &state, request, out) });
     }
 }
 
@@ -211,6 +240,15 @@ impl<R: Real> TextureUnit<R> for Textures<'_> {
 
     fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {
         self.sample(texture, Request { u, v, level_source: LevelSource::Explicit(level), active }, out);
+    }
+
+    fn between(&self, texture: usize, at: [&[R]; 2], active: LaneMask, out: [&mut [R]; 4]) {
+        let bound = &self.bound[texture];
+        match bound.texels.format {
+            TexelFormat::Rgba8Srgb => self.between_decoded(bound, Srgb::new(), at, active, out),
+            TexelFormat::Rgba8Unorm => self.between_decoded(bound, Unorm, at, active, out),
+            TexelFormat::Rgba32Float => self.between_decoded(bound, Float, at, active, out),
+        }
     }
 
     fn load(&self, texture: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {

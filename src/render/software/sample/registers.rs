@@ -4,7 +4,7 @@
 //! each level, which costs less than sorting the batch. Out: as [`super::filter`], by the same steps for each lane, so that the bits are the same. Integers wrap
 //! and indices are clamped as there. Not here: levels and footprints (`footprint`).
 
-use super::corners::Corners;
+use super::corners::{Corners, TexelsBeside};
 use super::footprint::FilterRequest;
 use super::lane_order::{BATCH, Channels, MAX_TAPS};
 use super::texels::{BoundLevel, Decode, TexelLevel};
@@ -15,13 +15,13 @@ use std::arch::x86_64::{
     __m256, __m256i, _CMP_GT_OQ, _mm256_add_epi32, _mm256_add_ps, _mm256_and_ps, _mm256_and_si256, _mm256_andnot_ps, _mm256_andnot_si256,
     _mm256_blendv_ps, _mm256_castsi256_ps, _mm256_ceil_ps, _mm256_cmp_ps, _mm256_cmpeq_epi32, _mm256_cmpgt_epi32, _mm256_cvttps_epi32,
     _mm256_div_ps, _mm256_floor_ps, _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32, _mm256_min_epu32, _mm256_min_ps, _mm256_movemask_ps,
-    _mm256_mul_ps, _mm256_mullo_epi32, _mm256_or_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_setzero_ps,
-    _mm256_setzero_si256, _mm256_sub_ps,
+    _mm256_mul_ps, _mm256_or_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_setzero_ps, _mm256_setzero_si256,
+    _mm256_sub_ps,
 };
 use std::mem::transmute;
 
 /// Lanes of a register.
-const EIGHT: usize = 8;
+pub(super) const EIGHT: usize = 8;
 
 /// A [`FilterRequest`] of f32.
 pub(super) struct RegisterRequest<'a> {
@@ -49,7 +49,7 @@ impl<'a> RegisterRequest<'a> {
 /// # Safety
 /// The machine has AVX2, as for all functions of this module.
 #[inline(always)]
-unsafe fn eight(values: &[f32; BATCH], group: usize) -> __m256 {
+pub(super) unsafe fn eight(values: &[f32; BATCH], group: usize) -> __m256 {
     // SAFETY: an array and a register have eight floats each.
     unsafe { transmute::<[f32; EIGHT], __m256>(values.as_chunks().0[group]) }
 }
@@ -75,30 +75,42 @@ fn level_pair<'a>(levels: &[BoundLevel<'a>], level: usize, needs_coarser: bool, 
     LevelPair { level, finer: levels[level].read(), coarser }
 }
 
-/// The texels before and after a coordinate along one axis, and its place between them.
+/// The texels before and after a position in texels along one axis, and its place between them. `repeats`: whether the axis does; else it ends with its outermost
+/// texels.
 /// # Safety
 /// AVX2.
 #[inline(always)]
-unsafe fn texel_pair(c: __m256, size: u32, mode: AddressMode) -> (__m256i, __m256i, __m256) {
+pub(super) unsafe fn texels_beside(x: __m256, size: u32, repeats: bool) -> TexelsBeside {
     // SAFETY: the caller guarantees AVX2.
     unsafe {
-        let n = _mm256_set1_ps(size as i32 as f32);
         let last = _mm256_set1_epi32(size as i32 - 1);
-        let repeats = mode == AddressMode::Repeat;
-        let c = if repeats { _mm256_sub_ps(c, _mm256_floor_ps(c)) } else { c };
-        let x = _mm256_sub_ps(_mm256_mul_ps(c, n), _mm256_set1_ps(0.5));
         // A minimum or maximum with NaN is the second operand.
-        let x = _mm256_min_ps(_mm256_max_ps(x, _mm256_set1_ps(-1.0)), n);
+        let x = _mm256_min_ps(_mm256_max_ps(x, _mm256_set1_ps(-1.0)), _mm256_set1_ps(size as i32 as f32));
         let whole = _mm256_floor_ps(x);
         let fraction = _mm256_sub_ps(x, whole);
         let k = _mm256_cvttps_epi32(whole);
         let next = _mm256_add_epi32(k, _mm256_set1_epi32(1));
-        if repeats {
+        let texels = if repeats {
             // -1 is the largest unsigned number, so that it becomes the last texel.
-            (_mm256_min_epu32(k, last), _mm256_andnot_si256(_mm256_cmpgt_epi32(next, last), next), fraction)
+            [_mm256_min_epu32(k, last), _mm256_andnot_si256(_mm256_cmpgt_epi32(next, last), next)]
         } else {
-            (_mm256_max_epi32(_mm256_min_epi32(k, last), _mm256_setzero_si256()), _mm256_min_epi32(next, last), fraction)
-        }
+            [_mm256_max_epi32(_mm256_min_epi32(k, last), _mm256_setzero_si256()), _mm256_min_epi32(next, last)]
+        };
+        TexelsBeside { texels, fraction }
+    }
+}
+
+/// The same for a map coordinate.
+/// # Safety
+/// AVX2.
+#[inline(always)]
+unsafe fn texel_pair(c: __m256, size: u32, mode: AddressMode) -> TexelsBeside {
+    // SAFETY: the caller guarantees AVX2.
+    unsafe {
+        let repeats = mode == AddressMode::Repeat;
+        let c = if repeats { _mm256_sub_ps(c, _mm256_floor_ps(c)) } else { c };
+        let x = _mm256_sub_ps(_mm256_mul_ps(c, _mm256_set1_ps(size as i32 as f32)), _mm256_set1_ps(0.5));
+        texels_beside(x, size, repeats)
     }
 }
 
@@ -114,13 +126,8 @@ unsafe fn bilinear<D: Decode>(
 ) -> [__m256; 4] {
     // SAFETY: the caller guarantees AVX2; `texel_pair` clamps columns and rows to the level.
     unsafe {
-        let (left, right, x) = texel_pair(u, level.width, state.address_u);
-        let (above, below, y) = texel_pair(v, level.height, state.address_v);
-        let width = _mm256_set1_epi32(level.width as i32);
-        let (above, below) = (_mm256_mullo_epi32(above, width), _mm256_mullo_epi32(below, width));
-        let index =
-            [_mm256_add_epi32(above, left), _mm256_add_epi32(above, right), _mm256_add_epi32(below, left), _mm256_add_epi32(below, right)];
-        decode.interpolate_eight(level, &Corners { index, fraction: [x, y] }, needed)
+        let corners = Corners::new(level.width, texel_pair(u, level.width, state.address_u), texel_pair(v, level.height, state.address_v));
+        decode.interpolate_eight(level, &corners, needed)
     }
 }
 
@@ -225,6 +232,30 @@ unsafe fn mask_of(lanes: u32) -> __m256 {
     }
 }
 
+/// The lanes of a batch's channels in groups of eight.
+type Eights<'a> = [Option<&'a mut [[f32; EIGHT]]>; 4];
+
+#[inline(always)]
+pub(super) fn in_eights(out: Channels<'_, f32>) -> Eights<'_> {
+    out.map(|lanes| lanes.map(|lanes| lanes.as_chunks_mut::<EIGHT>().0))
+}
+
+/// Writes the active lanes of a group of eight.
+/// # Safety
+/// AVX2.
+#[inline(always)]
+pub(super) unsafe fn write_eight(out: &mut Eights<'_>, group: usize, value: [__m256; 4], active: u32) {
+    for (out, value) in out.iter_mut().zip(value) {
+        let Some(out) = out.as_mut().map(|out| &mut out[group]) else { continue };
+        // SAFETY: the caller guarantees AVX2; registers and arrays have eight floats each.
+        unsafe {
+            let kept = transmute::<[f32; EIGHT], __m256>(*out);
+            let value = if active == 0xff { value } else { _mm256_blendv_ps(kept, value, mask_of(active)) };
+            *out = transmute::<__m256, [f32; EIGHT]>(value);
+        }
+    }
+}
+
 /// Filters the active lanes into `out`; the other lanes of `out` are left unchanged. `levels`: not more than the coarsest that is read.
 /// # Safety
 /// AVX2.
@@ -238,7 +269,7 @@ pub(super) unsafe fn filter<D: Decode>(
     out: Channels<'_, f32>,
 ) {
     let needed = out.each_ref().map(|o| o.is_some());
-    let mut out = out.map(|lanes| lanes.map(|lanes| lanes.as_chunks_mut::<EIGHT>().0));
+    let mut out = in_eights(out);
     let mut last = None;
     for group in 0..BATCH / EIGHT {
         let active = (active >> (group * EIGHT)) as u32 & 0xff;
@@ -271,12 +302,7 @@ pub(super) unsafe fn filter<D: Decode>(
                 }
                 remaining &= !filtered;
             }
-            for (out, value) in out.iter_mut().zip(value) {
-                let Some(out) = out.as_mut().map(|out| &mut out[group]) else { continue };
-                let kept = transmute::<[f32; EIGHT], __m256>(*out);
-                let value = if active == 0xff { value } else { _mm256_blendv_ps(kept, value, mask_of(active)) };
-                *out = transmute::<__m256, [f32; EIGHT]>(value);
-            }
+            write_eight(&mut out, group, value, active);
         }
     }
 }

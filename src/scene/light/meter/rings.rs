@@ -9,6 +9,7 @@ use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::{Purpose, Threshold};
 use crate::scene::request::effects::Effect;
+use crate::scene::rings::radial_sums::RadialSums;
 use crate::scene::rings::{phase, ring_shine, view};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
@@ -68,12 +69,15 @@ impl MeteredFrame<'_, '_> {
             return tally;
         }
         let sun_tangent = crate::units::SUN_RADIUS_KM / view.sun_km;
-        let sun_halves = ring_shine::sun_halves(sun.z.abs(), sun_tangent);
         let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
         let spacing = (size * camera.tan_half_fov).length() / f64::from(RING_RAYS);
         let share = size.element_product() / 4.0 / f64::from(RING_RAYS * RING_RAYS);
         let origin = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;
         let polar = p.body.radii_km.z / unit_km;
+        // All rays come from the camera's side of the plane.
+        let [sunward, averted] = ring_shine::sun_halves(sun.z.abs(), sun_tangent);
+        let sunlight = if sun.z * origin.z < 0.0 { [averted, sunward] } else { [sunward, averted] };
+        let mut sums = RadialSums::new(&intervals, sunlight);
         for k in 0..RING_RAYS * RING_RAYS {
             let position = (DVec2::new(f64::from(k % RING_RAYS), f64::from(k / RING_RAYS)) + 0.5) / f64::from(RING_RAYS);
             let clip = DVec2::new(rect.left, rect.bottom) + size * position;
@@ -91,30 +95,10 @@ impl MeteredFrame<'_, '_> {
             if radius - blur > outer {
                 continue;
             }
-            let side = usize::from(sun.z * along.z > 0.0);
             let cos_phase = (-along.dot(sun)).clamp(-1.0, 1.0);
-            let (of_bodies, of_dust) = (phase::particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
-            let x = 1.0 / cos_emission;
-            // The intervals are in the order of their radii.
-            let first = intervals.partition_point(|interval| interval.to <= radius - blur);
-            let light: f64 = intervals[first..]
-                .iter()
-                .take_while(|interval| interval.from < radius + blur)
-                .map(|interval| {
-                    let overlap = (interval.to.min(radius + blur) - interval.from.max(radius - blur)).max(0.0) / (2.0 * blur);
-                    if overlap <= 0.0 || interval.tau <= 0.0 {
-                        return 0.0;
-                    }
-                    let scattered_from = |half: usize| {
-                        let [fraction, sine] = sun_halves[half];
-                        let y = 1.0 / sine.max(phase::MIN_COSINE);
-                        if fraction > 0.0 { fraction * ring_shine::scattered(interval.tau, x, y, half == side) } else { 0.0 }
-                    };
-                    let phase = of_bodies * (1.0 - interval.dust) + of_dust * interval.dust;
-                    let albedo = interval.albedo.iter().copied().fold(0.0, f64::max);
-                    overlap * phase * albedo * (scattered_from(0) + scattered_from(1))
-                })
-                .sum();
+            let (of_large, of_dust) = (phase::particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
+            let [large, dust] = sums.mean([radius - blur, radius + blur], 1.0 / cos_emission);
+            let light = of_large * large + of_dust * dust;
             // The ring gets no light in the globe's shadow, and is hidden behind the globe.
             let stretch = DVec3::new(1.0, 1.0, 1.0 / polar);
             let (point, to_sun) = (ring_point * stretch, (sun * stretch).normalize());

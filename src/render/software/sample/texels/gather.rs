@@ -6,9 +6,10 @@
 use super::{Corners, Decode, Float, Srgb, TexelLevel, Unorm, unorm};
 use crate::render::software::sample::corners::between;
 use std::arch::x86_64::{
-    __m128, __m256, __m256i, _mm256_add_epi32, _mm256_and_ps, _mm256_and_si256, _mm256_castps128_ps256, _mm256_cvtepi32_ps,
-    _mm256_i32gather_epi32, _mm256_i32gather_ps, _mm256_insertf128_ps, _mm256_mul_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setzero_ps,
-    _mm256_shuffle_ps, _mm256_srli_epi32, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
+    __m128, __m256, __m256i, _mm256_add_epi32, _mm256_and_ps, _mm256_and_si256, _mm256_castps128_ps256, _mm256_cmpeq_epi32,
+    _mm256_cvtepi32_ps, _mm256_i32gather_epi32, _mm256_i32gather_ps, _mm256_insertf128_ps, _mm256_movemask_epi8, _mm256_mul_ps,
+    _mm256_permute_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setzero_ps, _mm256_shuffle_epi32, _mm256_shuffle_ps, _mm256_srli_epi32,
+    _mm256_unpackhi_ps, _mm256_unpacklo_ps,
 };
 use std::mem::transmute;
 
@@ -202,9 +203,18 @@ impl Decode for Transposing {
         // SAFETY: the corners lie inside the level; a `Transposing` exists only with AVX2; vectors and arrays have eight words each.
         unsafe {
             let [a, b, c, d] = corners.index;
+            let fraction = corners.fraction;
+            // Where a texture is magnified, the lanes of a quad have the same corners.
+            let is_of_quad = |index| _mm256_cmpeq_epi32(index, _mm256_shuffle_epi32::<0>(index));
+            let is_shared = _mm256_and_si256(is_of_quad(a), is_of_quad(d));
+            if _mm256_movemask_epi8(is_shared) == -1 {
+                return between_quads(
+                    [self.of_quads(level, a), self.of_quads(level, b), self.of_quads(level, c), self.of_quads(level, d)],
+                    fraction,
+                );
+            }
             let (a, b) = (self.transposed(level, a), self.transposed(level, b));
             let (c, d) = (self.transposed(level, c), self.transposed(level, d));
-            let fraction = corners.fraction;
             [
                 between([a[0], b[0], c[0], d[0]], fraction),
                 between([a[1], b[1], c[1], d[1]], fraction),
@@ -251,7 +261,38 @@ impl Decode for Transposing {
     }
 }
 
+/// The channels between corners that the lanes of a quad share. `corners`: texels of the first quad, then of the second.
+/// # Safety
+/// AVX2.
+#[inline(always)]
+unsafe fn between_quads([a, b, c, d]: [__m256; 4], fraction: [__m256; 2]) -> [__m256; 4] {
+    macro_rules! channel {
+        ($lanes:literal) => {
+            between(
+                [
+                    _mm256_permute_ps::<$lanes>(a),
+                    _mm256_permute_ps::<$lanes>(b),
+                    _mm256_permute_ps::<$lanes>(c),
+                    _mm256_permute_ps::<$lanes>(d),
+                ],
+                fraction,
+            )
+        };
+    }
+    // SAFETY: the caller guarantees AVX2.
+    unsafe { [channel!(0b00_00_00_00), channel!(0b01_01_01_01), channel!(0b10_10_10_10), channel!(0b11_11_11_11)] }
+}
+
 impl Transposing {
+    /// The texels of two quads, whose lanes have the same index.
+    /// # Safety
+    /// As [`Decode::texel`], for every lane.
+    #[inline(always)]
+    unsafe fn of_quads(self, level: &TexelLevel<'_>, index: __m256i) -> __m256 {
+        // SAFETY: as `transposed`.
+        unsafe { pair(level.bytes.as_ptr().cast::<u64>(), &transmute::<__m256i, [u32; 8]>(_mm256_add_epi32(index, index)), 0) }
+    }
+
     /// The four channels of eight texels.
     /// # Safety
     /// As [`Decode::texel`], for every lane.

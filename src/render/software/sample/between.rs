@@ -1,0 +1,74 @@
+//! Interpolates between the four texels around a position that is given in texels, as `texels_between` of shaders/lib/texels_between.wesl.
+//!
+//! In: a position for each lane; the middle of the first texel is at 0. Out: up to four channels per lane, of the finest level; lanes that are not active are
+//! left unchanged. Always: every kernel class gives the same bits. Beyond the edges the image continues with its outermost texels.
+
+#[cfg(target_arch = "x86_64")]
+use super::corners::Corners;
+use super::filter::{BATCH, Channels};
+use super::footprint::floor;
+#[cfg(target_arch = "x86_64")]
+use super::registers;
+use super::texels::{BoundLevel, Decode};
+use crate::render::software::exec::LaneMask;
+use crate::render::software::math::Real;
+
+/// Interpolates for a batch.
+#[inline(always)]
+pub(super) fn interpolate<R: Real, D: Decode>(
+    decode: D,
+    levels: &[BoundLevel<'_>],
+    [x, y]: [&[R; BATCH]; 2],
+    active: LaneMask,
+    mut out: Channels<'_, R>,
+) {
+    let level = levels[0].read();
+    #[cfg(target_arch = "x86_64")]
+    if D::IN_REGISTERS
+        && let (Some(x), Some(y)) = (R::as_f32(x).and_then(|x| x.first_chunk()), R::as_f32(y).and_then(|y| y.first_chunk()))
+    {
+        let needed = out.each_ref().map(|o| o.is_some());
+        let mut out = registers::in_eights(out.map(|lanes| R::as_f32_mut(lanes?)?.first_chunk_mut()));
+        for group in 0..BATCH / registers::EIGHT {
+            let active = (active >> (group * registers::EIGHT)) as u32 & 0xff;
+            if active == 0 {
+                continue;
+            }
+            // SAFETY: decoders in registers exist only on machines with AVX2; `texels_beside` clamps columns and rows to the level.
+            unsafe {
+                let corners = Corners::new(
+                    level.width,
+                    registers::texels_beside(registers::eight(x, group), level.width, false),
+                    registers::texels_beside(registers::eight(y, group), level.height, false),
+                );
+                let value = decode.interpolate_eight(&level, &corners, needed);
+                registers::write_eight(&mut out, group, value, active);
+            }
+        }
+        return;
+    }
+    let beside = |at: R, size: u32| {
+        let n = R::from_u32(size);
+        // Written so that NaN becomes the first texel.
+        let at = if at > -R::ONE { at } else { -R::ONE };
+        let at = if at < n { at } else { n };
+        let whole = floor(at);
+        let k = whole.round_small().1;
+        let last = size as i32 - 1;
+        (k.clamp(0, last) as u32, (k + 1).min(last) as u32, at - whole)
+    };
+    for lane in (0..BATCH).filter(|lane| active >> lane & 1 == 1) {
+        let (left, right, part_x) = beside(x[lane], level.width);
+        let (above, below, part_y) = beside(y[lane], level.height);
+        let [a, b, c, d] = [[left, above], [right, above], [left, below], [right, below]].map(|[column, row]| {
+            // SAFETY: columns and rows lie inside the level.
+            decode.channels(unsafe { decode.texel(&level, row * level.width + column) }).map(|v| R::from_f32_bits(v.to_bits()))
+        });
+        for (k, out) in out.iter_mut().enumerate() {
+            let Some(out) = out else { continue };
+            let top = a[k] + part_x * (b[k] - a[k]);
+            let bottom = c[k] + part_x * (d[k] - c[k]);
+            out[lane] = top + part_y * (bottom - top);
+        }
+    }
+}

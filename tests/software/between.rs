@@ -1,0 +1,160 @@
+//! shaders/lib/texels_between.wesl on the tape, four loads a lane, against the single texture operation that the software renderer substitutes for it. An edited
+//! function is not replaced by that operation.
+
+use orrery::image::{Level, TexelFormat, Texture};
+use orrery::render::software::exec::{Executor, LANES, LaneMask};
+use orrery::render::software::kernels::KernelClass;
+use orrery::render::software::lower::lower;
+use orrery::render::software::math::Real;
+use orrery::render::software::program::{LaneInput, Program};
+use orrery::render::software::sample::texels::Texels;
+use orrery::render::software::sample::{BoundTexture, Textures};
+use orrery::render::software::tape::{Instr, TextureOp};
+use std::sync::Arc;
+
+const FRAGMENT: &str = include_str!("../../shaders/lib/texels_between.wesl");
+const ENTRY: &str = "
+@group(0) @binding(1) var image: texture_2d<f32>;
+@fragment fn main(@location(0) at: vec2f) -> @location(0) vec4f { return texels_between(image, at); }";
+/// Size of the image in texels; odd, so that a row is not mistaken for a column.
+const SIZE: [u32; 2] = [37, 21];
+
+fn program(wgsl: &str) -> Program {
+    let module = naga::front::wgsl::parse_str(wgsl).expect("WGSL");
+    let info = orrery::shader::module::validate(&module).expect("valid");
+    lower(&module, &info, "main").expect("lowers")
+}
+
+fn reads(program: &Program) -> Vec<TextureOp> {
+    program.lane_tape.iter().filter_map(|i| if let Instr::Texture { op, .. } = i { Some(*op) } else { None }).collect()
+}
+
+/// Noise in a format.
+fn noise(format: TexelFormat) -> Texture {
+    let mut seed = 7_u32;
+    let mut next = || {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        seed >> 8
+    };
+    let channels = 4 * SIZE[0] * SIZE[1];
+    let bytes = match format {
+        TexelFormat::Rgba32Float => (0..channels).flat_map(|_| (next() as f32 / 16_777_216.0).to_le_bytes()).collect(),
+        _ => (0..channels).map(|_| (next() >> 16) as u8).collect(),
+    };
+    Texture { format, levels: vec![Level::new(SIZE[0], SIZE[1], bytes)] }
+}
+
+/// How the positions of a batch are spread.
+#[derive(Clone, Copy, PartialEq)]
+enum Positions {
+    /// Over the image and beyond its edges.
+    Scattered,
+    /// The pixels of a block whose quads lie between the same four texels.
+    Magnified,
+}
+
+fn position(positions: Positions, lane: usize, batch: usize) -> [f64; 2] {
+    let unit = |k: usize| ((lane + LANES * batch) as f64 * [0.618_034, 0.754_878][k]).fract();
+    match positions {
+        Positions::Scattered => [unit(0) * 45.0 - 4.0, unit(1) * 29.0 - 4.0],
+        Positions::Magnified => {
+            // Quads of a block of 16 x 8 pixels, four pixels to a texel.
+            let (quad, corner) = (lane / 4, lane % 4);
+            let pixel = [2 * (quad % 8) + corner % 2, 2 * (quad / 8) + corner / 2];
+            [0, 1].map(|axis| (pixel[axis] as f64 + 0.5) / 4.0 + 3.0 * batch as f64 - 2.0)
+        }
+    }
+}
+
+/// Results of a batch; lanes whose bit in `active` is not set have zeros or whatever an operation leaves.
+fn run<R: Real>(
+    program: &Program,
+    texture: &Texture,
+    class: KernelClass,
+    active: LaneMask,
+    at: impl Fn(usize) -> [f64; 2],
+) -> Vec<[f64; 4]> {
+    let texels = Arc::new(Texels::of_texture(texture).expect("whole"));
+    let uses = program.textures.iter().map(|_| BoundTexture { texels: Arc::clone(&texels), sampler: None });
+    let textures = Textures::new(uses.collect(), class);
+    let mut executor = Executor::<R>::with_class(program, class).expect("binds");
+    for (k, input) in program.inputs.iter().enumerate() {
+        let LaneInput::Location { component, .. } = input else { panic!("{input:?}") };
+        for (lane, v) in executor.input_mut(k).iter_mut().enumerate() {
+            *v = R::from_f64(at(lane)[*component as usize]);
+        }
+    }
+    executor.run(&program.prepare_for::<R>(&[], class), active, &textures);
+    (0..LANES).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].f64())).collect()
+}
+
+fn largest_difference<R: Real>(native: &Program, loads: &Program, format: TexelFormat, class: KernelClass) -> f64 {
+    let texture = noise(format);
+    let mut largest: f64 = 0.0;
+    for (positions, batch) in [Positions::Scattered, Positions::Magnified].into_iter().flat_map(|p| (0..6).map(move |k| (p, k))) {
+        let at = |lane: usize| position(positions, lane, batch);
+        let (a, b) = (run::<R>(native, &texture, class, LaneMask::MAX, at), run::<R>(loads, &texture, class, LaneMask::MAX, at));
+        largest = a.iter().flatten().zip(b.iter().flatten()).fold(largest, |d, (a, b)| d.max((a - b).abs()));
+    }
+    largest
+}
+
+const FORMATS: [TexelFormat; 3] = [TexelFormat::Rgba32Float, TexelFormat::Rgba8Unorm, TexelFormat::Rgba8Srgb];
+
+#[test]
+fn the_operation_equals_four_loads() {
+    let native = program(&format!("{FRAGMENT}{ENTRY}"));
+    let renamed = format!("{FRAGMENT}{ENTRY}").replace("texels_between", "by_four_loads");
+    let loads = program(&renamed);
+    assert_eq!(reads(&native), [TextureOp::Between]);
+    assert_eq!(reads(&loads), [TextureOp::Load; 4]);
+    for (class, format) in KernelClass::available().into_iter().flat_map(|class| FORMATS.map(|format| (class, format))) {
+        let d = largest_difference::<f64>(&native, &loads, format, class);
+        assert!(d < 1e-12, "{} {format:?}, f64: {d}", class.name());
+        // Both round four times; weights and texels are at most 1.
+        let d = largest_difference::<f32>(&native, &loads, format, class);
+        assert!(d < 4.0 * f64::from(f32::EPSILON), "{} {format:?}, f32: {d}", class.name());
+    }
+    // The comparison must be able to fail: the weights of the rows exchanged.
+    let wrong = renamed.replace("mix(above, below, weight.y)", "mix(below, above, weight.y)");
+    assert!(largest_difference::<f64>(&native, &program(&wrong), TexelFormat::Rgba32Float, KernelClass::detect()) > 0.1);
+}
+
+#[test]
+fn every_class_gives_the_same_bits() {
+    let native = program(&format!("{FRAGMENT}{ENTRY}"));
+    for format in FORMATS {
+        let texture = noise(format);
+        for (positions, active) in [(Positions::Scattered, LaneMask::MAX), (Positions::Magnified, 0x0f_ff00_f0f0_ffff_0000_0000_00ff_1234)]
+        {
+            let of_class = |class| run::<f32>(&native, &texture, class, active, |lane| position(positions, lane, 3));
+            let expected = of_class(KernelClass::Portable);
+            for class in KernelClass::available() {
+                assert!(of_class(class) == expected, "{} {format:?}", class.name());
+            }
+            let inactive = (0..LANES).filter(|lane| active >> lane & 1 == 0);
+            inactive.for_each(|lane| assert_eq!(expected[lane], [0.0; 4], "an inactive lane depends on nothing"));
+        }
+    }
+}
+
+#[test]
+fn positions_that_are_no_numbers_read_a_texel() {
+    let native = program(&format!("{FRAGMENT}{ENTRY}"));
+    let texture = noise(TexelFormat::Rgba32Float);
+    for class in KernelClass::available() {
+        for wild in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e30, -1e30] {
+            let result = run::<f32>(&native, &texture, class, LaneMask::MAX, |lane| if lane % 3 == 0 { [wild, 2.5] } else { [4.5, wild] });
+            assert!(result.iter().flatten().all(|v| (0.0..=1.0).contains(v)), "{} {wild}", class.name());
+        }
+    }
+}
+
+#[test]
+fn an_edited_function_is_not_replaced() {
+    for (right, wrong) in [("floor(at)", "floor(at + 0.5)"), ("- vec2i(1)", "- vec2i(2)"), ("mix(above, below, weight.y)", "above")] {
+        assert!(FRAGMENT.contains(right), "{right}");
+        let edited = program(&format!("{}{ENTRY}", FRAGMENT.replace(right, wrong)));
+        assert!(reads(&edited).iter().all(|op| *op == TextureOp::Load), "{wrong}");
+    }
+}
