@@ -183,8 +183,11 @@ pub(crate) fn open(
             let tdb_s = if chosen.is_now { interface.viewer.now().tdb_seconds_past_j2000() } else { chosen.view.tdb_s };
             actions.push(Action::Show(Box::new(ViewState { tdb_s, ..chosen.view })));
             if chosen.is_now {
-                // Whatever the rate was before, backward or paused too, what is called *now* passes in real time.
+                // Whatever the rate was before, backward too, what is called *now* passes in real time. Who has paused time keeps a picture at rest.
                 actions.push(Action::RunAt(1.0));
+                if interface.viewer.time_rate.is_paused() {
+                    actions.push(Action::TogglePause);
+                }
             }
         }
     }
