@@ -1,15 +1,15 @@
 //! shaders/lib/texels_between.wesl on the tape, four loads a lane, against the single texture operation that the software renderer substitutes for it. An edited
 //! function is not replaced by that operation.
 
+use super::filtered::{program, reads};
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::software::exec::{Executor, LANES, LaneMask};
 use orrery::render::software::kernels::KernelClass;
-use orrery::render::software::lower::lower;
 use orrery::render::software::math::Real;
 use orrery::render::software::program::{LaneInput, Program};
 use orrery::render::software::sample::texels::Texels;
 use orrery::render::software::sample::{BoundTexture, Textures};
-use orrery::render::software::tape::{Instr, TextureOp};
+use orrery::render::software::tape::TextureOp;
 use std::sync::Arc;
 
 const FRAGMENT: &str = include_str!("../../shaders/lib/texels_between.wesl");
@@ -18,16 +18,6 @@ const ENTRY: &str = "
 @fragment fn main(@location(0) at: vec2f) -> @location(0) vec4f { return texels_between(image, at); }";
 /// Size of the image in texels; odd, so that a row is not mistaken for a column.
 const SIZE: [u32; 2] = [37, 21];
-
-fn program(wgsl: &str) -> Program {
-    let module = naga::front::wgsl::parse_str(wgsl).expect("WGSL");
-    let info = orrery::shader::module::validate(&module).expect("valid");
-    lower(&module, &info, "main").expect("lowers")
-}
-
-fn reads(program: &Program) -> Vec<TextureOp> {
-    program.lane_tape.iter().filter_map(|i| if let Instr::Texture { op, .. } = i { Some(*op) } else { None }).collect()
-}
 
 /// Noise in a format.
 fn noise(format: TexelFormat) -> Texture {

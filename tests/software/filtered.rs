@@ -32,13 +32,15 @@ struct Draw { max_taps: f32 }
 /// Reads of a module whose filter is not replaced by the native operation: four texels of two levels.
 const TAP_BY_TAP: [TextureOp; 8] = [TextureOp::Level; 8];
 
-fn program(wgsl: &str) -> Program {
+/// The fragment stage `main` of a module.
+pub(super) fn program(wgsl: &str) -> Program {
     let module = naga::front::wgsl::parse_str(wgsl).expect("WGSL");
     let info = orrery::shader::module::validate(&module).expect("valid");
     lower(&module, &info, "main").expect("lowers")
 }
 
-fn reads(program: &Program) -> Vec<TextureOp> {
+/// The texture operations of a tape, in order.
+pub(super) fn reads(program: &Program) -> Vec<TextureOp> {
     program.lane_tape.iter().filter_map(|i| if let Instr::Texture { op, .. } = i { Some(*op) } else { None }).collect()
 }
 

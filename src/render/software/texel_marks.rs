@@ -53,22 +53,26 @@ impl TexelMarks {
 mod tests {
     use super::*;
 
+    /// The marks of eight by eight texels, four pixels apart; the screen begins at texel (1, 2).
+    fn marks(is_marked: impl Fn([u32; 2]) -> bool) -> TexelMarks {
+        let texel = |k: u32| [0.5, 0.5, 0.5, if is_marked([k % 8, k / 8]) { 1.0_f32 } else { 0.0 }];
+        let bytes: Vec<u8> = (0..64_u32).flat_map(texel).flat_map(f32::to_le_bytes).collect();
+        let image = Texels::new(TexelFormat::Rgba32Float, std::iter::once((8, 8, &bytes[..]))).expect("an image");
+        TexelMarks::new(MarkedTexels { binding: 0, pixels_per_texel: 4, first_texel: [1, 2] }, &image).expect("marks")
+    }
+
     #[test]
     fn a_rectangle_is_discarded_only_if_all_texels_around_its_pixels_are_marked() {
-        // Eight by eight texels, four pixels apart, of which one is not marked; the screen begins at texel (1, 2).
-        let unmarked = [4, 5];
-        let bytes: Vec<u8> = (0..64_u32)
-            .flat_map(|k| [0.5, 0.5, 0.5, if [k % 8, k / 8] == unmarked { 0.0_f32 } else { 1.0 }])
-            .flat_map(f32::to_le_bytes)
-            .collect();
-        let image = Texels::new(TexelFormat::Rgba32Float, std::iter::once((8, 8, &bytes[..]))).expect("an image");
-        let marks = TexelMarks::new(MarkedTexels { binding: 0, pixels_per_texel: 4, first_texel: [1, 2] }, &image).expect("marks");
+        // Texel (4, 5) lies at pixel (12, 12): the pixels from 8 to 16 are beside it.
+        let (all_but_one, only_one) = (marks(|texel| texel != [4, 5]), marks(|texel| texel == [4, 5]));
         for (x, y) in (0..24).step_by(2).flat_map(|x| (0..20).step_by(2).map(move |y| (x, y))) {
-            // Texel 4 lies at pixel 12, texel 5 of the rows at pixel 12 too.
-            let is_beside = |p: u32| (8..16).contains(&p);
-            assert_eq!(marks.misses([x, y, x + 2, y + 2]), !(is_beside(x) && is_beside(y)), "{x} {y}");
-            assert!(!marks.covers([x, y, x + 2, y + 2]), "the other texels around it are marked");
+            let is_beside = [x, y].iter().all(|p| (8..16).contains(p));
+            let quad = [x, y, x + 2, y + 2];
+            assert_eq!((all_but_one.misses(quad), all_but_one.covers(quad)), (!is_beside, false), "{x} {y}");
+            assert_eq!((only_one.misses(quad), only_one.covers(quad)), (false, !is_beside), "{x} {y}");
         }
-        assert!(!marks.misses([0, 0, 24, 20]) && !marks.misses([40, 0, 42, 2]), "beyond the image the module decides");
+        for rectangle in [[0, 0, 24, 20], [40, 0, 42, 2]] {
+            assert!(!all_but_one.misses(rectangle) && !only_one.covers(rectangle), "{rectangle:?}: the module decides");
+        }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! In: the uniform bytes of a draw (once, [`Program::prepare_for`]), then per batch the lane inputs and the mask of active lanes. Out: the lane
 //! outputs and the mask of lanes that were not discarded. Always: inactive lanes may contain any bits, and no operation traps; a program is bound to
-//! kernels once, in [`Executor::new`], and a batch allocates nothing.
+//! kernels once ([`BoundProgram`]), and a batch allocates nothing.
 
 mod bind;
 mod textures;

@@ -204,7 +204,7 @@ impl Decode for Transposing {
         unsafe {
             let [a, b, c, d] = corners.index;
             let fraction = corners.fraction;
-            // Where a texture is magnified, the lanes of a quad have the same corners.
+            // Where a texture is magnified, the lanes of a quad have the same corners: they do if the first corner and the last, diagonally opposite, are the same.
             let is_of_quad = |index| _mm256_cmpeq_epi32(index, _mm256_shuffle_epi32::<0>(index));
             let is_shared = _mm256_and_si256(is_of_quad(a), is_of_quad(d));
             if _mm256_movemask_epi8(is_shared) == -1 {
