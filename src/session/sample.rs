@@ -70,6 +70,7 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
     EclipseUniforms {
         axis: along.extend(1.0 / sun_distance),
         across: [x.extend(cot), y.extend(cot / sun_distance)],
+        coarse_row: 0.0,
         limb: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc).extend(0.0)),
         occluder_positions: occluders.iter().map(|c| Vec4::new(c[0], c[1], c[2], 0.0)).collect(),
         occluder_outlines: occluders.iter().map(|c| Vec4::new(0.8, 0.6, c[3], 0.9 * c[3])).collect(),
@@ -346,8 +347,8 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
         instances: Instances { count: 1, attributes: Vec::new() },
         blend: Blend::Replace,
         cull: Cull::None,
-        // The draw of the air alone writes no depth.
-        depth: if features.air_pass == AirPass::Drawn {
+        // The draws that fill the coarse image write no depth.
+        depth: if features.air_pass.fills_image() {
             DepthState { test: false, write: false }
         } else {
             DepthState { test: true, write: true }

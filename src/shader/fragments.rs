@@ -67,6 +67,8 @@ fragments![
     "lib/display.wesl",
     "lib/draw.wesl",
     "lib/eclipse/occluders.wesl",
+    "lib/eclipse/coarse_sunlight.wesl",
+    "lib/eclipse/coarse_sunlight_samples.wesl",
     "lib/eclipse/chords.wesl",
     "lib/eclipse/disc_overlap.wesl",
     "lib/eclipse/linear_penumbra.wesl",

@@ -1,8 +1,8 @@
-//! The coarse image of the air: one pass evaluates the air of each body whose draw reads the image, a second one marks where interpolation is accurate
-//! enough.
+//! The coarse image of the air: one pass evaluates the air of each body whose draw reads the image, and the sunlight that passes the occluders to its ground; a
+//! second one marks where interpolation is accurate enough.
 //!
 //! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the rows that they read. Always: a texel lies at the corner
-//! of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each draw has its own slot, a band of rows, because bodies overlap on the screen. Not
+//! of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity of each draw has its own slot, a band of rows, because bodies overlap on the screen. Not
 //! here: which draws read the image (scene).
 
 use super::error::PlanError;
@@ -13,7 +13,7 @@ use super::provider::ResourceProvider;
 use super::shared::{FIRST_READ_BINDING, full_screen_draw};
 use super::uniform_bytes::uniforms_of;
 use crate::scene::draw::constants::{COARSE_AIR_BORDER, COARSE_AIR_PX};
-use crate::scene::draw::{AirPass, BodyPart, Draw, DrawUniforms};
+use crate::scene::draw::{AirPass, BodyPart, Draw, DrawFeatures, DrawUniforms};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use glam::Vec4;
@@ -36,6 +36,11 @@ fn reads_coarse_air(draw: &Draw) -> bool {
     draw.features.air_pass.is_reader()
 }
 
+/// The features of the draws that fill the slots of a draw, in the order of the slots: the air, then the sunlight past occluders.
+fn slots_of(draw: &Draw) -> impl Iterator<Item = DrawFeatures> {
+    [draw.features.coarse_air(), draw.features.coarse_sunlight()].into_iter().flatten()
+}
+
 /// The ground's and the clouds' draw of a body whose ground's draw shows the clouds, by the index of either.
 fn ground_and_clouds(draws: &[Draw], k: usize) -> Option<(usize, usize)> {
     let is_part = |d: &Draw, part| d.body == draws[k].body && d.part == part && d.features.air_pass == AirPass::ReadWithClouds;
@@ -45,8 +50,7 @@ fn ground_and_clouds(draws: &[Draw], k: usize) -> Option<(usize, usize)> {
 
 /// The modules that the passes run.
 pub(super) fn modules(draws: &[Draw]) -> Vec<ModuleId> {
-    let drawn = draws.iter().filter_map(|d| d.features.coarse_air());
-    let mut all: Vec<_> = drawn.map(|features| ModuleId::Planet(ShaderKey::for_draw(&features))).collect();
+    let mut all: Vec<_> = draws.iter().flat_map(slots_of).map(|features| ModuleId::Planet(ShaderKey::for_draw(&features))).collect();
     if !all.is_empty() {
         all.push(ModuleId::Simple(MARKING_MODULE));
     }
@@ -58,12 +62,12 @@ pub fn coarse_air_size(screen: [u32; 2]) -> [u32; 2] {
     screen.map(|px| px.div_ceil(COARSE_AIR_PX) + 1 + 2 * COARSE_AIR_BORDER)
 }
 
-/// Number of slots before that of draw `k`.
+/// Number of slots before the first one of draw `k`.
 fn slots_before(draws: &[Draw], k: usize) -> u32 {
-    draws[..k].iter().filter(|d| reads_coarse_air(d)).count() as u32
+    draws[..k].iter().flat_map(slots_of).count() as u32
 }
 
-/// Draw `k` with the first row of its slot, if it reads the image. Where the ground's draw shows the clouds, it has the rows of both slots, and the clouds' draw
+/// Draw `k` with the first rows of its slots, if it reads the image. Where the ground's draw shows the clouds, it has the rows of both slots, and the clouds' draw
 /// looks in the ground's slot whether the image is used.
 pub(super) fn with_slot(draws: &[Draw], k: usize, screen: [u32; 2]) -> Cow<'_, Draw> {
     let draw = &draws[k];
@@ -72,9 +76,10 @@ pub(super) fn with_slot(draws: &[Draw], k: usize, screen: [u32; 2]) -> Cow<'_, D
     }
     let mut draw = draw.clone();
     let (ground, clouds) = ground_and_clouds(draws, k).unwrap_or((k, k));
-    let first_row = |draw| (slots_before(draws, draw) * coarse_air_size(screen)[1]) as f32;
-    draw.uniforms.air.coarse_row = first_row(ground);
-    draw.uniforms.clouds.coarse_row = first_row(clouds);
+    let first_row = |slot| (slot * coarse_air_size(screen)[1]) as f32;
+    draw.uniforms.air.coarse_row = first_row(slots_before(draws, ground));
+    draw.uniforms.eclipse.coarse_row = first_row(slots_before(draws, ground) + 1);
+    draw.uniforms.clouds.coarse_row = first_row(slots_before(draws, clouds));
     Cow::Owned(draw)
 }
 
@@ -107,40 +112,22 @@ pub(super) fn steps(
     let height = slots * slot_height;
     let mut samples = Vec::new();
     let mut marks = Vec::new();
-    for (k, draw) in draws.iter().enumerate().filter(|(_, d)| reads_coarse_air(d)) {
-        let Some(features) = draw.features.coarse_air() else { continue };
-        let rect = rect_in_slot(draw.uniforms.rect_in_clip, screen);
-        let first_row = slots_before(draws, k) * slot_height;
-        let scissor = [rect[0], rect[1] + first_row, rect[2], rect[3] + first_row];
-        let mut uniforms = uniforms_over_texels(&draw.uniforms, rect, scissor, screen, [width, height]);
-        // The air scatters the Sun's light alone: the key keeps no other light.
-        uniforms.lights.truncate(1);
-        let module = ModuleId::Planet(ShaderKey::for_draw(&features));
-        let layout = provider.layout(&module)?;
-        let uniform_bytes =
-            uniforms_of(&layout, &uniforms, 1).map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
-        samples.push(PlanDraw {
-            label: format!("{} air samples", draw.name),
-            module,
-            uniform_bytes,
-            textures: Vec::new(),
-            samplers: Vec::new(),
-            vertices: Vertices::Count(6),
-            instances: Instances { count: 1, attributes: Vec::new() },
-            blend: Blend::Replace,
-            cull: Cull::None,
-            depth: DepthState { test: false, write: false },
-            scissor,
-            extent: None,
-        });
-        let slots_to_clouds = ground_and_clouds(draws, k)
-            .filter(|(ground, _)| *ground == k)
-            .map_or(0, |(ground, clouds)| slots_before(draws, clouds) - slots_before(draws, ground));
-        let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| {
-            w.vec2("bound", draw.uniforms.air.coarse_bound)?;
-            w.f32("rows_to_clouds", (slots_to_clouds * slot_height) as f32)
-        })?;
-        marks.push(PlanDraw { label: format!("{} coarse air", draw.name), scissor, ..marking });
+    for (k, draw) in draws.iter().enumerate() {
+        for (slot, features) in (slots_before(draws, k)..).zip(slots_of(draw)) {
+            let rect = rect_in_slot(draw.uniforms.rect_in_clip, screen);
+            let first_row = slot * slot_height;
+            let scissor = [rect[0], rect[1] + first_row, rect[2], rect[3] + first_row];
+            let uniforms = uniforms_over_texels(&draw.uniforms, rect, scissor, screen, [width, height]);
+            samples.push(samples_draw(draw, &features, uniforms, scissor, provider)?);
+            let slots_to_clouds = ground_and_clouds(draws, k)
+                .filter(|(ground, _)| *ground == k && features.air_pass == AirPass::Drawn)
+                .map_or(0, |(_, clouds)| slots_before(draws, clouds) - slot);
+            let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| {
+                w.vec2("bound", draw.uniforms.air.coarse_bound)?;
+                w.f32("rows_to_clouds", (slots_to_clouds * slot_height) as f32)
+            })?;
+            marks.push(PlanDraw { label: format!("{} coarse air", draw.name), scissor, ..marking });
+        }
     }
     let target = |resource| TargetDescriptor { resource, width, height, format, samples: 1, clear: [0.0; 4], depth: false };
     let of_samples = vec![Read { resource: SAMPLES, binding: FIRST_READ_BINDING }];
@@ -148,6 +135,36 @@ pub(super) fn steps(
         PassStep { name: SAMPLES, reads: vec![], writes: Write::New(target(SAMPLES)), draws: samples },
         PassStep { name: COARSE_AIR, reads: of_samples, writes: Write::New(target(COARSE_AIR)), draws: marks },
     ])
+}
+
+/// The draw that fills one slot.
+fn samples_draw(
+    draw: &Draw,
+    features: &DrawFeatures,
+    mut uniforms: DrawUniforms,
+    scissor: [u32; 4],
+    provider: &impl ResourceProvider,
+) -> Result<PlanDraw, PlanError> {
+    // Only the Sun's light is scattered or hidden here: the key keeps no other light.
+    uniforms.lights.truncate(1);
+    let module = ModuleId::Planet(ShaderKey::for_draw(features));
+    let layout = provider.layout(&module)?;
+    let uniform_bytes = uniforms_of(&layout, &uniforms, 1).map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
+    let quantity = if features.air_pass == AirPass::SunlightDrawn { "sunlight" } else { "air" };
+    Ok(PlanDraw {
+        label: format!("{} {quantity} samples", draw.name),
+        module,
+        uniform_bytes,
+        textures: Vec::new(),
+        samplers: Vec::new(),
+        vertices: Vertices::Count(6),
+        instances: Instances { count: 1, attributes: Vec::new() },
+        blend: Blend::Replace,
+        cull: Cull::None,
+        depth: DepthState { test: false, write: false },
+        scissor,
+        extent: None,
+    })
 }
 
 /// Distance of the screen's edge from that of the slot, texels.

@@ -157,7 +157,8 @@ pub struct Air {
     pub absorption: bool,
 }
 
-/// Whether the light of the air is evaluated for each pixel, or interpolated in an image of its own with fewer texels.
+/// Whether the light of the air is evaluated for each pixel, or interpolated in an image of its own with fewer texels. Such an image also holds the sunlight that
+/// passes the occluders to the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum AirPass {
     /// Each pixel evaluates it.
@@ -165,18 +166,25 @@ pub enum AirPass {
     None,
     /// The pixels read the image where its interpolation is accurate enough.
     Read,
-    /// The draw that fills the image: it shows the air alone.
+    /// The draw that fills the image with the light of the air.
     Drawn,
     /// As `Read`, and where the image is used the ground's draw also shows the clouds; the clouds' own draw shows them elsewhere.
     ReadWithClouds,
+    /// The draw that fills the image with the sunlight that passes the occluders.
+    SunlightDrawn,
 }
 
 impl AirPass {
-    pub const ALL: [Self; 4] = [Self::None, Self::Read, Self::Drawn, Self::ReadWithClouds];
+    pub const ALL: [Self; 5] = [Self::None, Self::Read, Self::Drawn, Self::ReadWithClouds, Self::SunlightDrawn];
 
     /// Whether the draw reads the image.
     pub const fn is_reader(self) -> bool {
         matches!(self, Self::Read | Self::ReadWithClouds)
+    }
+
+    /// Whether the draw fills a part of the image.
+    pub const fn fills_image(self) -> bool {
+        matches!(self, Self::Drawn | Self::SunlightDrawn)
     }
 }
 
@@ -328,5 +336,12 @@ impl DrawFeatures {
             shape: self.shape,
             ..Self::MINIMAL
         })
+    }
+
+    /// The features of the draw that fills the same image with the sunlight that passes the occluders to this draw's ground; `None` if this draw reads no such
+    /// part.
+    pub fn coarse_sunlight(&self) -> Option<Self> {
+        let reads = self.air_pass.is_reader() && self.eclipse.occluders > 0 && self.surface != Surface::Cloud;
+        reads.then_some(Self { lights: 1, eclipse: self.eclipse, air_pass: AirPass::SunlightDrawn, shape: self.shape, ..Self::MINIMAL })
     }
 }

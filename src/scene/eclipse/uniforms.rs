@@ -54,6 +54,7 @@ fn of(occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, 
     EclipseUniforms {
         axis: narrow4(axis.along, 1.0 / axis.sun_distance),
         across: [narrow4(axis.across[0], axis.cot_sun_radius), narrow4(axis.across[1], axis.cot_sun_radius / axis.sun_distance)],
+        coarse_row: 0.0,
         limb: normalised_limb_darkening(u1, u2).map(|f| narrow4(f, 0.0)),
         occluder_positions: occluders.iter().map(|c| narrow4(c.across.extend(c.along), 0.0)).collect(),
         occluder_outlines: occluders.iter().enumerate().map(|(k, c)| shape(k, c)).collect(),

@@ -131,7 +131,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
             }
         }
     }
-    let drawn: Vec<_> = all.iter().filter_map(DrawFeatures::coarse_air).collect();
+    let drawn: Vec<_> = all.iter().flat_map(|f| [f.coarse_air(), f.coarse_sunlight()]).flatten().collect();
     all.extend(drawn);
     all.into_iter().collect()
 }

@@ -38,13 +38,18 @@ fn shows_normal(f: &DrawFeatures) -> bool {
     (lit(f) || (shows_radiance(f) && emissive(f)) || f.view == PixelView::Normal || (f.view == PixelView::Sunlight && f.lights > 0))
         && f.surface != Surface::Sky
 }
-/// Whether the draw fills the coarse image of the air.
-fn draws_air_alone(f: &DrawFeatures) -> bool {
-    f.air_pass == AirPass::Drawn
+/// Whether the draw fills a part of the coarse image.
+fn fills_coarse_image(f: &DrawFeatures) -> bool {
+    f.air_pass.fills_image()
 }
-/// The draw of the air alone has none of the ground's features.
+/// A draw that fills the coarse image has none of the ground's features.
 const fn alone(dimension: &'static str) -> CanonicalRule {
-    CanonicalRule { dimension, value: "", applies: draws_air_alone, because: "the air alone is drawn" }
+    CanonicalRule { dimension, value: "", applies: fills_coarse_image, because: ALONE }
+}
+const ALONE: &str = "the air, or the sunlight past occluders, is drawn alone";
+/// Whether the draw fills the coarse image with the sunlight that passes the occluders.
+fn draws_sunlight_alone(f: &DrawFeatures) -> bool {
+    f.air_pass == AirPass::SunlightDrawn
 }
 /// Whether the pixel's value depends on the albedo of the ground. Clouds have their own map, rings their own table.
 fn shows_albedo(f: &DrawFeatures) -> bool {
@@ -212,9 +217,16 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "air-pass",
         value: "",
-        applies: |f| matches!(f.air.model, AtmosphereModel::None | AtmosphereModel::Vertex),
+        applies: |f| matches!(f.air.model, AtmosphereModel::None | AtmosphereModel::Vertex) && !draws_sunlight_alone(f),
         because: "there is no air whose evaluation it would spare",
     },
+    CanonicalRule {
+        dimension: "air-pass",
+        value: "",
+        applies: |f| draws_sunlight_alone(f) && (f.eclipse.occluders == 0 || no_ground(f) || emissive(f) || f.shape == Shape::Mesh),
+        because: "nothing takes sunlight from the ground",
+    },
+    CanonicalRule { dimension: "air", value: "", applies: draws_sunlight_alone, because: "the sunlight past occluders is drawn alone" },
     CanonicalRule {
         dimension: "air-pass",
         value: "",
@@ -236,14 +248,14 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "surface",
         value: "lambert",
-        applies: |f| draws_air_alone(f) && f.surface != Surface::Cloud,
-        because: "the air alone is drawn",
+        applies: |f| fills_coarse_image(f) && f.surface != Surface::Cloud,
+        because: ALONE,
     },
     CanonicalRule {
         dimension: "lights",
         value: "sun1",
-        applies: |f| draws_air_alone(f) && f.lights > 1,
-        because: "the air alone is drawn",
+        applies: |f| fills_coarse_image(f) && f.lights > 1,
+        because: ALONE,
     },
     alone("albedo"),
     alone("normal"),

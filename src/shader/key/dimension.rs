@@ -189,8 +189,8 @@ pub static DIMENSIONS: &[Dimension] = &[
     Dimension {
         name: "air-pass",
         part: KeyPart::Air,
-        texts: &["", "coarse", "coarsedraw", "coarseclouds"],
-        features: &["", "air-pass.read", "air-pass.drawn", "air-pass.read-with-clouds"],
+        texts: &["", "coarse", "coarsedraw", "coarseclouds", "coarsesunlight"],
+        features: &["", "air-pass.read", "air-pass.drawn", "air-pass.read-with-clouds", "air-pass.sunlight-drawn"],
         cumulative: false,
         get: |f| index_of(&AirPass::ALL, &f.air_pass),
         set: |f, v| f.air_pass = AirPass::ALL[v],

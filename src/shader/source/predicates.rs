@@ -55,6 +55,11 @@ pub static PREDICATES: &[Predicate] = &[
         "the air's light is interpolated in a coarse image where that is accurate enough",
     ),
     predicate(
+        "reads_coarse_sunlight",
+        "(air_pass_read || air_pass_read_with_clouds) && eclipse_1 && !surface_cloud",
+        "the sunlight past other bodies is interpolated in the same image where that is accurate enough",
+    ),
+    predicate(
         "draws_clouds",
         "air_pass_read_with_clouds && !surface_cloud",
         "the ground's draw also shows the clouds, where the coarse image of the air is used",

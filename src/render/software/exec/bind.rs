@@ -4,10 +4,11 @@
 //! Not here: running the program.
 
 use super::LANES;
+use super::uniform_words::UniformElements;
 use crate::render::software::kernels::{self, KernelClass, KernelFn, ScalarFn};
 use crate::render::software::math::Real;
 use crate::render::software::program::Program;
-use crate::render::software::tape::{FusedOp, Instr, Op, Operand, TextureOp, WordKind};
+use crate::render::software::tape::{FusedOp, Instr, Op, Operand, TextureOp};
 use smallvec::SmallVec;
 use std::any::Any;
 use std::sync::{Arc, OnceLock};
@@ -23,6 +24,13 @@ pub(crate) struct KernelStep<R> {
 
 /// Four steps fit into a cache line.
 const _: () = assert!(size_of::<KernelStep<f32>>() <= 16);
+
+/// An operation on registers, ready to be called. Registers are given by number.
+pub(crate) struct ScalarStep<R> {
+    pub run: ScalarFn<R>,
+    pub dst: u32,
+    pub args: [u32; 3],
+}
 
 /// The location of the mask of lanes for which a texture is read.
 #[derive(Clone, Copy)]
@@ -53,28 +61,25 @@ pub(crate) struct TextureRead {
 }
 
 /// One step of a bound program.
-pub(crate) enum BoundStep<R> {
+pub(crate) enum BoundStep {
     /// Runs the kernels `from..to` in order; together they count as `instructions` instructions.
     Kernels {
         from: u32,
         to: u32,
         instructions: u32,
     },
-    /// An operation on registers, which are given by register number.
-    Scalar {
-        run: ScalarFn<R>,
-        dst: usize,
-        args: [usize; 3],
+    /// Runs the operations on registers `from..to` in order.
+    Scalars {
+        from: u32,
+        to: u32,
     },
     /// A load from the uniform block into a register: an [`Instr::LoadUniform`].
     LoadUniform(Instr),
+    /// Words of the uniform block, chosen by the index in each lane.
     Gather {
         dst: u32,
-        kind: WordKind,
-        offset: u32,
         index: u32,
-        stride: u32,
-        count: u32,
+        elements: UniformElements,
     },
     /// Index in [`BoundProgram::texture_reads`].
     Texture(u32),
@@ -100,8 +105,9 @@ pub(crate) enum BoundStep<R> {
 
 /// A program bound to the kernels of a class: runs of kernels, with control-flow and texture steps between them. Executors of several threads share it.
 pub struct BoundProgram<R> {
-    pub(super) steps: Vec<BoundStep<R>>,
+    pub(super) steps: Vec<BoundStep>,
     pub(super) kernels: Vec<KernelStep<R>>,
+    pub(super) scalars: Vec<ScalarStep<R>>,
     pub(super) texture_reads: Vec<TextureRead>,
     /// Arena offsets of the operands of every kernel, in order.
     pub(super) operand_offsets: Vec<u32>,
@@ -136,6 +142,7 @@ impl<R: Real> BoundProgram<R> {
         let unbound = Self {
             steps: Vec::new(),
             kernels: Vec::with_capacity(program.lane_tape.len()),
+            scalars: Vec::new(),
             texture_reads: Vec::new(),
             operand_offsets: Vec::new(),
             input_count: program.inputs.len(),
@@ -181,7 +188,7 @@ fn bind<R: Real>(program: &Program, class: KernelClass, unbound: BoundProgram<R>
     }
     let mut step_of_instr = Vec::with_capacity(program.lane_tape.len() + 1);
     for (at, (instr, is_target)) in program.lane_tape.iter().zip(&is_target).enumerate() {
-        // A jump target starts a new run of kernels.
+        // A jump target starts a new run.
         binder.can_extend_run &= !is_target;
         let step = binder.bound.steps.len() as u32;
         step_of_instr.push(if binder.can_extend_run { step - 1 } else { step });
@@ -224,7 +231,7 @@ struct Binder<R> {
     scratch: u32,
     /// Element offset of register 0.
     register_offset: usize,
-    /// The last step is a run of kernels to which further kernels may be appended.
+    /// The last step is a run of kernels, or of operations on registers, to which further ones may be appended.
     can_extend_run: bool,
 }
 
@@ -255,7 +262,17 @@ impl<R: Real> Binder<R> {
         self.can_extend_run = true;
     }
 
-    fn emit(&mut self, step: BoundStep<R>) {
+    fn push_scalar(&mut self, step: ScalarStep<R>) {
+        let to = self.bound.scalars.len() as u32 + 1;
+        self.bound.scalars.push(step);
+        match self.bound.steps.last_mut() {
+            Some(BoundStep::Scalars { to: run_end, .. }) if self.can_extend_run => *run_end = to,
+            _ => self.bound.steps.push(BoundStep::Scalars { from: to - 1, to }),
+        }
+        self.can_extend_run = true;
+    }
+
+    fn emit(&mut self, step: BoundStep) {
         self.bound.steps.push(step);
         self.can_extend_run = false;
     }
@@ -340,13 +357,14 @@ impl<R: Real> Binder<R> {
             Instr::Lane { op, dst, args } => self.bind_operation(*op, Self::slot_offset(u32::from(*dst)), args)?,
             Instr::FusedKernel { ops, dst, args } => self.bind_chain(ops, Self::slot_offset(u32::from(*dst)), args)?,
             Instr::Scalar { op, dst, args } => {
-                let args = [0, 1, 2].map(|k| args.get(k).or(args.first()).map_or(0, register));
-                self.emit(BoundStep::Scalar { run: R::scalar(*op, self.class.has_fma()), dst: usize::from(*dst), args });
+                let args = [0, 1, 2].map(|k| args.get(k).or(args.first()).map_or(0, register) as u32);
+                self.push_scalar(ScalarStep { run: R::scalar(*op, self.class.has_fma()), dst: u32::from(*dst), args });
             }
             Instr::LoadUniform { .. } => self.emit(BoundStep::LoadUniform(instr.clone())),
             Instr::GatherUniform { dst, kind, offset, index, stride, count } => {
                 let index = self.slot_of(index, &mut scratch_used)?;
-                self.emit(BoundStep::Gather { dst: u32::from(*dst), kind: *kind, offset: *offset, index, stride: *stride, count: *count });
+                let elements = UniformElements { kind: *kind, offset: *offset, stride: *stride, count: *count };
+                self.emit(BoundStep::Gather { dst: u32::from(*dst), index, elements });
             }
             Instr::Texture { op, texture, dst, args, mask } => {
                 let mut texture_args = [TextureArg { offset: 0, len: LANES as u32 }; 7];

@@ -6,17 +6,19 @@
 
 mod bind;
 mod textures;
+mod uniform_words;
 
 pub use super::kernels::LANES;
 use super::kernels::{self, KernelClass};
 use super::math::Real;
 use super::program::{Constant, Program};
-use super::tape::{Instr, Operand, TextureOp, WordKind};
+use super::tape::{Instr, Operand, TextureOp};
 pub use bind::BoundProgram;
 pub(crate) use bind::KeptBinding;
-use bind::{BoundStep, KernelStep, Mask, TextureRead};
+use bind::{BoundStep, KernelStep, Mask, ScalarStep, TextureRead};
 use std::sync::Arc;
 pub use textures::{Gradients, NoTextures, TextureUnit};
+use uniform_words::UniformElements;
 
 /// Backward jumps after which a batch is stopped, so that an endless loop does not hang a frame.
 const MAX_LOOP_ITERATIONS: u32 = 1 << 20;
@@ -56,15 +58,6 @@ fn constant_value<R: Real>(c: Constant) -> R {
     }
 }
 
-fn uniform_word<R: Real>(words: &[u32], kind: WordKind, offset: u32, index: u32, stride: u32, count: u32) -> R {
-    let word_index = offset.saturating_add(index.min(count.max(1) - 1).saturating_mul(stride)) as usize / 4;
-    let bits = words.get(word_index).copied().unwrap_or(0);
-    match kind {
-        WordKind::Float => R::from_f32_bits(bits),
-        WordKind::Int => R::from_lane_bits(bits),
-    }
-}
-
 /// The register that a scalar instruction writes, and its new value; `read` gives a register's value.
 fn evaluate_scalar<R: Real>(instr: &Instr, fused: bool, words: &[u32], read: impl Fn(usize) -> R) -> Option<(usize, R)> {
     let read = |o: &Operand| match *o {
@@ -78,7 +71,8 @@ fn evaluate_scalar<R: Real>(instr: &Instr, fused: bool, words: &[u32], read: imp
         }
         Instr::LoadUniform { dst, kind, offset, index, stride, count } => {
             let i = index.as_ref().map_or(0, |o| read(o).lane_bits());
-            Some((usize::from(*dst), uniform_word(words, *kind, *offset, i, *stride, *count)))
+            let elements = UniformElements { kind: *kind, offset: *offset, stride: *stride, count: *count };
+            Some((usize::from(*dst), elements.read(words, i)))
         }
         _ => None,
     }
@@ -106,6 +100,7 @@ impl Program {
 #[repr(C, align(64))]
 #[derive(Clone)]
 struct LaneRow<R>([R; LANES]);
+const _: () = assert!(size_of::<LaneRow<f32>>() == 4 * LANES && size_of::<LaneRow<f64>>() == 8 * LANES);
 
 /// Runs one program with the kernels of one class.
 pub struct Executor<R: Real> {
@@ -234,12 +229,24 @@ impl<R: Real> Executor<R> {
         chunks.iter().any(|chunk| chunk.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).mask())
     }
 
+    fn registers(&self) -> &[R] {
+        let rows = &self.arena[self.program.first_register..];
+        // SAFETY: a row is an array of `LANES` values without padding (see the assertion below `LaneRow`).
+        unsafe { std::slice::from_raw_parts(rows.as_ptr().cast(), rows.len() * LANES) }
+    }
+
+    fn registers_mut(&mut self) -> &mut [R] {
+        let rows = &mut self.arena[self.program.first_register..];
+        // SAFETY: as in `registers`.
+        unsafe { std::slice::from_raw_parts_mut(rows.as_mut_ptr().cast(), rows.len() * LANES) }
+    }
+
     fn register(&self, r: usize) -> R {
-        self.arena[self.program.first_register + r / LANES].0[r % LANES]
+        self.registers()[r]
     }
 
     fn set_register(&mut self, r: usize, value: R) {
-        self.arena[self.program.first_register + r / LANES].0[r % LANES] = value;
+        self.registers_mut()[r] = value;
     }
 
     /// Runs all steps; false if a loop reached its limit.
@@ -247,6 +254,16 @@ impl<R: Real> Executor<R> {
         // Steps change the arena while the program is read.
         let program = Arc::clone(&self.program);
         self.interpret(&program, prepared, textures)
+    }
+
+    /// Not inlined, for the reason given at `run_kernels`.
+    #[inline(never)]
+    fn run_scalars(&mut self, steps: &[ScalarStep<R>]) {
+        let registers = self.registers_mut();
+        for step in steps {
+            let [a, b, c] = step.args;
+            registers[step.dst as usize] = (step.run)(registers[a as usize], registers[b as usize], registers[c as usize]);
+        }
     }
 
     /// Not inlined: in the loop over all steps its pointers would not stay in registers.
@@ -281,10 +298,8 @@ impl<R: Real> Executor<R> {
                     self.run_kernels(&bound.kernels[*from as usize..*to as usize], &bound.operand_offsets);
                     continue;
                 }
-                BoundStep::Scalar { run, dst, args } => {
-                    // `map` on the array would be a call.
-                    let [a, b, c] = [self.register(args[0]), self.register(args[1]), self.register(args[2])];
-                    self.set_register(*dst, run(a, b, c));
+                BoundStep::Scalars { from, to } => {
+                    self.run_scalars(&bound.scalars[*from as usize..*to as usize]);
                     continue;
                 }
                 BoundStep::LoadUniform(instr) => {
@@ -293,11 +308,9 @@ impl<R: Real> Executor<R> {
                     }
                     continue;
                 }
-                BoundStep::Gather { dst, kind, offset, index, stride, count } => {
-                    for i in 0..LANES {
-                        let k = self.arena[*index as usize].0[i].lane_bits();
-                        self.arena[*dst as usize].0[i] = uniform_word(&prepared.uniform_words, *kind, *offset, k, *stride, *count);
-                    }
+                BoundStep::Gather { dst, index, elements } => {
+                    let indices = self.arena[*index as usize].0;
+                    elements.gather(&prepared.uniform_words, &indices, &mut self.arena[*dst as usize].0);
                     continue;
                 }
                 BoundStep::Texture(read) => {

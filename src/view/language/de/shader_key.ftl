@@ -69,6 +69,7 @@ meaning-air-evaluated-for-each-pixel = die Luft wird für jeden Bildpunkt berech
 meaning-air-interpolated-from-a-coarse-image = das Licht der Luft wird aus einem groben Bild interpoliert
 meaning-the-coarse-image-of-the-air-itself = zeichnet das grobe Bild der Luft
 meaning-air-interpolated-and-clouds-drawn-with-the-ground = Luft aus einem groben Bild interpoliert; dort zeichnet der Boden die Wolken mit
+meaning-the-sunlight-of-the-coarse-image = zeichnet das Sonnenlicht hinter anderen Körpern in das grobe Bild
 meaning-ray-traced-sphere = Kugel durch Strahlverfolgung
 meaning-ray-traced-ellipsoid = Ellipsoid durch Strahlverfolgung
 meaning-triangle-mesh = Dreiecksnetz

@@ -69,6 +69,7 @@ meaning-air-evaluated-for-each-pixel = the air is evaluated for each pixel
 meaning-air-interpolated-from-a-coarse-image = the light of the air is interpolated from a coarse image
 meaning-the-coarse-image-of-the-air-itself = draws the coarse image of the air
 meaning-air-interpolated-and-clouds-drawn-with-the-ground = air interpolated from a coarse image; where it is, the ground's draw shows the clouds
+meaning-the-sunlight-of-the-coarse-image = draws the sunlight past other bodies into the coarse image
 meaning-ray-traced-sphere = ray-traced sphere
 meaning-ray-traced-ellipsoid = ray-traced ellipsoid
 meaning-triangle-mesh = triangle mesh

@@ -99,6 +99,7 @@ pub(crate) fn meaning(d: &Dimension, value: usize) -> &'static str {
             text!("meaning-air-interpolated-from-a-coarse-image"),
             text!("meaning-the-coarse-image-of-the-air-itself"),
             text!("meaning-air-interpolated-and-clouds-drawn-with-the-ground"),
+            text!("meaning-the-sunlight-of-the-coarse-image"),
         ],
         "shape" => &[text!("meaning-ray-traced-sphere"), text!("meaning-ray-traced-ellipsoid"), text!("meaning-triangle-mesh")],
         "twosided" => &[text!("meaning-front-faces-only"), text!("meaning-both-faces-of-the-mesh-are-lit")],
