@@ -47,8 +47,8 @@ struct BodySpec {
     error_km: f64,
 }
 
-/// Half of the stated error: 0.05 km for the Moon from the Earth, 0.01 arcsec from the Sun at perihelion for the others; less for the Sun,
-/// which every heliocentric direction depends on.
+/// The allowed errors, which the ephemeris states (`src/ephemeris/mod.rs`): for the planets under 0.003 arcsec as seen from the Sun, and less for the Sun, on
+/// which every heliocentric direction depends.
 const BODIES: &[BodySpec] = &[
     BodySpec { name: "MERCURY BARYCENTER", target: 1, center: 0, error_km: 0.5 },
     BodySpec { name: "VENUS BARYCENTER", target: 2, center: 0, error_km: 0.5 },
@@ -107,14 +107,14 @@ fn smallest_fit(kernel: &Spk, baked: &Baked, body: &BodySpec) -> Option<Fit> {
     let mut best: Option<Fit> = None;
     for &length_days in LENGTHS_DAYS {
         let records = ((baked.end_days - baked.start_days) / length_days).ceil() as usize;
-        let coarse = (records / 40).max(1);
+        let sparse_stride = (records / 40).max(1);
         for terms in 2..NODES_MAX {
             let doubles = records * (2 + 3 * terms) + 4;
             if best.as_ref().is_some_and(|b| doubles >= b.doubles) {
                 break;
             }
             // A sparse check rejects most choices; the check of the entire span decides.
-            if worst_km(kernel, baked, body, length_days, terms, coarse) <= body.error_km
+            if worst_km(kernel, baked, body, length_days, terms, sparse_stride) <= body.error_km
                 && worst_km(kernel, baked, body, length_days, terms, 1) <= body.error_km
             {
                 best = Some(Fit { length_days, records, terms, doubles });
@@ -150,12 +150,12 @@ fn daf(baked: &Baked, segments: &[(&BodySpec, Vec<f64>)], comment: &str) -> Vec<
     summaries[16..24].copy_from_slice(&(segments.len() as f64).to_le_bytes());
     let mut arrays = Vec::new();
     for (i, (body, data)) in segments.iter().enumerate() {
-        let at = 24 + 40 * i;
-        summaries[at..at + 8].copy_from_slice(&(baked.start_days * DAY_S).to_le_bytes());
-        summaries[at + 8..at + 16].copy_from_slice(&(baked.end_days * DAY_S).to_le_bytes());
+        let offset = 24 + 40 * i;
+        summaries[offset..offset + 8].copy_from_slice(&(baked.start_days * DAY_S).to_le_bytes());
+        summaries[offset + 8..offset + 16].copy_from_slice(&(baked.end_days * DAY_S).to_le_bytes());
         let integers = [body.target, body.center, 1, 2, address as i32, (address + data.len() - 1) as i32];
         for (k, n) in integers.iter().enumerate() {
-            summaries[at + 16 + 4 * k..at + 20 + 4 * k].copy_from_slice(&n.to_le_bytes());
+            summaries[offset + 16 + 4 * k..offset + 20 + 4 * k].copy_from_slice(&n.to_le_bytes());
         }
         names[40 * i..40 * i + body.name.len()].copy_from_slice(body.name.as_bytes());
         address += data.len();

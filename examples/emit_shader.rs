@@ -5,8 +5,8 @@
 use orrery::shader::{emit, key::ShaderKey};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let text = std::env::args().nth(1).unwrap_or_else(|| "lambert.albedo.sun1.ellipsoid".into());
-    let key: ShaderKey = text.parse()?;
+    let key_text = std::env::args().nth(1).unwrap_or_else(|| "lambert.albedo.sun1.ellipsoid".into());
+    let key: ShaderKey = key_text.parse()?;
     print!("{}", emit(&key)?.wgsl);
     Ok(())
 }

@@ -3,66 +3,66 @@
 //!     cargo run --release --example lumpy_moon -- FOLDER
 //!     orrery render --catalogs FOLDER --target phobos -o phobos.png
 //!
-//! The shape is not that of Phobos; it demonstrates the contents of such a file. 82 000 triangles, 6 MB.
+//! The shape is not that of Phobos; it only shows what the files of a shape model contain. It has 82 000 triangles (6 MB).
 
 use glam::DVec3;
 use std::collections::HashMap;
 use std::fmt::Write;
 
-/// Each side of the icosahedron is halved this many times.
+/// Each edge of the icosahedron is halved this many times.
 const HALVINGS: u32 = 6;
 const RADII_KM: DVec3 = DVec3::new(13.0, 11.4, 9.1);
 const CRATERS: usize = 240;
 
 /// The vertices are on the unit sphere, each triangle's counter-clockwise seen from outside.
 fn icosphere() -> (Vec<DVec3>, Vec<[usize; 3]>) {
-    let t = f64::midpoint(1.0, 5.0_f64.sqrt());
-    let mut places = Vec::new();
-    for (a, b) in [(1.0, t), (-1.0, t), (1.0, -t), (-1.0, -t)] {
-        places.extend([DVec3::new(a, b, 0.0), DVec3::new(0.0, a, b), DVec3::new(b, 0.0, a)].map(DVec3::normalize));
+    let golden_ratio = f64::midpoint(1.0, 5.0_f64.sqrt());
+    let mut vertices = Vec::new();
+    for (a, b) in [(1.0, golden_ratio), (-1.0, golden_ratio), (1.0, -golden_ratio), (-1.0, -golden_ratio)] {
+        vertices.extend([DVec3::new(a, b, 0.0), DVec3::new(0.0, a, b), DVec3::new(b, 0.0, a)].map(DVec3::normalize));
     }
     // Three vertices that are one edge apart form a face.
-    let edge = |a: usize, b: usize| (places[a] - places[b]).length() < 1.1;
+    let is_edge = |a: usize, b: usize| (vertices[a] - vertices[b]).length() < 1.1;
     let mut faces = Vec::new();
     for a in 0..12 {
         for b in a + 1..12 {
-            for c in (b + 1..12).filter(|c| edge(a, b) && edge(b, *c) && edge(a, *c)) {
-                let outward = (places[b] - places[a]).cross(places[c] - places[a]).dot(places[a]) > 0.0;
-                faces.push(if outward { [a, b, c] } else { [a, c, b] });
+            for c in (b + 1..12).filter(|c| is_edge(a, b) && is_edge(b, *c) && is_edge(a, *c)) {
+                let is_outward = (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]).dot(vertices[a]) > 0.0;
+                faces.push(if is_outward { [a, b, c] } else { [a, c, b] });
             }
         }
     }
     for _ in 0..HALVINGS {
-        let mut middles: HashMap<(usize, usize), usize> = HashMap::new();
-        let mut middle = |a: usize, b: usize| {
-            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
-                places.push((places[a] + places[b]).normalize());
-                places.len() - 1
+        let mut midpoints: HashMap<(usize, usize), usize> = HashMap::new();
+        let mut midpoint = |a: usize, b: usize| {
+            *midpoints.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                vertices.push((vertices[a] + vertices[b]).normalize());
+                vertices.len() - 1
             })
         };
-        let halved = |[a, b, c]: [usize; 3]| {
-            let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+        let subdivided = |[a, b, c]: [usize; 3]| {
+            let (ab, bc, ca) = (midpoint(a, b), midpoint(b, c), midpoint(c, a));
             [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
         };
-        faces = faces.into_iter().flat_map(halved).collect();
+        faces = faces.into_iter().flat_map(subdivided).collect();
     }
-    (places, faces)
+    (vertices, faces)
 }
 
 /// A generator of uniform numbers from 0 to 1, the same in each run.
-struct Dice(u64);
+struct Random(u64);
 
-impl Dice {
-    fn roll(&mut self) -> f64 {
+impl Random {
+    fn uniform(&mut self) -> f64 {
         // Knuth's multiplier; the upper bits have the better quality.
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     fn direction(&mut self) -> DVec3 {
-        let (z, turn) = (2.0 * self.roll() - 1.0, std::f64::consts::TAU * self.roll());
+        let (z, longitude) = (2.0 * self.uniform() - 1.0, std::f64::consts::TAU * self.uniform());
         let r = (1.0 - z * z).sqrt();
-        DVec3::new(r * turn.cos(), r * turn.sin(), z)
+        DVec3::new(r * longitude.cos(), r * longitude.sin(), z)
     }
 }
 
@@ -78,20 +78,23 @@ fn main() {
         eprintln!("name the folder to write to");
         std::process::exit(2);
     };
-    let (places, faces) = icosphere();
-    let mut dice = Dice(2024);
-    let waves: Vec<(DVec3, f64, f64)> =
-        (0..24).map(|k| (dice.direction() * (2.0 + 0.4 * f64::from(k)), dice.roll() * 6.3, 0.05 / (1.0 + 0.25 * f64::from(k)))).collect();
+    let (directions, faces) = icosphere();
+    let mut random = Random(2024);
+    // Wave vector, phase (radians), amplitude.
+    let waves: Vec<(DVec3, f64, f64)> = (0..24)
+        .map(|k| (random.direction() * (2.0 + 0.4 * f64::from(k)), random.uniform() * 6.3, 0.05 / (1.0 + 0.25 * f64::from(k))))
+        .collect();
     // Many small craters to each large one: their number decreases with the square of the size.
-    let craters: Vec<(DVec3, f64)> = (0..CRATERS).map(|_| (dice.direction(), 0.035 / dice.roll().max(0.006).sqrt())).collect();
-    let height = |d: DVec3| {
-        let lumps: f64 = waves.iter().map(|(k, phase, high)| high * (k.dot(d) + phase).sin()).sum();
-        let bowls: f64 = craters.iter().map(|(middle, radius)| radius * bowl((d - *middle).length() / radius)).sum();
+    let craters: Vec<(DVec3, f64)> = (0..CRATERS).map(|_| (random.direction(), 0.035 / random.uniform().max(0.006).sqrt())).collect();
+    // Distance from the centre in a direction, relative to the ellipsoid's.
+    let relative_radius = |d: DVec3| {
+        let lumps: f64 = waves.iter().map(|(k, phase, amplitude)| amplitude * (k.dot(d) + phase).sin()).sum();
+        let bowls: f64 = craters.iter().map(|(centre, radius)| radius * bowl((d - *centre).length() / radius)).sum();
         1.0 + lumps + bowls
     };
     let mut text = String::from("# An invented shape, kilometres, body axes: x through the prime meridian, z the pole.\n");
-    for d in &places {
-        let p = *d * height(*d) * RADII_KM;
+    for d in &directions {
+        let p = *d * relative_radius(*d) * RADII_KM;
         let _ = writeln!(text, "v {:.5} {:.5} {:.5}", p.x, p.y, p.z);
     }
     for [a, b, c] in &faces {
@@ -103,5 +106,5 @@ fn main() {
         eprintln!("{folder}: {e}");
         std::process::exit(1);
     }
-    println!("{} vertices, {} triangles", places.len(), faces.len());
+    println!("{} vertices, {} triangles", directions.len(), faces.len());
 }

@@ -152,9 +152,9 @@ struct Feature {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut words = std::env::args().skip(1);
-    let source = words.next().ok_or("usage: bake_textures SOURCE [OUT]")?;
-    let out = words.next().unwrap_or_else(|| "textures".into());
+    let mut arguments = std::env::args().skip(1);
+    let source = arguments.next().ok_or("usage: bake_textures SOURCE [OUT]")?;
+    let out = arguments.next().unwrap_or_else(|| "textures".into());
     let (source, out) = (Path::new(&source), Path::new(&out));
     std::fs::create_dir_all(out)?;
     for (from, to) in COPIED {
@@ -209,13 +209,13 @@ fn save(map: &RgbImage, path: &Path) -> Result<(), Box<dyn Error>> {
     Ok(std::fs::write(path, bytes)?)
 }
 
-/// Features of one body and type; longitudes become -180..180.
-fn features(csv: &str, body: &str, kind: &str) -> Vec<Feature> {
+/// Features of one body and of one type by the gazetteer's code, such as AA for craters; longitudes become -180..180.
+fn features(csv: &str, body: &str, type_code: &str) -> Vec<Feature> {
     csv.lines()
         .filter_map(|line| {
             let f: Vec<&str> = line.rsplitn(5, ',').collect();
-            let [diameter, lon, lat, of_kind, head] = f[..] else { return None };
-            if of_kind != kind || head.split(',').next() != Some(body) {
+            let [diameter, lon, lat, line_type, head] = f[..] else { return None };
+            if line_type != type_code || head.split(',').next() != Some(body) {
                 return None;
             }
             let lon: f64 = lon.parse().ok()?;
@@ -236,11 +236,11 @@ fn to_byte(v: f64) -> u8 {
     (linear_to_srgb(v.clamp(0.0, 1.0)) * 255.0).round() as u8
 }
 
-/// The value below which the fraction `part` of the weight lies.
-fn quantile(values: &[f64], weights: &[f64], part: f64) -> f64 {
+/// The value below which a fraction of the weight lies.
+fn quantile(values: &[f64], weights: &[f64], fraction: f64) -> f64 {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
-    let limit = part * weights.iter().sum::<f64>();
+    let limit = fraction * weights.iter().sum::<f64>();
     let mut below = 0.0;
     for &i in &order {
         below += weights[i];
@@ -254,7 +254,7 @@ fn quantile(values: &[f64], weights: &[f64], part: f64) -> f64 {
 /// The map in reflectances, scaled so that the brightest texel fits; its mean over the sphere has the target's hue.
 fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
     let (w, h) = map.dimensions();
-    // Black texels have no hue, so a thousandth of the dark ground's colour is added.
+    // Black texels have no hue, so a thousandth of the reddest ground's colour is added.
     let floor = how.warm.map(|v| 1e-3 * v / luminance(how.warm));
     let linear: Vec<Colour> = map.pixels().map(|p| std::array::from_fn(|c| to_linear(p[c]) + floor[c])).collect();
     let weights: Vec<f64> = (0..w * h).map(|i| ((f64::from(i / w) + 0.5) / f64::from(h) * PI).sin()).collect();
@@ -262,6 +262,7 @@ fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
     let mean_of = |values: &[f64]| values.iter().zip(&weights).map(|(v, w)| v * w).sum::<f64>() / total;
     let channel = |list: &[Colour], c: usize| list.iter().map(|p| p[c]).collect::<Vec<_>>();
     let mean: Colour = std::array::from_fn(|c| mean_of(&channel(&linear, c)));
+    // The hue is ln(blue/red).
     let hue: Vec<f64> = linear.iter().map(|p| (p[2] / p[0]).ln()).collect();
     let ends = how.span.map(|part| quantile(&hue, &weights, part));
     let red: Vec<f64> = linear.iter().map(|p| (p[0] / p[1]).ln()).collect();
@@ -294,6 +295,7 @@ fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
     RgbImage::from_raw(w, h, texels).unwrap_or_else(|| map.clone())
 }
 
+/// A grey map whose brightness varies about a constant with a fraction of the original's contrast.
 fn flatten(map: &RgbImage, contrast: f64) -> RgbImage {
     let grey = image::imageops::resize(&image::imageops::grayscale(map), WIDTH, HEIGHT, FilterType::Triangle);
     let mean = grey.pixels().map(|p| f64::from(p[0])).sum::<f64>() / f64::from(WIDTH * HEIGHT);

@@ -9,12 +9,13 @@ fn unit(lat: f64, lon: f64) -> [f64; 3] {
     [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
 }
 
-/// Degrees between two unit vectors.
-fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+/// Angle between two unit vectors, degrees.
+fn angle_deg(a: [f64; 3], b: [f64; 3]) -> f64 {
     let chord = (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
     (2.0 * (chord / 2.0).min(1.0).asin()).to_degrees()
 }
 
+/// A uniform number from 0 to 1, fixed for each lattice point.
 fn hash(x: i64, y: i64, z: i64) -> f64 {
     let mut h = (x.wrapping_mul(0x9E37_79B9) ^ y.wrapping_mul(0x85EB_CA6B) ^ z.wrapping_mul(0xC2B2_AE35)) as u64;
     h = (h ^ (h >> 31)).wrapping_mul(0x7FB5_D329_728E_A185);
@@ -50,67 +51,71 @@ fn ground(p: [f64; 3], scale: f64, octaves: i32) -> f64 {
     (0..octaves).map(|o| 0.45 * 0.7_f64.powi(o) * value_noise(p.map(|v| v * scale * 1.9_f64.powi(o) + 31.0 * f64::from(o + 1)))).sum()
 }
 
-/// One crater: position, size, and freshness, which sets the contrast of floor, rim and ejecta with the ground. Few craters are fresh.
-struct Mark {
-    at: [f64; 3],
+/// One crater: direction of its centre, size, and freshness, which sets the contrast of floor, rim and ejecta with the ground. Few craters are fresh.
+struct Crater {
+    centre: [f64; 3],
     radius_deg: f64,
-    fresh: f64,
+    freshness: f64,
 }
 
 /// Random craters: positions uniform over the sphere, numbers that decrease with the square of the size, freshness mostly low.
-fn random_craters(seed: i64, count: i64, least_deg: f64, most_deg: f64) -> Vec<Mark> {
-    let mark = |k: i64| {
-        let dice = |n: i64| hash(k, n, seed);
-        let (z, turn) = (2.0 * dice(0) - 1.0, 2.0 * PI * dice(1));
+fn random_craters(seed: i64, count: i64, least_deg: f64, most_deg: f64) -> Vec<Crater> {
+    let crater = |k: i64| {
+        let uniform = |n: i64| hash(k, n, seed);
+        let (z, longitude) = (2.0 * uniform(0) - 1.0, 2.0 * PI * uniform(1));
         let r = (1.0 - z * z).sqrt();
         // Between the bounds, the number of craters above a size is proportional to its inverse square.
         let (a, b) = (least_deg.powi(-2), most_deg.powi(-2));
-        Mark { at: [r * turn.cos(), r * turn.sin(), z], radius_deg: (a + (b - a) * dice(2)).powf(-0.5), fresh: dice(3).powi(4) }
+        Crater {
+            centre: [r * longitude.cos(), r * longitude.sin(), z],
+            radius_deg: (a + (b - a) * uniform(2)).powf(-0.5),
+            freshness: uniform(3).powi(4),
+        }
     };
-    (0..count).map(mark).collect()
+    (0..count).map(crater).collect()
 }
 
 /// The gazetteer's craters, each with a random freshness.
-fn named(list: &[Feature], radius_km: f64) -> Vec<Mark> {
-    let mark = |(k, f): (usize, &Feature)| Mark {
-        at: unit(f.lat, f.lon),
+fn named(list: &[Feature], radius_km: f64) -> Vec<Crater> {
+    let crater = |(k, f): (usize, &Feature)| Crater {
+        centre: unit(f.lat, f.lon),
         radius_deg: (f.diameter_km / 2.0 / radius_km).to_degrees().max(0.3),
-        fresh: 0.15 + 0.5 * hash(k as i64, 7, 3).powi(2),
+        freshness: 0.15 + 0.5 * hash(k as i64, 7, 3).powi(2),
     };
-    list.iter().enumerate().map(mark).collect()
+    list.iter().enumerate().map(crater).collect()
 }
 
 /// Sum of the brightness that craters add at a position: floors, rims and ejecta blankets without a sharp edge, their circles distorted by
 /// the ground.
-fn cratered(p: [f64; 3], marks: &[Mark], floor: f64, rim: f64) -> f64 {
+fn cratered(p: [f64; 3], craters: &[Crater], floor: f64, rim: f64) -> f64 {
     let mut sum = 0.0;
     let mut bend = None;
-    for m in marks {
-        let cos = m.at[0] * p[0] + m.at[1] * p[1] + m.at[2] * p[2];
-        let reach = (4.0 * m.radius_deg).to_radians();
+    for crater in craters {
+        let cos = crater.centre[0] * p[0] + crater.centre[1] * p[1] + crater.centre[2] * p[2];
+        let reach = (4.0 * crater.radius_deg).to_radians();
         // 1 - x²/2 is below the cosine, so nothing within reach is skipped.
         if cos < 1.0 - 0.5 * reach * reach {
             continue;
         }
         let bend = *bend.get_or_insert_with(|| ground(p, 30.0, 4));
-        let d = apart(p, m.at) / m.radius_deg * (1.0 + 0.22 * bend);
+        let d = angle_deg(p, crater.centre) / crater.radius_deg * (1.0 + 0.22 * bend);
         let bowl = 1.0 - smooth(0.55, 1.0, d);
         let ring = (-((d - 0.95) / 0.22).powi(2)).exp();
         let ejecta = (-(d - 1.0).max(0.0) * 1.4).exp() * (0.7 + 0.9 * bend).max(0.0) * smooth(0.8, 1.1, d);
-        sum += floor * bowl * (0.3 + m.fresh) + rim * (ring * (0.08 + m.fresh) + 0.8 * ejecta * m.fresh);
+        sum += floor * bowl * (0.3 + crater.freshness) + rim * (ring * (0.08 + crater.freshness) + 0.8 * ejecta * crater.freshness);
     }
     sum
 }
 
 /// Dark old ground with many bright craters; Valhalla and Asgard are bright centres among faint broken rings.
 pub(super) fn callisto(craters: &[Feature], basins: &[Feature]) -> RgbImage {
-    let mut marks = named(craters, 2410.3);
-    marks.extend(random_craters(11, 9000, 0.3, 2.5));
+    let mut all_craters = named(craters, 2410.3);
+    all_craters.extend(random_craters(11, 9000, 0.3, 2.5));
     paint(|p, _, _| {
         let mut v = 0.17 * (1.0 + 0.3 * ground(p, 3.0, 8));
-        v += cratered(p, &marks, 0.07, 0.045);
+        v += cratered(p, &all_craters, 0.07, 0.045);
         for b in basins {
-            let (d, edge) = (apart(p, unit(b.lat, b.lon)), (b.diameter_km / 2.0 / 2410.3).to_degrees());
+            let (d, edge) = (angle_deg(p, unit(b.lat, b.lon)), (b.diameter_km / 2.0 / 2410.3).to_degrees());
             if d < edge {
                 let bent = d / edge + 0.035 * ground(p, 6.0, 4);
                 let core = 0.13 * (1.0 - smooth(0.08, 0.27, bent)) * (1.0 + 0.5 * ground(p, 20.0, 4));
@@ -130,17 +135,17 @@ pub(super) fn callisto(craters: &[Feature], basins: &[Feature]) -> RgbImage {
 /// ground is either dark or bright, in ever smaller patches: ice sublimates from warmer ground and is deposited on colder ground (Spencer &
 /// Denk 2010).
 pub(super) fn iapetus(craters: &[Feature]) -> RgbImage {
-    let mut marks = named(craters, 734.5);
-    marks.extend(random_craters(23, 4000, 0.5, 9.0));
+    let mut all_craters = named(craters, 734.5);
+    all_craters.extend(random_craters(23, 4000, 0.5, 9.0));
     paint(|p, lat, lon| {
-        let from_apex = apart(unit(0.0, lon), unit(0.0, -90.0));
+        let from_apex = angle_deg(unit(0.0, lon), unit(0.0, -90.0));
         // The dark oval: 65 degrees high, slightly wider than a hemisphere at the equator.
-        let craters = cratered(p, &marks, -0.5, 0.6);
+        let crater_light = cratered(p, &all_craters, -0.5, 0.6);
         let d = ((from_apex / 100.0).powi(2) + (lat / 62.0).powi(2)).sqrt();
-        let patchy = d + 0.24 * ground(p, 5.0, 8) + 0.05 * craters;
+        let patchy = d + 0.24 * ground(p, 5.0, 8) + 0.05 * crater_light;
         let dark = 1.0 - smooth(0.90, 1.10, patchy);
-        let ice = 0.5 * (1.0 + 0.16 * ground(p, 6.0, 7) + 0.14 * craters);
-        let cover = 0.05 * (1.0 + 0.22 * ground(p, 9.0, 6) + 0.12 * craters);
+        let ice = 0.5 * (1.0 + 0.16 * ground(p, 6.0, 7) + 0.14 * crater_light);
+        let cover = 0.05 * (1.0 + 0.22 * ground(p, 9.0, 6) + 0.12 * crater_light);
         let v = ice.max(0.1) * (1.0 - dark) + cover.max(0.02) * dark;
         let red = 1.02 + 0.18 * dark;
         [v * red, v, v * (0.97 - 0.2 * dark)]
@@ -170,11 +175,11 @@ pub(super) fn triton() -> RgbImage {
 
 /// Grey-brown ground, with Stickney bluish and brighter at 1 N 49 W, the named craters, and small random ones.
 pub(super) fn phobos(craters: &[Feature]) -> RgbImage {
-    let mut marks = named(craters, 11.1);
-    marks.extend(random_craters(37, 1500, 1.0, 9.0));
+    let mut all_craters = named(craters, 11.1);
+    all_craters.extend(random_craters(37, 1500, 1.0, 9.0));
     paint(|p, _, _| {
-        let blue = 1.0 - smooth(15.0, 70.0, apart(p, unit(1.0, -49.0)) + 18.0 * ground(p, 4.0, 6));
-        let v = 0.07 * (1.0 + 0.22 * ground(p, 6.0, 7) + 0.25 * blue + cratered(p, &marks, -0.16, 0.13));
+        let blue = 1.0 - smooth(15.0, 70.0, angle_deg(p, unit(1.0, -49.0)) + 18.0 * ground(p, 4.0, 6));
+        let v = 0.07 * (1.0 + 0.22 * ground(p, 6.0, 7) + 0.25 * blue + cratered(p, &all_craters, -0.16, 0.13));
         let v = v.max(0.03);
         [v * (1.08 - 0.08 * blue), v, v * (0.9 + 0.08 * blue)]
     })
