@@ -296,7 +296,7 @@ impl Interface {
                 Action::Zoom(_) | Action::ChangeFov(_) => self.settings.hints.scroll = true,
                 Action::FlyTo(_) | Action::LookFrom(_) | Action::StandOn(..) => {
                     if let Some(changes) = self.preset_changes {
-                        changes.undo_light(&mut self.viewer.view);
+                        changes.undo_brightness(&mut self.viewer.view);
                     }
                 }
                 _ => {}
