@@ -43,12 +43,13 @@ impl ExposureAdaptation {
     fn reset_on_cut(&mut self, view: &ViewState) {
         let identity = (view.target, view.eye.body(), discriminant(&view.eye));
         let is_free = |(_, camera_body, pose): &ViewIdentity| {
-            *pose == discriminant(&CameraPose::Free {
-                body: *camera_body,
-                offset_km: Default::default(),
-                forward: Default::default(),
-                up: Default::default(),
-            })
+            *pose
+                == discriminant(&CameraPose::Free {
+                    body: *camera_body,
+                    offset_km: Default::default(),
+                    forward: Default::default(),
+                    up: Default::default(),
+                })
         };
         let cut = self.identity.replace(identity).is_some_and(|last| last != identity && !is_free(&last) && !is_free(&identity));
         if cut || view.exposure_stops.is_some() {

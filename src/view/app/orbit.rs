@@ -42,7 +42,8 @@ impl OrbitCamera {
     pub(crate) fn from_offset(offset_km: DVec3, radius_km: f64, pole: DVec3) -> Self {
         let v = icrf_from_equator(pole).transpose() * offset_km;
         let equatorial_km = v.truncate().length();
-        let mut orbit = Self { azimuth_rad: v.y.atan2(v.x), elevation_rad: v.z.atan2(equatorial_km), distance_radii: v.length() / radius_km };
+        let mut orbit =
+            Self { azimuth_rad: v.y.atan2(v.x), elevation_rad: v.z.atan2(equatorial_km), distance_radii: v.length() / radius_km };
         orbit.keep_in_bounds();
         orbit
     }

@@ -219,7 +219,10 @@ mod tests {
                     assert!(positions.windows(2).all(|p| p[1] - p[0] > 0.55 * MIN_TICK_POINTS), "{case}");
                     assert!(positions.windows(2).all(|p| p[1] - p[0] < 5.0 * MIN_TICK_POINTS), "{case}");
                     let max_intervals = width / MIN_TICK_POINTS;
-                    assert!(ticks.len() as f64 <= max_intervals * 1.2 + 1.0 && ticks.len() as f64 >= (max_intervals / 5.0).floor(), "{case}");
+                    assert!(
+                        ticks.len() as f64 <= max_intervals * 1.2 + 1.0 && ticks.len() as f64 >= (max_intervals / 5.0).floor(),
+                        "{case}"
+                    );
                     for tick in &ticks {
                         let iso = Instant::from_tdb_seconds_past_j2000(tick.tdb_s + 1e-3).to_utc_iso();
                         assert!(iso.contains(":00:00"), "{iso}: {case}");

@@ -197,7 +197,11 @@ impl Tour {
             remaining_s -= stop.travel_s;
             if remaining_s < stop.hold_s || k == last {
                 let held_s = remaining_s.clamp(0.0, stop.hold_s);
-                return TourMoment { view: stop.view_after(held_s), stop: k, is_changing: stop.time_rate != 0.0 && remaining_s < stop.hold_s };
+                return TourMoment {
+                    view: stop.view_after(held_s),
+                    stop: k,
+                    is_changing: stop.time_rate != 0.0 && remaining_s < stop.hold_s,
+                };
             }
             remaining_s -= stop.hold_s;
         }

@@ -17,7 +17,7 @@ use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Ve
 use glam::DVec2;
 
 const NAME_POINTS: f32 = BODY;
-/// Part of the image's height below which caption and scale bar are.
+/// Distance from the image's top edge, as a fraction of its height, below which caption and scale bar are.
 const CAPTION_FROM: f64 = 0.85;
 /// Minimum width of the sky at which hints are shown, points.
 const HINTS_WIDTH: f32 = 440.0;
@@ -290,6 +290,7 @@ fn measure(interface: &mut Interface, at_px: DVec2, body: Option<NaifId>) {
 
 /// A click on the image.
 struct Click {
+    /// Pixel of the viewport; [0, 0] for a measurement.
     pixel: [u32; 2],
     /// Index in the catalogue of the star at the click, if there is no body.
     star: Option<usize>,
@@ -365,7 +366,8 @@ mod tests {
     use super::*;
     use egui::pos2;
 
-    /// Images with the viewport's aspect ratio fill the viewport at any coarseness; other images keep their aspect ratio, centred at the viewport's height.
+    /// Images with the viewport's aspect ratio fill the viewport at any coarseness; other images keep their aspect ratio, are centred, and have the
+    /// viewport's height.
     #[test]
     fn an_image_is_never_stretched() {
         let sides = [1_u32, 7, 200, 333, 640, 1279, 2560];
@@ -381,12 +383,12 @@ mod tests {
                     if placement.image == viewport {
                         // A difference of less than a pixel is rounding.
                         let [w, h, a, d] = [width, height, across, down].map(f64::from);
-                        let off = (h - w * d / a).abs().min((w - h * a / d).abs());
-                        assert!(off <= 1.0, "{width}x{height} in {across}x{down}: stretched by {off} pixels");
+                        let stretch_px = (h - w * d / a).abs().min((w - h * a / d).abs());
+                        assert!(stretch_px <= 1.0, "{width}x{height} in {across}x{down}: stretched by {stretch_px} pixels");
                     } else {
-                        let of_height = placement.image.height() * width as f32 / height as f32;
-                        let off = (placement.image.width() - of_height).abs();
-                        assert!(off < 1e-3 + 1e-5 * of_height, "{width}x{height} in {across}x{down}: {off} points too wide");
+                        let expected_width = placement.image.height() * width as f32 / height as f32;
+                        let error = (placement.image.width() - expected_width).abs();
+                        assert!(error < 1e-3 + 1e-5 * expected_width, "{width}x{height} in {across}x{down}: width wrong by {error} points");
                     }
                     assert!((placement.image.height() - viewport.height()).abs() < 1e-3);
                     assert!((placement.image.center() - viewport.center()).length() < 1e-3 + 1e-6 * placement.image.width());
