@@ -37,8 +37,8 @@ const MIN_SIZE: [f64; 2] = [320.0, 240.0];
 const DECORATIONS: [f64; 2] = [16.0, 64.0];
 /// Smallest side of a usable monitor, points. A system without monitors reports one of a single pixel; monitors below this size are ignored.
 const MIN_SCREEN: f64 = 64.0;
-/// Distance from the upper edge at which a user grabs the title bar.
-const TITLE_BAR_PX: f64 = 8.0;
+/// Distance from the window's upper edge at which a user grabs the title bar, points.
+const TITLE_BAR_POINTS: f64 = 8.0;
 
 impl Monitor {
     fn contains(&self, at_px: [f64; 2]) -> bool {
@@ -67,11 +67,11 @@ impl Monitor {
 }
 
 impl WindowPlacement {
-    /// The placement at which to open on these monitors; the first is the default. The position is kept if the middle of the window's upper
-    /// edge is on a monitor.
+    /// The placement at which to open on these monitors; the first is the default. The position is kept if the middle of the window's title
+    /// bar is on a monitor.
     pub(crate) fn on(&self, monitors: &[Monitor]) -> Self {
         let title_bar_on = |screen: &Monitor, [x, y]: [i32; 2]| {
-            screen.contains([f64::from(x) + 0.5 * self.size[0] * screen.scale, f64::from(y) + TITLE_BAR_PX * screen.scale])
+            screen.contains([f64::from(x) + 0.5 * self.size[0] * screen.scale, f64::from(y) + TITLE_BAR_POINTS * screen.scale])
         };
         let containing_monitor = self.corner_px.and_then(|corner| monitors.iter().find(|screen| title_bar_on(screen, corner)));
         let available_size = containing_monitor.or(monitors.first()).and_then(Monitor::available_size).unwrap_or([f64::INFINITY; 2]);

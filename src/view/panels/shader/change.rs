@@ -20,6 +20,7 @@ pub(crate) struct ChangeView {
     /// Show the current view with both keys.
     in_view: bool,
     pair: PairView,
+    /// The last pair of images, and the key in its second image.
     last: Option<(ShaderKey, Result<Arc<Pair>, String>)>,
 }
 
@@ -38,10 +39,10 @@ fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([Sha
 pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some((keys, names)) = compared_keys(panel, inspected) else { return };
     if let (Some(key), Some(reachable)) = (inspected.key(), panel.queries.reachable(inspected.worker)) {
-        let of = reachable.len();
+        let reachable_count = reachable.len();
         match reachable.contains(&key) {
-            true => ui.label(text!("change-reachable", of = of)),
-            false => ui.label(text!("change-unreachable", of = of)),
+            true => ui.label(text!("change-reachable", of = reachable_count)),
+            false => ui.label(text!("change-unreachable", of = reachable_count)),
         };
     }
     for (pin, name) in panel.pins.iter_mut().zip(["A", "B"]) {
@@ -160,7 +161,7 @@ fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>
         change.last = Some((key, drawn));
     }
     // The last image of this key stays until the next image arrives.
-    match change.last.as_ref().filter(|(of, _)| *of == key) {
+    match change.last.as_ref().filter(|(last_key, _)| *last_key == key) {
         Some((_, Ok(pair))) => change.pair.show(ui, pair, [text!("change-drawn-key"), text!("change-this-key")], None),
         Some((_, Err(why))) => drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
         None => drop(accessible::spinner(ui, text!("compare-coming"))),
