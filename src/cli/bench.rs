@@ -143,9 +143,9 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     super::output::print_result(&format!("{report:#}\n"))
 }
 
-/// The operations and texture reads that one frame takes in the fragment shaders of bodies, from the image of its costs.
+/// The pixels, operations and texture reads of one frame in the fragment shaders of bodies, summed over the pixels of the cost view.
 fn counts(session: &Session, sampling: SamplingQuality, request: &ViewRequest) -> Result<Value, CliError> {
-    // The image of costs has no stars and no lines: exposure would reveal others.
+    // The cost view has no stars and no lines: its fixed exposure would show others than the image.
     let costs = session.draw(&ViewRequest { pixel_view: PixelView::Cost, ..request.clone() }, sampling, true)?;
     let sum = |channel: usize| costs.frame.hdr.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>();
     Ok(json!({ "shaded_pixels": costs.frame.hdr.iter().filter(|pixel| pixel[0] > 0.0).count(),

@@ -79,8 +79,9 @@ fn text(report: &Report) -> String {
     text
 }
 
-fn more(of: usize) -> String {
-    if of > MAX_LISTED { format!(" and {} more", of - MAX_LISTED) } else { String::new() }
+/// What follows a list of which only the first [`MAX_LISTED`] of `total` entries are written.
+fn more(total: usize) -> String {
+    if total > MAX_LISTED { format!(" and {} more", total - MAX_LISTED) } else { String::new() }
 }
 
 /// The description of a cause; a fragment is named by its path in the source tree.
