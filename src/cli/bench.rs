@@ -191,7 +191,7 @@ fn effects(
 /// The median of the differences, at least 0, and for several differences their median absolute deviation.
 fn cost(differences: Vec<f64>) -> (Option<f64>, Option<f64>) {
     let count = differences.len();
-    let median = |of: Vec<f64>| Quartiles::of(of).map(|s| s.median);
+    let median = |values: Vec<f64>| Quartiles::of(values).map(|s| s.median);
     let Some(middle) = median(differences.clone()) else { return (None, None) };
     let noise = median(differences.iter().map(|d| (d - middle).abs()).collect()).filter(|_| count > 1);
     let to_microseconds = |ms: f64| (1e3 * ms).round() / 1e3;

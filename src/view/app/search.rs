@@ -117,9 +117,9 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
 pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<String> {
     let text = text.trim();
     let words = Preset::ALL.into_iter().flat_map(|preset| preset.words().split_whitespace());
-    let known: Vec<&str> = EVENT_WORDS.into_iter().chain(GERMAN_WORDS.map(|(german, _)| german)).chain(words).collect();
-    let corrected = |word: &str| match word.parse::<f64>().is_err() && !known.contains(&word) {
-        true => nearest(word, known.iter().copied()).first().map_or(word.to_owned(), |near| (*near).to_owned()),
+    let known_words: Vec<&str> = EVENT_WORDS.into_iter().chain(GERMAN_WORDS.map(|(german, _)| german)).chain(words).collect();
+    let corrected = |word: &str| match word.parse::<f64>().is_err() && !known_words.contains(&word) {
+        true => nearest(word, known_words.iter().copied()).first().map_or(word.to_owned(), |near| (*near).to_owned()),
         false => word.to_owned(),
     };
     let corrected_text = text.to_lowercase().split_whitespace().map(corrected).collect::<Vec<_>>().join(" ");
@@ -165,16 +165,17 @@ fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
 fn views(text: &str) -> impl Iterator<Item = Suggestion> {
     let lower = text.to_lowercase();
     let matches = move |words: &str| {
-        let known = words.to_lowercase();
-        lower.chars().count() >= 3 && lower.split_whitespace().all(|typed| known.split_whitespace().any(|word| word.starts_with(typed)))
+        let known_words = words.to_lowercase();
+        lower.chars().count() >= 3
+            && lower.split_whitespace().all(|typed| known_words.split_whitespace().any(|word| word.starts_with(typed)))
     };
     let presets = Preset::ALL.map(|preset| {
         (format!("{} {}", preset.name(), preset.words()), suggestion(preset.name(), preset.about(), SearchTarget::Preset(preset)))
     });
     // The other items of *What to see now* are found as events and moments.
-    let now = [(NowItem::Moon, "moon tonight now"), (NowItem::Saturn, "saturn now rings")]
+    let now_items = [(NowItem::Moon, "moon tonight now"), (NowItem::Saturn, "saturn now rings")]
         .map(|(item, words)| (format!("{} {words}", item.name()), suggestion(item.name(), text!("now"), SearchTarget::Now(item))));
-    presets.into_iter().chain(now).filter(move |(words, _)| matches(words)).map(|(_, suggestion)| suggestion)
+    presets.into_iter().chain(now_items).filter(move |(words, _)| matches(words)).map(|(_, suggestion)| suggestion)
 }
 
 fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Suggestion> + 'a {

@@ -215,8 +215,8 @@ fn row(
             overrides.set(effect, on);
         }
         if !effect.variants().is_empty() {
-            let now = overrides.variant(effect).map_or(text!("effects-automatic"), |model| named("model", model));
-            let choice = ComboBox::from_id_salt(effect.name()).selected_text(now).width(90.0).show_ui(ui, |ui| {
+            let chosen_model = overrides.variant(effect).map_or(text!("effects-automatic"), |model| named("model", model));
+            let choice = ComboBox::from_id_salt(effect.name()).selected_text(chosen_model).width(90.0).show_ui(ui, |ui| {
                 for model in effect.variants() {
                     let is_chosen = overrides.variant(effect) == Some(*model);
                     if ui.selectable_label(is_chosen, named("model", model)).clicked() {
@@ -226,7 +226,7 @@ fn row(
                 }
             });
             let info = || egui::WidgetInfo {
-                current_text_value: Some(now.to_owned()),
+                current_text_value: Some(chosen_model.to_owned()),
                 ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, text!("effects-method", effect = effect_name(effect)))
             };
             choice.response.widget_info(info);

@@ -72,12 +72,12 @@ impl EventTrack {
         let mut search = next.search.clone();
         let question = move |session: &crate::session::Session| {
             let catalog = session.catalog();
-            let known = |event: SkyEvent| KnownEvent {
+            let known_event = |event: SkyEvent| KnownEvent {
                 tdb_s: event.greatest().tdb_seconds_past_j2000(),
                 title: event.title(catalog),
                 event: Arc::new(event),
             };
-            search.step(catalog, session.ephemeris()).ok().map(|found| found.into_iter().map(known).collect())
+            search.step(catalog, session.ephemeris()).ok().map(|found| found.into_iter().map(known_event).collect())
         };
         self.running = Some((next, ask(worker, question)));
     }
@@ -156,9 +156,9 @@ fn paint(interface: &Interface, ui: &Ui, rect: Rect, axis: &TimeAxis, is_focused
     let dates_top = rect.bottom() - LABEL_HEIGHT;
     let font = TextStyle::Small.resolve(ui.style());
     for tick in axis.ticks(interface.settings.clock) {
-        let at = x(axis.position(tick.tdb_s));
-        painter.vline(at, rect.y_range(), Stroke::new(1.0, visuals.widgets.noninteractive.bg_stroke.color));
-        painter.text(pos2(at + 3.0, rect.bottom() - 2.0), Align2::LEFT_BOTTOM, tick.label, font.clone(), visuals.text_color());
+        let tick_x = x(axis.position(tick.tdb_s));
+        painter.vline(tick_x, rect.y_range(), Stroke::new(1.0, visuals.widgets.noninteractive.bg_stroke.color));
+        painter.text(pos2(tick_x + 3.0, rect.bottom() - 2.0), Align2::LEFT_BOTTOM, tick.label, font.clone(), visuals.text_color());
     }
     let middle = 0.5 * (rect.top() + dates_top);
     for (position, event) in marks(interface, axis) {

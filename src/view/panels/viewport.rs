@@ -52,7 +52,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     let image = interface.gpu_image().map(|_| ON_GPU).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
     if let Some(image) = image {
         let visible = placement.image.intersect(rect);
-        ui.painter().image(image, visible, placement.part(visible), Color32::WHITE);
+        ui.painter().image(image, visible, placement.uv_within(visible), Color32::WHITE);
     }
     let metrics = LabelMetrics::of_size(f64::from(NAME_POINTS) / placement.points_per_px);
     let in_image = |covered: &Rect| {
@@ -117,9 +117,9 @@ impl ImagePlacement {
     }
 
     /// The part of the image inside a rectangle, as texture coordinates.
-    fn part(&self, within: Rect) -> Rect {
-        let at = |p: Pos2| ((p - self.image.min) / self.image.size()).to_pos2();
-        Rect::from_min_max(at(within.min), at(within.max))
+    fn uv_within(&self, within: Rect) -> Rect {
+        let uv = |p: Pos2| ((p - self.image.min) / self.image.size()).to_pos2();
+        Rect::from_min_max(uv(within.min), uv(within.max))
     }
 }
 
@@ -180,10 +180,11 @@ fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
 /// Shows the context menu of a body, or of the view if there is no body under the pointer.
 fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, actions: &mut Vec<Action>) {
     if response.secondary_clicked() {
-        let at = response.interact_pointer_pos().zip(interface.shown()).map(|(at, rendered)| placement.px_of(at, &rendered.scene));
-        let found = at.zip(interface.shown()).and_then(|(at_px, rendered)| body_at(&interface.viewport.labels, &rendered.scene, at_px));
+        let clicked_px = response.interact_pointer_pos().zip(interface.shown()).map(|(at, rendered)| placement.px_of(at, &rendered.scene));
+        let found =
+            clicked_px.zip(interface.shown()).and_then(|(at_px, rendered)| body_at(&interface.viewport.labels, &rendered.scene, at_px));
         interface.viewport.menu_body = found;
-        interface.viewport.menu_px = at;
+        interface.viewport.menu_px = clicked_px;
         actions.extend(found.map(Action::Select));
     }
     response.context_menu(|ui| {
@@ -392,8 +393,8 @@ mod tests {
                     }
                     assert!((placement.image.height() - viewport.height()).abs() < 1e-3);
                     assert!((placement.image.center() - viewport.center()).length() < 1e-3 + 1e-6 * placement.image.width());
-                    let part = placement.part(placement.image.intersect(viewport));
-                    assert!(part.min.x >= -1e-4 && part.max.x <= 1.0001 && part.min.y.abs() < 1e-4 && (part.max.y - 1.0).abs() < 1e-4);
+                    let uv = placement.uv_within(placement.image.intersect(viewport));
+                    assert!(uv.min.x >= -1e-4 && uv.max.x <= 1.0001 && uv.min.y.abs() < 1e-4 && (uv.max.y - 1.0).abs() < 1e-4);
                 }
             }
         }

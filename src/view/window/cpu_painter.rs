@@ -213,8 +213,8 @@ impl Band<'_> {
         // Change of the edge functions from one pixel to the next in a row.
         let steps = [(pb, pc), (pc, pa), (pa, pb)].map(|(p, q)| (p[1] - q[1]) * 256);
         for y in y0.max(bounds.top as i64)..(y1 + 1).min(bounds.bottom as i64) {
-            let at = [left * 256 + 128, y * 256 + 128];
-            let mut w = [cross(pb, pc, at), cross(pc, pa, at), cross(pa, pb, at)];
+            let first_centre = [left * 256 + 128, y * 256 + 128];
+            let mut w = [cross(pb, pc, first_centre), cross(pc, pa, first_centre), cross(pa, pb, first_centre)];
             let Some((from, to)) = span_within(w, steps, threshold, right - left) else { continue };
             let pixels = self.row(y as usize, (left + from) as usize, (left + to) as usize);
             if let Some(colour) = uniform_colour {

@@ -239,7 +239,7 @@ mod tests {
 
     /// The largest difference of [`MagnifiedRows`] from bilinear interpolation in f64, levels of 255, for an image of this size.
     fn largest_error(texture: &PainterTexture, [width, height]: [usize; 2]) -> f64 {
-        let tap = |k: usize, of: usize, size: usize| texture.tap((k as f32 + 0.5) / of as f32, size);
+        let tap = |pixel: usize, pixels: usize, texels: usize| texture.tap((pixel as f32 + 0.5) / pixels as f32, texels);
         let columns: Vec<Tap> = (0..width).map(|x| tap(x, width, WIDTH)).collect();
         let mut rows = MagnifiedRows::default();
         rows.start(texture, &columns);

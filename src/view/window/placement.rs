@@ -120,16 +120,16 @@ mod tests {
 
     #[test]
     fn no_window_is_larger_than_its_screen_or_too_small_to_see() {
-        let of = |size, corner_px| WindowPlacement { size, corner_px, maximised: false };
+        let sized = |size, corner_px| WindowPlacement { size, corner_px, maximised: false };
         let everywhere = [LEFT, RIGHT, BELOW];
         // The monitor with two pixels per point has room for 640 by 360 points including the window frame.
-        assert_eq!(of([1000.0, 700.0], Some([0, 1200])).on(&everywhere).size, [624.0, 296.0]);
-        assert_eq!(of([9000.0, 700.0], None).on(&everywhere).size, [1484.0, 700.0]);
-        assert_eq!(of([-5.0, 0.0], None).on(&everywhere).size, MIN_SIZE);
-        assert_eq!(of([f64::NAN, f64::INFINITY], None).on(&everywhere).size, [1280.0, 800.0]);
+        assert_eq!(sized([1000.0, 700.0], Some([0, 1200])).on(&everywhere).size, [624.0, 296.0]);
+        assert_eq!(sized([9000.0, 700.0], None).on(&everywhere).size, [1484.0, 700.0]);
+        assert_eq!(sized([-5.0, 0.0], None).on(&everywhere).size, MIN_SIZE);
+        assert_eq!(sized([f64::NAN, f64::INFINITY], None).on(&everywhere).size, [1280.0, 800.0]);
         let unknown_size = Monitor { size_px: [1, 1], ..LEFT };
-        assert_eq!(of([1000.0, 700.0], None).on(&[unknown_size]).size, [1000.0, 700.0]);
-        assert_eq!(of([1000.0, 700.0], None).on(&[Monitor { scale: 0.0, ..LEFT }]).size, [1000.0, 700.0]);
+        assert_eq!(sized([1000.0, 700.0], None).on(&[unknown_size]).size, [1000.0, 700.0]);
+        assert_eq!(sized([1000.0, 700.0], None).on(&[Monitor { scale: 0.0, ..LEFT }]).size, [1000.0, 700.0]);
     }
 
     #[test]

@@ -137,14 +137,14 @@ impl PairView {
         }
         let split = self.split.unwrap_or(0.5);
         let x = rect.left() + split * rect.width();
-        let part = |from: f32, to: f32| {
+        let strip = |from: f32, to: f32| {
             let place = Rect::from_min_max(
                 pos2(rect.left() + from * rect.width(), rect.top()),
                 pos2(rect.left() + to * rect.width(), rect.bottom()),
             );
             (place, Rect::from_min_max(pos2(from, 0.0), pos2(to, 1.0)))
         };
-        for (texture, (place, uv)) in textures.into_iter().zip([part(0.0, split), part(split, 1.0)]) {
+        for (texture, (place, uv)) in textures.into_iter().zip([strip(0.0, split), strip(split, 1.0)]) {
             ui.painter().image(texture, place, uv, Color32::WHITE);
         }
         ui.painter().line_segment([pos2(x, rect.top()), pos2(x, rect.bottom())], Stroke::new(1.5, Color32::from_rgb(255, 206, 110)));

@@ -70,7 +70,7 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
         None => String::new(),
     };
     let [a, b] = names;
-    let change = |what: &str, of: fn(&LoadedModule) -> usize| format!("{what} {}", change_text(of(&first), of(&second)));
+    let change = |what: &str, count: fn(&LoadedModule) -> usize| format!("{what} {}", change_text(count(&first), count(&second)));
     let costs = [
         change(text!("change-operations"), lane_operations),
         change(text!("cost-texture-reads"), |m| m.ir.texture_reads as usize),
@@ -90,8 +90,8 @@ fn both_modules(
 }
 
 fn lines_text(by_feature: &[FeatureDiff]) -> String {
-    let count = |of: fn(&FeatureDiff) -> usize| by_feature.iter().map(of).sum::<usize>();
-    let (gone, new) = (count(|d| d.only_first.len()), count(|d| d.only_second.len()));
+    let sum = |lines: fn(&FeatureDiff) -> usize| by_feature.iter().map(lines).sum::<usize>();
+    let (gone, new) = (sum(|d| d.only_first.len()), sum(|d| d.only_second.len()));
     text!("change-lines", features = by_feature.len(), gone = gone, new = new)
 }
 
@@ -225,14 +225,14 @@ pub(crate) fn cost_rows() -> [CostRow; 10] {
 }
 
 /// Shows the costs of one module, or of two modules with their difference.
-pub(crate) fn grid(ui: &mut egui::Ui, id: &str, of: &[(&str, &Arc<LoadedModule>)]) {
-    Grid::new(id).num_columns(of.len() + 2).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
+pub(crate) fn grid(ui: &mut egui::Ui, id: &str, modules: &[(&str, &Arc<LoadedModule>)]) {
+    Grid::new(id).num_columns(modules.len() + 2).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
         ui.label("");
-        of.iter().for_each(|(name, _)| drop(ui.strong(*name)));
+        modules.iter().for_each(|(name, _)| drop(ui.strong(*name)));
         ui.end_row();
         for (what, count) in cost_rows() {
             ui.label(what);
-            let counts: Vec<usize> = of.iter().map(|(_, m)| count(m)).collect();
+            let counts: Vec<usize> = modules.iter().map(|(_, m)| count(m)).collect();
             counts.iter().for_each(|n| drop(ui.monospace(n.to_string())));
             if let [from, to] = counts[..] {
                 ui.monospace(if from == to { String::new() } else { format!("{:+}", to as i64 - from as i64) });

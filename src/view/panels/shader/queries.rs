@@ -131,15 +131,15 @@ impl ShaderQueries {
     }
 
     /// The difference of two modules' sources, by feature.
-    pub(crate) fn difference(&mut self, worker: &dyn RenderWorker, of: &[ModuleId; 2]) -> Option<Result<Arc<Vec<FeatureDiff>>, String>> {
-        let both = of.clone();
+    pub(crate) fn difference(&mut self, worker: &dyn RenderWorker, ids: &[ModuleId; 2]) -> Option<Result<Arc<Vec<FeatureDiff>>, String>> {
+        let asked_ids = ids.clone();
         self.differences
-            .get(worker, of, move |session| {
+            .get(worker, ids, move |session| {
                 let emitted = |id: &ModuleId| {
                     let m = session.library().get(id).map_err(|e| fault_text(&e))?;
                     Ok::<_, String>(Emitted { wgsl: m.wgsl.clone(), source_map: m.source_map.clone() })
                 };
-                let [first, second] = &both;
+                let [first, second] = &asked_ids;
                 Ok(Arc::new(difference(&emitted(first)?, &emitted(second)?)))
             })
             .cloned()
@@ -196,15 +196,20 @@ impl ShaderQueries {
     }
 
     /// A pair of images of the view: unchanged, and with the key of one draw replaced.
-    pub(crate) fn swap(&mut self, worker: &dyn RenderWorker, of: &KeySwap, request: &ViewRequest) -> Option<Result<Arc<Pair>, String>> {
-        if self.swap_view != of.view {
+    pub(crate) fn swap(
+        &mut self,
+        worker: &dyn RenderWorker,
+        key_swap: &KeySwap,
+        request: &ViewRequest,
+    ) -> Option<Result<Arc<Pair>, String>> {
+        if self.swap_view != key_swap.view {
             // Images of earlier views are large and no longer needed.
-            self.swap_view = of.view;
+            self.swap_view = key_swap.view;
             self.swaps.forget();
         }
-        let (swap, request) = (of.clone(), request.clone());
+        let (swap, request) = (key_swap.clone(), request.clone());
         self.swaps
-            .get(worker, of, move |session| {
+            .get(worker, key_swap, move |session| {
                 let [drawn, changed] = [None, Some(&swap)].map(|swap| draw_swapped(session, &request, swap));
                 Pair::of(drawn, changed).map(Arc::new)
             })

@@ -133,7 +133,8 @@ impl SourcePage {
             if ui.small_button(text!("source-next")).on_hover_text(text!("source-next-hint")).clicked() {
                 step = 1;
             }
-            let is_current = self.matches.as_ref().is_some_and(|(of, needle, _)| Arc::ptr_eq(of, text) && *needle == self.needle);
+            let is_current =
+                self.matches.as_ref().is_some_and(|(searched, needle, _)| Arc::ptr_eq(searched, text) && *needle == self.needle);
             if !is_current {
                 let is_match = |line: &str| !find_all(line, &self.needle).is_empty();
                 let lines = (0..).zip(&text.lines).filter(|(_, l)| is_match(&l.text)).map(|(i, _)| i).collect::<Vec<u32>>();
