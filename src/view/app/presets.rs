@@ -18,7 +18,7 @@ use glam::DVec3;
 
 /// Elevation of the camera above the Sun's equator.
 const SYSTEM_ELEVATION_DEG: f64 = 40.0;
-/// Exposure of a view of the system, stops: the Sun's glare hides no orbit, and stars show if their layer is brightened.
+/// Exposure of a view of the system, stops: the Sun's glare hides no orbit, and the layer of brightened stars shows stars.
 const SYSTEM_EXPOSURE_STOPS: f64 = 2.0;
 /// Distances from the Sun at which the orbits of Neptune and of Mars fill the image, au.
 const OUTER_DISTANCE_AU: f64 = 75.0;
