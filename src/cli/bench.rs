@@ -143,9 +143,9 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     super::output::print_result(&format!("{report:#}\n"))
 }
 
-/// The operations and texture reads that one frame takes in the fragment shaders of bodies, from the image of its costs.
+/// The pixels, operations and texture reads of one frame in the fragment shaders of bodies, summed over the pixels of the cost view.
 fn counts(session: &Session, sampling: SamplingQuality, request: &ViewRequest) -> Result<Value, CliError> {
-    // The image of costs has no stars and no lines: exposure would reveal others.
+    // The cost view has no stars and no lines: its fixed exposure would show others than the image.
     let costs = session.draw(&ViewRequest { pixel_view: PixelView::Cost, ..request.clone() }, sampling, true)?;
     let sum = |channel: usize| costs.frame.hdr.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>();
     Ok(json!({ "shaded_pixels": costs.frame.hdr.iter().filter(|pixel| pixel[0] > 0.0).count(),
@@ -191,7 +191,7 @@ fn effects(
 /// The median of the differences, at least 0, and for several differences their median absolute deviation.
 fn cost(differences: Vec<f64>) -> (Option<f64>, Option<f64>) {
     let count = differences.len();
-    let median = |of: Vec<f64>| Quartiles::of(of).map(|s| s.median);
+    let median = |values: Vec<f64>| Quartiles::of(values).map(|s| s.median);
     let Some(middle) = median(differences.clone()) else { return (None, None) };
     let noise = median(differences.iter().map(|d| (d - middle).abs()).collect()).filter(|_| count > 1);
     let to_microseconds = |ms: f64| (1e3 * ms).round() / 1e3;

@@ -1,9 +1,10 @@
 //! `orrery bench --meshes`: measures the cost of a shape model as a function of its number of triangles.
 //!
-//! In: a size and a number of rounds. Out: JSON with one row per model: number of triangles; CPU time of the first frame for reading the mesh
-//! (`read_ms`), and of the scene stage of the first frame with the mesh's own shadow (`trace_shadow_ms`: mostly, but not only, tracing it); the median
-//! time of a frame of the ellipsoid; and the ratios to it of frames with the mesh, without (`without_self_shadow`) and with its shadow (`mesh`), measured
-//! alternately. Always: the shapes are invented, spheres with bumps in place of Phobos; their folder is removed after the measurement.
+//! In: a size and a number of rounds. Out: JSON with one row per model: the number of triangles; `read_ms`, the CPU time of the maps stage in the
+//! first frame with the mesh, which reads it; `trace_shadow_ms`, the CPU time of the scene stage in the first frame with the mesh's shadow on
+//! itself, most of which traces that shadow; `ellipsoid_ms`, the median time of a frame of the ellipsoid; `without_self_shadow` and `mesh`, the
+//! ratios to it of the times of frames with the mesh, without and with that shadow, measured alternately. If the system reports no CPU time, these
+//! are elapsed times. Always: the shapes are invented, spheres with bumps in place of Phobos; their folder is removed after the measurement.
 
 use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};
@@ -45,7 +46,7 @@ fn bumpy_sphere(bands: u32) -> (String, u32) {
     (1..bands).for_each(|j| (0..columns).for_each(|i| vertex(position(i, j))));
     vertex(position(0, bands));
     // Index of a vertex between the poles; the southern pole is vertex 1.
-    let at = |i: u32, j: u32| 2 + (j - 1) * columns + i % columns;
+    let inner_vertex = |i: u32, j: u32| 2 + (j - 1) * columns + i % columns;
     let north = 2 + (bands - 1) * columns;
     let mut triangles = 0;
     let mut face = |a: u32, b: u32, c: u32| {
@@ -53,17 +54,17 @@ fn bumpy_sphere(bands: u32) -> (String, u32) {
         let _ = writeln!(text, "f {a} {b} {c}");
     };
     for i in 0..columns {
-        face(1, at(i + 1, 1), at(i, 1));
+        face(1, inner_vertex(i + 1, 1), inner_vertex(i, 1));
         for j in 1..bands - 1 {
-            face(at(i, j), at(i + 1, j), at(i + 1, j + 1));
-            face(at(i, j), at(i + 1, j + 1), at(i, j + 1));
+            face(inner_vertex(i, j), inner_vertex(i + 1, j), inner_vertex(i + 1, j + 1));
+            face(inner_vertex(i, j), inner_vertex(i + 1, j + 1), inner_vertex(i, j + 1));
         }
-        face(at(i, bands - 1), at(i + 1, bands - 1), north);
+        face(inner_vertex(i, bands - 1), inner_vertex(i + 1, bands - 1), north);
     }
     (text, triangles)
 }
 
-/// Writes the shape and a catalog that gives it to Phobos; returns its number of triangles.
+/// Writes the mesh file and a catalog that gives it to Phobos; returns its number of triangles.
 fn write(folder: &Path, bands: u32) -> Result<u32, CliError> {
     let (text, triangles) = bumpy_sphere(bands);
     let catalog = "[[body]]\nid = 401\n[body.mesh]\nfile = \"bumpy.obj\"\ninvented = \"all of it, for a measurement\"\n";
@@ -74,9 +75,9 @@ fn write(folder: &Path, bands: u32) -> Result<u32, CliError> {
     Ok(triangles)
 }
 
-/// Median and quartiles of the ratios of `times` to `to`, taken round by round.
-fn ratio(times: &[f64], to: &[f64]) -> Value {
-    Quartiles::of_ratios(times, to)
+/// Median and quartiles of the ratios of `times` to `base_times`, taken round by round.
+fn ratio(times: &[f64], base_times: &[f64]) -> Value {
+    Quartiles::of_ratios(times, base_times)
         .map_or(Value::Null, |s| json!({ "median": rounded(s.median), "quartiles": [rounded(s.low), rounded(s.high)] }))
 }
 

@@ -21,8 +21,8 @@ fn catalogs(common: &Common, out: &mut String) -> Catalog {
     let embedded = Catalog::embedded();
     match read_catalog(common.catalogs.as_deref()) {
         Ok(catalog) => {
-            let over = folder.map_or(String::new(), |f| format!(" under the files of {f}"));
-            push_line!(out, "catalogs  embedded{over}, {} bodies", catalog.bodies().len());
+            let overridden_by = folder.map_or(String::new(), |f| format!(" under the files of {f}"));
+            push_line!(out, "catalogs  embedded{overridden_by}, {} bodies", catalog.bodies().len());
             catalog
         }
         Err(SessionError::Catalog(e)) => {
@@ -84,12 +84,12 @@ fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
         push_line!(out, "textures  {}: there is no such folder; --textures takes a folder of maps", folder.display());
     }
     let store = MapStore::new(common.textures.clone());
-    let (mut embedded, mut own, mut without_map) = (0, 0, Vec::new());
+    let (mut embedded, mut from_folder, mut without_map) = (0, 0, Vec::new());
     for body in catalog.bodies() {
         for map in [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten() {
             match store.origin(&map.file) {
                 MapOrigin::Embedded => embedded += 1,
-                MapOrigin::Folder(_) => own += 1,
+                MapOrigin::Folder(_) => from_folder += 1,
                 MapOrigin::Missing => {
                     push_line!(out, "textures  {} of {} is missing; put it into the folder of --textures", map.file, body.name)
                 }
@@ -99,7 +99,7 @@ fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
             without_map.push(body.name.as_str());
         }
     }
-    push_line!(out, "textures  {embedded} embedded, {own} from --textures");
+    push_line!(out, "textures  {embedded} embedded, {from_folder} from --textures");
     if !without_map.is_empty() {
         push_line!(out, "          no map, drawn in their mean colour: {}", without_map.join(", "));
     }

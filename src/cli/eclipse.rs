@@ -144,19 +144,19 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
 
 /// Parses `LAT,LON` or `LAT,LON,HEIGHT` in degrees, degrees east and metres.
 pub(super) fn parse_place(text: &str) -> Result<GeodeticPosition, String> {
-    let wrong = |what: &str| format!("--at {}: {what}; give latitude and east longitude in degrees, such as 78.22,15.65", echo(text));
+    let invalid = |what: &str| format!("--at {}: {what}; give latitude and east longitude in degrees, such as 78.22,15.65", echo(text));
     let numbers: Vec<f64> =
-        text.split(',').map(|part| part.trim().parse().map_err(|_| wrong("not numbers with commas"))).collect::<Result<_, _>>()?;
+        text.split(',').map(|part| part.trim().parse().map_err(|_| invalid("not numbers with commas"))).collect::<Result<_, _>>()?;
     let (latitude_deg, longitude_deg, height_m) = match numbers[..] {
         [lat, lon] => (lat, lon, 0.0),
         [lat, lon, height] => (lat, lon, height),
-        _ => return Err(wrong("not two or three numbers")),
+        _ => return Err(invalid("not two or three numbers")),
     };
     if !(-90.0..=90.0).contains(&latitude_deg) || !(-360.0..=360.0).contains(&longitude_deg) {
-        return Err(wrong("latitude goes from -90 to 90, longitude from -360 to 360"));
+        return Err(invalid("latitude goes from -90 to 90, longitude from -360 to 360"));
     }
     if !(-12_000.0..=100_000.0).contains(&height_m) {
-        return Err(wrong("the height goes from -12000 to 100000 metres"));
+        return Err(invalid("the height goes from -12000 to 100000 metres"));
     }
     Ok(GeodeticPosition { latitude_deg, longitude_deg, height_km: height_m / 1000.0 })
 }

@@ -1,7 +1,7 @@
 //! Tables of `orrery ephemeris` over a span of time; also rise, transit, set and twilight of a day at a place.
 //!
-//! In: a body, instants and the requested columns. Out: rows of named cells as text, CSV or JSON. Always: every format has the same columns, their
-//! names contain the unit, and a row's time is UTC. Not here: parsing of the command line.
+//! In: a body, instants and the requested columns. Out: rows of named cells as text, CSV or JSON. Always: every format has the same columns, the
+//! names of quantities end in the unit, and a row's time is UTC. Not here: parsing of the command line.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{apparent_place, sub_points};
@@ -20,9 +20,9 @@ pub(crate) const MAX_ROWS: usize = 200_000;
 pub(crate) enum Columns {
     /// Geometric position and velocity about a centre, ICRF.
     State { center: NaifId, source: Option<Source> },
-    /// Right ascension and declination from the Earth's centre.
+    /// Apparent right ascension and declination from the Earth's centre, of date and in GCRS; distance and light time.
     Apparent,
-    /// Sub-observer and sub-solar point.
+    /// Sub-observer and sub-solar point, phase angle, distance and light time.
     Orientation { observer: NaifId },
     /// Azimuth and altitude at a place, without refraction.
     Horizontal { at: Observer },
@@ -106,10 +106,10 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
         }
         Columns::Apparent => {
             let apparent = apparent_place(ephemeris, body, t)?;
-            let (date, gcrs) = (apparent.true_of_date, apparent.gcrs);
+            let (of_date, gcrs) = (apparent.true_of_date, apparent.gcrs);
             row.extend([
-                ("ra_deg", Cell::Formatted(date.ra_text(), date.ra_deg, 7)),
-                ("dec_deg", Cell::Formatted(date.dec_text(), date.dec_deg, 7)),
+                ("ra_deg", Cell::Formatted(of_date.ra_text(), of_date.ra_deg, 7)),
+                ("dec_deg", Cell::Formatted(of_date.dec_text(), of_date.dec_deg, 7)),
                 ("ra_gcrs_deg", Cell::Formatted(gcrs.ra_text(), gcrs.ra_deg, 7)),
                 ("dec_gcrs_deg", Cell::Formatted(gcrs.dec_text(), gcrs.dec_deg, 7)),
                 ("distance_km", Cell::Number(apparent.distance_km, 3)),
@@ -231,7 +231,7 @@ pub(crate) fn day(
     let sky = ObserverSky { catalog, ephemeris, place };
     let found = sky.day(body, start, SECONDS_PER_DAY)?;
     let time = |t: Option<Instant>| t.map_or(Value::Null, |t| json!(t.to_utc_iso()));
-    let moment = |t: Option<Instant>| -> Result<Value, EphemerisError> {
+    let event = |t: Option<Instant>| -> Result<Value, EphemerisError> {
         let Some(t) = t else { return Ok(Value::Null) };
         let topocentric = sky.topocentric(body, t)?;
         Ok(json!({ "time": t.to_utc_iso(), "azimuth_deg": topocentric.azimuth_deg, "altitude_deg": topocentric.altitude_deg }))
@@ -242,9 +242,9 @@ pub(crate) fn day(
         "from": start.to_utc_iso(),
         "to": start.plus_seconds(SECONDS_PER_DAY).to_utc_iso(),
         "up_at_start": found.up_at_start,
-        "rise": moment(found.rise)?,
-        "transit": moment(found.transit.map(|t| t.0))?,
-        "set": moment(found.set)?,
+        "rise": event(found.rise)?,
+        "transit": event(found.transit.map(|t| t.0))?,
+        "set": event(found.set)?,
     });
     if body == NaifId::SUN {
         let mut twilight = Map::new();

@@ -25,7 +25,7 @@ pub(crate) enum Output {
 impl Output {
     pub(crate) fn parse(text: Option<&str>, frames: u32) -> Result<Self, CliError> {
         let Some(text) = text else { return Err(CliError::Failed("no output: give -o out.png (or .exr, out-%05d.png, -)".into())) };
-        let wrong = |why: &str| Err(CliError::Failed(format!("-o {}: {why}", echo(text))));
+        let invalid = |why: &str| Err(CliError::Failed(format!("-o {}: {why}", echo(text))));
         if text == "-" {
             return Ok(Self::Stream);
         }
@@ -33,17 +33,17 @@ impl Output {
             return Ok(Self::Animation(text.into(), format));
         }
         if !text.to_ascii_lowercase().ends_with(".png") && !text.to_ascii_lowercase().ends_with(".exr") {
-            return wrong("the name must end in .png, .exr, .gif or .apng");
+            return invalid("the name must end in .png, .exr, .gif or .apng");
         }
         match text.split_once('%') {
-            None if frames > 1 => wrong(&format!("for {frames} frames the name needs a number, such as out-%05d.png")),
+            None if frames > 1 => invalid(&format!("for {frames} frames the name needs a number, such as out-%05d.png")),
             None => Ok(Self::One(text.into())),
             Some((before, rest)) => {
                 let sequence = rest.split_once('d').and_then(|(width, after)| {
                     let width = if width.is_empty() { 0 } else { width.strip_prefix('0')?.parse().ok().filter(|w| *w <= 12)? };
                     (!after.contains('%')).then(|| Self::Sequence(before.to_owned(), width, after.to_owned()))
                 });
-                sequence.map_or_else(|| wrong("write the frame number as %d or %05d, once"), Ok)
+                sequence.map_or_else(|| invalid("write the frame number as %d or %05d, once"), Ok)
             }
         }
     }
@@ -74,8 +74,8 @@ pub(crate) fn step_seconds(text: &str) -> Result<f64, CliError> {
 /// This process's part `i/n` (0 <= i < n) of a sequence that n processes share, as (i, n); (0, 1) if the option is absent.
 pub(crate) fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
     let Some(text) = text else { return Ok((0, 1)) };
-    let parts = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
-    parts
+    let fraction = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
+    fraction
         .filter(|(i, n)| i < n)
         .ok_or_else(|| CliError::Failed(format!("--shard {}: write i/n with i from 0 to n-1, such as 0/4", echo(text))))
 }
@@ -104,7 +104,7 @@ fn conflict_error(path: &Path, earlier: &ExistingImage, provenance: &Provenance,
 /// The frames whose files exist already, are complete and belong to this request. `requested`: number, path and provenance of each frame.
 ///
 /// # Errors
-/// A file of another request, unless it may be overwritten.
+/// A folder that does not exist, or a file that this request must not replace, unless it may be overwritten.
 pub(crate) fn existing_frames(
     requested: impl Iterator<Item = (u32, PathBuf, Provenance)>,
     size: (u32, u32),
@@ -133,8 +133,8 @@ mod tests {
 
     #[test]
     fn frame_numbers_go_where_the_pattern_says() {
-        let run = Output::parse(Some("a/out-%05d.png"), 10).expect("a pattern");
-        assert_eq!(run.path(7), Some("a/out-00007.png".into()));
+        let sequence = Output::parse(Some("a/out-%05d.png"), 10).expect("a pattern");
+        assert_eq!(sequence.path(7), Some("a/out-00007.png".into()));
         assert_eq!(Output::parse(Some("out-%d.exr"), 10).expect("a pattern").path(12), Some("out-12.exr".into()));
         assert_eq!(Output::parse(Some("-"), 10).expect("a stream"), Output::Stream);
         for (bad, frames) in [("out.png", 2), ("out.tif", 1), ("out-%5x.png", 2), ("out-%d-%d.png", 2), ("out-%099999d.png", 2)] {

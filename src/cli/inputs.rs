@@ -10,7 +10,8 @@ use crate::shader::fragments::Fragments;
 use crate::shader::key::{ShaderKey, keys_of};
 use std::collections::BTreeSet;
 
-/// The embedded catalog, overridden by every `.toml` file in the folder of `--catalogs`, in order of name.
+/// The embedded catalog, overridden by every `.toml` file in the folder of `--catalogs`, in order of name; with the options `--radii`,
+/// `--lunar-heights` and `--surface`.
 pub(crate) fn catalog(common: &Common) -> Result<Catalog, CliError> {
     let heights = read_lunar_heights(common.lunar_heights.as_deref())?;
     let catalog = read_catalog(common.catalogs.as_deref())?.with_eclipse_radii(common.radii).with_lunar_heights(heights);

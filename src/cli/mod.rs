@@ -1,7 +1,8 @@
 //! The command line: arguments in, results on standard output, messages on standard error.
 //!
-//! Exit status: 0 for success, 1 for failure (one line states the reason and what to do), 2 for invalid arguments. Each verb has one file with
-//! its arguments and a function `run`. The results themselves are computed by the modules below.
+//! Exit status: 0 for success, 1 for failure (one line states the reason and what to do; errors in catalog files take a line each), 2 for invalid
+//! arguments. Each verb's arguments and function are in a file of its name (`documents` for `completions` and `man`). The results themselves are
+//! computed by the layers below.
 
 use crate::catalog::{CatalogError, EclipseRadii};
 use crate::files::WriteError;
@@ -231,7 +232,7 @@ fn thread_count(text: &str) -> Result<usize, String> {
 }
 
 /// Longest quotation of an argument in a message, characters.
-const WORD_ECHO: usize = 60;
+const MAX_ECHO_CHARS: usize = 60;
 
 /// Parses the arguments; arguments without a verb are those of `view`.
 fn parse_args(args: &[OsString]) -> Result<Cli, clap::Error> {
@@ -258,7 +259,7 @@ fn print_help(e: &clap::Error) -> Result<(), CliError> {
     e.print().and_then(|()| std::io::stdout().flush()).map_err(|e| output::stdout_error(&e))
 }
 
-/// Prints clap's message with long arguments shortened and without control characters.
+/// Prints clap's message. If an argument is too long or has control characters, it is shortened and the control characters are escaped.
 fn print_usage_error(e: &clap::Error, args: &[OsString]) {
     let mut given: Vec<String> = Vec::new();
     for word in args.iter().skip(1) {
@@ -266,13 +267,13 @@ fn print_usage_error(e: &clap::Error, args: &[OsString]) {
         given.extend(word.split_once('=').map_or(Vec::new(), |(name, value)| vec![name.to_owned(), value.to_owned()]));
         given.push(word);
     }
-    given.retain(|word| echo_within(word, WORD_ECHO) != *word);
+    given.retain(|word| echo_within(word, MAX_ECHO_CHARS) != *word);
     if given.is_empty() {
         let _ = e.print();
         return;
     }
     given.sort_by_key(|word| std::cmp::Reverse(word.len()));
-    let message = given.iter().fold(e.render().to_string(), |text, word| text.replace(word.as_str(), &echo_within(word, WORD_ECHO)));
+    let message = given.iter().fold(e.render().to_string(), |text, word| text.replace(word.as_str(), &echo_within(word, MAX_ECHO_CHARS)));
     output::write_error(&escape_controls(&message));
 }
 

@@ -99,7 +99,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     // The number of frames of a tour is not known before it has been read; `u32::MAX` stands for several frames.
     let output = Output::parse(args.output.as_deref(), if tour_file.is_some() { u32::MAX } else { args.frames })?;
     let step_s = step_seconds(&args.step)?;
-    let (first, stride) = shard(args.shard.as_deref())?;
+    let (first_number, stride) = shard(args.shard.as_deref())?;
     if matches!(output, Output::Stream | Output::Animation(..)) && stride > 1 {
         return Err(CliError::Failed(
             "--shard needs files of one frame: a stream or an animation is written in order by one process".into(),
@@ -108,19 +108,19 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let session = Session::open(&common.sources_to_draw(), print_message)?;
     let session = if args.time_report { session.counting_cpu() } else { session };
     let composition = args.composition.composition()?;
-    if (composition.stereo.is_some() || composition.warp.is_some()) && output.path(first).is_some_and(|p| is_exr(&p)) {
+    if (composition.stereo.is_some() || composition.warp.is_some()) && output.path(first_number).is_some_and(|p| is_exr(&p)) {
         return Err(CliError::Failed("--stereo and --warp make display values: write .png, or - for a stream".into()));
     }
     let views = match tour_file {
         Some(file) => Views::along_tour(file, size(&args.view.size)?, args.rate, &session, &composition)?,
         None => Views::steps(args.view.request_with(session.catalog(), composition)?, step_s, args.frames),
     };
-    let frame = |number: u32| {
+    let request_of = |number: u32| {
         let purpose = Purpose::of_file(output.path(number).is_some_and(|p| is_exr(&p)));
         ViewRequest { purpose, quality: common.quality, ..views.request(number) }
     };
-    let numbers = || (first..views.count()).step_by(stride as usize);
-    let requested = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&frame(n)))));
+    let numbers = || (first_number..views.count()).step_by(stride as usize);
+    let requested = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&request_of(n)))));
     let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
     let mut existing_frames = existing_frames(requested, size(&args.view.size)?, args.overwrite, starts_now)?;
     if views.count() == 1 {
@@ -130,10 +130,10 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     if !existing_frames.is_empty() {
         print_message(&format!("kept {} of {} frames of an earlier run", existing_frames.len(), numbers().count()));
     }
-    let error_bound_request = frame(0);
+    let error_bound_request = request_of(0);
     check_error_files(args, &session, &error_bound_request, starts_now)?;
     let sampling = SamplingQuality::of(common.quality);
-    let mut written = Stages::default();
+    let mut write_stages = Stages::default();
     let mut moving = MovingOutput::begin(&output, size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
     let bar = frame_progress(views.count());
     let mut drawn_frames = 0_u32;
@@ -144,7 +144,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             bar.inc(1);
             continue;
         }
-        let request = frame(number);
+        let request = request_of(number);
         let keep_hdr = path.as_ref().is_some_and(|p| is_exr(p));
         let drawn = session.draw(&request, sampling, keep_hdr)?;
         first_frame.get_or_insert_with(|| program_start.elapsed());
@@ -160,9 +160,9 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             }
             None => moving.add(&drawn.frame)?,
         }
-        written.add(Stage::Write, start.elapsed());
+        write_stages.add(Stage::Write, start.elapsed());
         if let Some(ran) = before.and_then(|before| process_cpu()?.checked_sub(before)) {
-            written.add_cpu(Stage::Write, ran);
+            write_stages.add_cpu(Stage::Write, ran);
         }
         bar.inc(1);
     }
@@ -176,7 +176,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         }
     }
     if args.time_report {
-        let mut report = report(&session, &written, drawn_frames, first_frame, drawn_by);
+        let mut report = report(&session, &write_stages, drawn_frames, first_frame, drawn_by);
         report["kept_frames"] = existing_frames.len().into();
         let report = format!("{report}\n");
         if output == Output::Stream {
@@ -241,10 +241,10 @@ fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, sc
     ]
 }
 
-fn report(session: &Session, written: &Stages, frames: u32, first_frame: Option<Duration>, by: Option<DrawnBy>) -> serde_json::Value {
+fn report(session: &Session, write_stages: &Stages, frames: u32, first_frame: Option<Duration>, by: Option<DrawnBy>) -> serde_json::Value {
     let (mut stages, library) = session.report();
-    stages.add(Stage::Write, written.spent(Stage::Write));
-    if let Some(ran) = written.cpu(Stage::Write) {
+    stages.add(Stage::Write, write_stages.spent(Stage::Write));
+    if let Some(ran) = write_stages.cpu(Stage::Write) {
         stages.add_cpu(Stage::Write, ran);
     }
     // Only stages whose CPU time was counted: not catalog and kernel, which run before counting starts, and none if the system reports no CPU time.

@@ -12,7 +12,7 @@ use std::path::Path;
 const MAX_FRAMES: f64 = 216_000.0;
 
 pub(crate) enum Views {
-    /// `count` frames of a single view, `step_s` simulated seconds apart.
+    /// One view at `count` times, `step_s` simulated seconds apart.
     Steps { first: Box<ViewRequest>, step_s: f64, count: u32 },
     // Constructed only with the feature `view`, whose module parses tour files.
     #[cfg_attr(not(feature = "view"), expect(dead_code))]

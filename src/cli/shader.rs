@@ -303,13 +303,13 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     let bar = indicatif::ProgressBar::new(ids.len() as u64);
     let verified = Verified::of_fragments(&fragments(common)?, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
-    let now = verified.map_err(|failures| match print_result(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
+    let current = verified.map_err(|failures| match print_result(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
         Ok(()) => CliError::Failed(format!("{} of {} modules are not valid", failures.len(), ids.len())),
         Err(e) => e,
     })?;
     let translated = ids.iter().filter(|(_, translated)| *translated).count();
     print_result(&format!("{} modules emitted, validated and lowered; {translated} translated\n", ids.len()))?;
-    let old = match read_text(path, MAX_FILE_BYTES) {
+    let recorded = match read_text(path, MAX_FILE_BYTES) {
         Ok(text) if update => DigestRecord::parse(&text).unwrap_or_default(),
         Ok(text) => DigestRecord::parse(&text).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))?,
         Err(_) if update => DigestRecord::default(),
@@ -318,10 +318,10 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
             return Err(CliError::Failed(format!("{}: {e}; {advice}", path.display())));
         }
     };
-    let changes = old.changes(&now);
+    let changes = recorded.changes(&current);
     print_result(&changes_text(&changes))?;
     if update {
-        let text = now.record.to_text();
+        let text = current.record.to_text();
         write_atomic(path, FileAccess::All, |out| out.write_all(text.as_bytes()))?;
         return print_result(&format!("recorded in {}\n", path.display()));
     }

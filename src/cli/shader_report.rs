@@ -79,8 +79,9 @@ fn text(report: &Report) -> String {
     text
 }
 
-fn more(of: usize) -> String {
-    if of > MAX_LISTED { format!(" and {} more", of - MAX_LISTED) } else { String::new() }
+/// What follows a list of which only the first [`MAX_LISTED`] of `total` entries are written.
+fn more(total: usize) -> String {
+    if total > MAX_LISTED { format!(" and {} more", total - MAX_LISTED) } else { String::new() }
 }
 
 /// The description of a cause; a fragment is named by its path in the source tree.
@@ -95,10 +96,11 @@ fn cause_words(cause: &str) -> String {
 
 fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
     let features: BTreeSet<&str> = changes.iter().flat_map(|c| &c.causes).flat_map(|c| &c.features).map(String::as_str).collect();
-    let lines =
-        |of: fn(&crate::export::report::Cause) -> usize| changes.iter().map(|c| c.causes.iter().map(of).sum::<usize>()).max().unwrap_or(0);
+    let most_lines = |count: fn(&crate::export::report::Cause) -> usize| {
+        changes.iter().map(|c| c.causes.iter().map(count).sum::<usize>()).max().unwrap_or(0)
+    };
     let mut text = format!("\n{}\n  {}", cause_words(cause), modules(changes.len()));
-    let (removed, added) = (lines(|c| c.removed), lines(|c| c.added));
+    let (removed, added) = (most_lines(|c| c.removed), most_lines(|c| c.added));
     if removed + added > 0 {
         let _ = write!(text, ", at most {removed} lines removed and {added} added");
     }
@@ -114,13 +116,13 @@ fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
             image.max_levels, image.mean_levels, image.pixels
         );
     }
-    let change_range = |of: &dyn Fn(&Figures) -> Option<f64>| range(changes, of);
+    let change_range = |figure: &dyn Fn(&Figures) -> Option<f64>| range(changes, figure);
     if let Some(light) = change_range(&|f| f.mean_luminance) {
         let _ = writeln!(text, "  mean light  {light}");
     }
-    let rounding = |of: fn(&ModuleChange) -> Option<f64>| changes.iter().filter_map(|c| of(c)).fold(0.0, f64::max);
+    let greatest = |rounding: fn(&ModuleChange) -> Option<f64>| changes.iter().filter_map(|c| rounding(c)).fold(0.0, f64::max);
     if changes.iter().any(|c| c.first.rounding_levels.is_some()) {
-        let (before, after) = (rounding(|c| c.first.rounding_levels), rounding(|c| c.second.rounding_levels));
+        let (before, after) = (greatest(|c| c.first.rounding_levels), greatest(|c| c.second.rounding_levels));
         let _ = writeln!(text, "  f32 to f64  at most {before:.3} of 255 levels in A, {after:.3} in B");
     }
     if let Some(operations) = change_range(&|f| Some(f.operations as f64)) {
@@ -135,9 +137,9 @@ fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
 }
 
 /// The smallest and greatest relative change of a figure, as text.
-fn range(changes: &[&ModuleChange], of: &dyn Fn(&Figures) -> Option<f64>) -> Option<String> {
+fn range(changes: &[&ModuleChange], figure: &dyn Fn(&Figures) -> Option<f64>) -> Option<String> {
     let percent_change = |c: &&ModuleChange| {
-        let (a, b) = (of(&c.first)?, of(&c.second)?);
+        let (a, b) = (figure(&c.first)?, figure(&c.second)?);
         Some(if a == b { 0.0 } else { 100.0 * (b - a) / a.abs().max(f64::MIN_POSITIVE) })
     };
     let percent_changes: Vec<f64> = changes.iter().filter_map(percent_change).collect();

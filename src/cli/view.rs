@@ -103,7 +103,7 @@ mod windowed {
             print_message(line);
             session_messages.lock().push(line.to_owned());
         })?;
-        let watch = common
+        let watcher = common
             .shaders
             .as_ref()
             .map(|folder| ShaderWatcher::open(folder, &session))
@@ -140,7 +140,8 @@ mod windowed {
                 let session = &session;
                 scope.spawn(move || lose_devices(session, period, &end));
             }
-            let result = window::run(&mut interface, &session, watch.as_ref(), save_settings).map_err(|e| CliError::Failed(e.to_string()));
+            let result =
+                window::run(&mut interface, &session, watcher.as_ref(), save_settings).map_err(|e| CliError::Failed(e.to_string()));
             drop(ended);
             result
         })
@@ -170,12 +171,12 @@ mod windowed {
 
     /// The view of a link, or of a file with a saved view.
     fn saved_view(link: &str, session: &Session) -> Result<ViewState, String> {
-        let named = |why: &dyn std::fmt::Display| format!("{}: {why}", echo(link));
+        let error_text = |why: &dyn std::fmt::Display| format!("{}: {why}", echo(link));
         if is_link(link) {
-            return view_from_text(link, session, clock()).map_err(|e| named(&e));
+            return view_from_text(link, session, clock()).map_err(|e| error_text(&e));
         }
-        let text = read_text(link.as_ref(), MAX_BYTES).map_err(|e| named(&format!("{e}; a link starts with {SCHEME}")))?;
-        view_from_text(&text, session, clock()).map_err(|e| named(&e))
+        let text = read_text(link.as_ref(), MAX_BYTES).map_err(|e| error_text(&format!("{e}; a link starts with {SCHEME}")))?;
+        view_from_text(&text, session, clock()).map_err(|e| error_text(&e))
     }
 
     fn default_view_of(session: &Session, args: &ViewArgs) -> Result<ViewState, CliError> {

@@ -83,31 +83,32 @@ pub(crate) fn instant(text: &str) -> Result<Instant, CliError> {
     Instant::parse(&text).map_err(|e| CliError::Failed(format!("--time: {e}")))
 }
 
-fn wrong(option: &str, value: &str, allowed: &str) -> CliError {
+fn invalid_option(option: &str, value: &str, allowed: &str) -> CliError {
     CliError::Failed(format!("{option} {}: {allowed}", echo(value)))
 }
 
 /// Width and height of a text such as `1024x768`.
 pub(crate) fn size(text: &str) -> Result<(u32, u32), CliError> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
-    sides.ok_or_else(|| wrong("--size", text, "write width x height in pixels, as 1024x768"))
+    sides.ok_or_else(|| invalid_option("--size", text, "write width x height in pixels, as 1024x768"))
 }
 
 fn place_on_ground(text: &str) -> Result<(f64, f64), CliError> {
-    let both = text.split_once(',').and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
+    let numbers = text.split_once(',').and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
     let (latitude, longitude): (f64, f64) =
-        both.ok_or_else(|| wrong("--at", text, "write latitude,longitude in degrees, as 48.86,2.35"))?;
+        numbers.ok_or_else(|| invalid_option("--at", text, "write latitude,longitude in degrees, as 48.86,2.35"))?;
     if !(-90.0..=90.0).contains(&latitude) {
-        return Err(wrong("--at", text, "a latitude is -90 to 90 degrees"));
+        return Err(invalid_option("--at", text, "a latitude is -90 to 90 degrees"));
     }
     if !(-360.0..=360.0).contains(&longitude) {
-        return Err(wrong("--at", text, "a longitude is -360 to 360 degrees, east"));
+        return Err(invalid_option("--at", text, "a longitude is -360 to 360 degrees, east"));
     }
     Ok((latitude, longitude))
 }
 
 fn pixel_view(text: &str) -> Result<PixelView, CliError> {
-    PixelView::by_name(text).ok_or_else(|| wrong("--pixels", text, &suggestion_or_list(text, &PixelView::ALL.map(PixelView::name))))
+    PixelView::by_name(text)
+        .ok_or_else(|| invalid_option("--pixels", text, &suggestion_or_list(text, &PixelView::ALL.map(PixelView::name))))
 }
 
 impl ViewArgs {
@@ -134,7 +135,7 @@ impl ViewArgs {
             let target = target.ok_or_else(|| CliError::Failed("no target: give --target BODY or --camera-json FILE".into()))?;
             if catalog.body(target).is_none() {
                 let name = self.target.as_deref().unwrap_or("");
-                return Err(wrong("--target", name, "a barycentre cannot be drawn: name a body"));
+                return Err(invalid_option("--target", name, "a barycentre cannot be drawn: name a body"));
             }
             let from = self.from.as_ref().map(|name| body_of_option("--from", name)).transpose()?;
             request.position = self.position(catalog, target, from)?;
@@ -148,7 +149,7 @@ impl ViewArgs {
         }
         (request.width, request.height) = size(&self.size)?;
         if !self.exposure.eq_ignore_ascii_case("auto") {
-            let stops = self.exposure.parse().map_err(|_| wrong("--exposure", &self.exposure, "a number of stops, or auto"))?;
+            let stops = self.exposure.parse().map_err(|_| invalid_option("--exposure", &self.exposure, "a number of stops, or auto"))?;
             request.exposure = ExposureRequest::Stops(stops);
         }
         if let Some(effects) = &self.effects {
@@ -158,8 +159,9 @@ impl ViewArgs {
             request.layers = Layers::parse(layers).map_err(|e| CliError::Failed(e.to_string()))?;
         }
         request.stars_boost = self.stars_boost;
-        let tones = || wrong("--tone-map", &self.tone_map, &suggestion_or_list(&self.tone_map, &ToneMap::ALL.map(ToneMap::name)));
-        request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(tones)?;
+        let unknown_tone_map =
+            || invalid_option("--tone-map", &self.tone_map, &suggestion_or_list(&self.tone_map, &ToneMap::ALL.map(ToneMap::name)));
+        request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(unknown_tone_map)?;
         request.pixel_view = pixel_view(&self.pixels)?;
         request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| CliError::Failed(e.to_string()))?;
         Ok(request)
@@ -207,7 +209,7 @@ mod tests {
         use crate::scene::viewpoint::viewer;
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
-        let mut tilted_before = 0;
+        let mut tilted_with_north_up = 0;
         for (from, target) in
             [("earth", "sun"), ("earth", "moon"), ("earth", "earth"), ("mars", "phobos"), ("mars", "sun"), ("moon", "earth")]
         {
@@ -242,10 +244,13 @@ mod tests {
                 assert!(tilt.abs() < 1e-12 && camera.up.dot(zenith) > 0.0, "{from} {at} to {target}: tilted by {tilt}");
                 let northward = ViewArgs { up: some("north"), ..args }.request(&catalog).expect(at);
                 let camera = viewer(&catalog, &ephemeris, &northward).expect("a camera").camera;
-                tilted_before += usize::from(camera.right.dot(zenith).abs() > 0.1);
+                tilted_with_north_up += usize::from(camera.right.dot(zenith).abs() > 0.1);
             }
         }
-        assert!(tilted_before > 40, "with the target's north up {tilted_before} of 96 horizons are tilted: the sweep shows nothing");
+        assert!(
+            tilted_with_north_up > 40,
+            "with the target's north up only {tilted_with_north_up} horizons are tilted: the sweep shows nothing"
+        );
     }
 
     #[test]

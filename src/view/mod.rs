@@ -3,8 +3,9 @@
 //! In: a session and input events. Out: a window, presented by the GPU that renders the images, or by the CPU. This module computes neither
 //! positions nor light; both come from the session.
 //!
-//! `faults` says errors in the window's language; `app` contains the state and the actions that change it; `link` writes and reads views as text; `worker` renders images and answers
-//! queries off the window's thread; `panels` is the interface, which also runs without a window; `window` is the event loop and presentation.
+//! `app` contains the state and the actions that change it; `link` writes and reads views as text; `language` has the texts in the window's language,
+//! and `faults` those of errors; `worker` renders images and answers queries off the window's thread; `panels` is the interface, which also runs
+//! without a window; `window` is the event loop and presentation.
 
 pub mod app;
 pub(crate) mod faults;

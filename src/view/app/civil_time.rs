@@ -1,7 +1,7 @@
 //! Civil dates and times of an instant, in UTC or in the computer's time zone.
 //!
-//! In: instants or civil times, a zone. Out: the other of the two. Always: whole seconds; a civil time that the zone skips is moved past the gap;
-//! a civil time that occurs twice means the earlier instant. Not here: leap seconds, which civil clocks do not show; the text of dates
+//! In: instants or civil times, a zone. Out: the other of the two. Always: whole seconds; a civil time that the zone skips is moved forward by an
+//! hour; a civil time that occurs twice means the earlier instant. Not here: leap seconds, which civil clocks do not show; the text of dates
 //! (`date_text`).
 
 use crate::time::Instant;
@@ -19,7 +19,7 @@ pub enum Clock {
 }
 
 impl Clock {
-    /// The civil time; `None` outside the calendar.
+    /// The civil time of an instant; `None` outside the calendar's range of years.
     pub(crate) fn shown(self, t: Instant) -> Option<NaiveDateTime> {
         match self {
             Self::Utc => shown(t, &Utc),
@@ -72,7 +72,7 @@ mod tests {
     use chrono::FixedOffset;
 
     #[test]
-    fn civil_times_of_all_zones_round_trip() {
+    fn civil_times_of_fixed_offsets_round_trip() {
         for hours in [-12.0, -3.5, 0.0, 5.5, 5.75, 14.0] {
             let zone = FixedOffset::east_opt((hours * 3600.0) as i32).expect("a zone");
             for text in

@@ -39,7 +39,7 @@ impl Default for CompositionState {
 }
 
 impl CompositionState {
-    /// The stored fields of a composition, without its warp mesh.
+    /// The stored fields of a composition, without its warp mesh. A composition has no fisheye angle: the caller sets `fisheye_deg`.
     pub(crate) fn of(composition: &Composition) -> Self {
         Self {
             projection: composition.projection,

@@ -42,8 +42,8 @@ struct Parts<'t> {
     clock: Option<&'t str>,
 }
 
-/// Sets a part that is still empty.
-fn put<T>(place: &mut Option<T>, part: T) -> Option<()> {
+/// Sets a part; `None` if it is already set.
+fn set_once<T>(place: &mut Option<T>, part: T) -> Option<()> {
     place.is_none().then(|| *place = Some(part))
 }
 
@@ -56,8 +56,8 @@ impl<'t> Parts<'t> {
             match word {
                 "utc" | "ut" | "z" | "at" | "of" | "ad" | "ce" | "um" | "uhr" | "v." => {}
                 "bc" | "bce" | "chr." => before_christ = true,
-                _ if word.contains(':') => put(&mut parts.clock, word.trim_end_matches('z'))?,
-                _ if word.starts_with(|c: char| c.is_alphabetic()) => put(&mut parts.month, month(word)?)?,
+                _ if word.contains(':') => set_once(&mut parts.clock, word.trim_end_matches('z'))?,
+                _ if word.starts_with(|c: char| c.is_alphabetic()) => set_once(&mut parts.month, month(word)?)?,
                 _ if word.trim_end_matches('.').contains(['.', '/']) => parts.dotted(word)?,
                 _ => parts.number(word)?,
             }
@@ -65,7 +65,7 @@ impl<'t> Parts<'t> {
         if before_christ {
             parts.year = Some(1 - parts.year.filter(|y| *y > 0)?);
         }
-        // A day without a month is not a date, and neither is a number that was read as a day.
+        // A day without a month is not a date; a lone number of one or two digits was read as a day.
         (parts.day.is_none() || parts.month.is_some()).then_some(parts)
     }
 
@@ -79,12 +79,12 @@ impl<'t> Parts<'t> {
             return None;
         }
         if word.starts_with('-') {
-            return put(&mut self.year, -value);
+            return set_once(&mut self.year, -value);
         }
         if digits.len() <= 2 && self.day.is_none() && (1..=31).contains(&value) {
-            return put(&mut self.day, value as u32);
+            return set_once(&mut self.day, value as u32);
         }
-        if is_ordinal { None } else { put(&mut self.year, value) }
+        if is_ordinal { None } else { set_once(&mut self.year, value) }
     }
 
     /// Reads `8.4.2024` as day, month, year, and `2024/4/8` as year, month, day.
@@ -98,9 +98,9 @@ impl<'t> Parts<'t> {
         } else {
             return None;
         };
-        put(&mut self.year, year)?;
-        put(&mut self.month, u32::try_from(middle).ok()?)?;
-        put(&mut self.day, u32::try_from(day).ok()?)
+        set_once(&mut self.year, year)?;
+        set_once(&mut self.month, u32::try_from(middle).ok()?)?;
+        set_once(&mut self.day, u32::try_from(day).ok()?)
     }
 }
 
@@ -108,8 +108,8 @@ impl<'t> Parts<'t> {
 fn month(word: &str) -> Option<u32> {
     let word = word.trim_end_matches('.');
     let begins = |m: &&str| word.len() >= 3 && m.starts_with(word);
-    let at = MONTHS.iter().position(begins).or_else(|| GERMAN_MONTHS.iter().position(begins))?;
-    Some(at as u32 + 1)
+    let index = MONTHS.iter().position(begins).or_else(|| GERMAN_MONTHS.iter().position(begins))?;
+    Some(index as u32 + 1)
 }
 
 #[cfg(test)]
@@ -120,7 +120,7 @@ mod tests {
         Instant::parse("2026-11-22T23:00:00Z").expect("a time")
     }
 
-    /// Every supported form of a day gives the same instant as ISO 8601, for every day of leap years and common years.
+    /// Nine English and numeric forms of a day give the same instant as ISO 8601 or, for a day that does not exist, none; for five years.
     #[test]
     fn every_form_of_a_day_is_that_day() {
         let endings = |d: u32| match d {
@@ -177,9 +177,9 @@ mod tests {
             ("jetzt", "2026-11-22T23:00:00Z"),
         ] {
             let (found, expected) = (parse_date(text, now()).expect(text), Instant::parse(iso).expect(iso));
-            let off_s = found.tdb_seconds_past_j2000() - expected.tdb_seconds_past_j2000();
+            let difference_s = found.tdb_seconds_past_j2000() - expected.tdb_seconds_past_j2000();
             // A UTC day is not a whole number of TDB seconds.
-            assert!(off_s.abs() < 1e-3, "{text}: {off_s} s");
+            assert!(difference_s.abs() < 1e-3, "{text}: {difference_s} s");
         }
     }
 

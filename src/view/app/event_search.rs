@@ -65,7 +65,7 @@ pub struct ContactLine {
     pub name: &'static str,
     pub time: Instant,
     pub altitude_deg: f64,
-    /// The upper limb is above the horizon, with refraction.
+    /// With refraction, the upper limb is above the horizon; for moons' events, the planet's centre.
     pub is_up: bool,
 }
 
@@ -171,11 +171,11 @@ const MOON_FOV_DEG: f64 = 0.8;
 const PLANET_DIAMETERS: f64 = 2.2;
 /// Field of view for mutual events of moons, in diameters of the moon.
 const MOON_DIAMETERS: f64 = 12.0;
-/// Height of the camera if the Sun is near the horizon, km: the dip of the horizon is then 1.8 degrees.
-const LOW_SUN_CAMERA_KM: f64 = 3.0;
+/// Height of the camera if the observed body is near the horizon, km: the dip of the horizon is then 1.8 degrees.
+const LOW_BODY_CAMERA_KM: f64 = 3.0;
 const GROUND_CAMERA_KM: f64 = 0.01;
-/// Altitude below which the Sun counts as low, degrees.
-const LOW_SUN_DEG: f64 = 2.0;
+/// Altitude below which the observed body is near the horizon, degrees.
+const LOW_BODY_DEG: f64 = 2.0;
 /// Approximate real seconds in which *Watch* plays an event.
 const PLAYBACK_S: f64 = 30.0;
 /// Fraction of an event's length that is shown before its first contact and after its last contact.
@@ -305,7 +305,7 @@ impl SkyEvent {
             Self::Transit(_) => (NaifId::SUN, SUN_FOV_DEG),
             Self::Moons(e) => (e.planet, 0.03),
         };
-        let camera_height_km = if altitude_deg < LOW_SUN_DEG { LOW_SUN_CAMERA_KM } else { GROUND_CAMERA_KM };
+        let camera_height_km = if altitude_deg < LOW_BODY_DEG { LOW_BODY_CAMERA_KM } else { GROUND_CAMERA_KM };
         let eye = CameraPose::Ground {
             body: NaifId::EARTH,
             latitude_deg: place.latitude_deg,
@@ -317,7 +317,7 @@ impl SkyEvent {
         base_view.paused_view(self.greatest(), target, eye, fov_deg)
     }
 
-    /// Playback from shortly before the first contact to shortly after the last contact, at a rate that takes half a minute.
+    /// Playback from shortly before the first contact to shortly after the last contact, in half a minute, but not slower than real time.
     pub(crate) fn playback(&self) -> EventPlayback {
         let (first, last) = self.local_span();
         let length_s = (seconds(last) - seconds(first)).max(1.0);

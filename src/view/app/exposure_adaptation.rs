@@ -15,7 +15,7 @@ use std::mem::{Discriminant, discriminant};
 /// is too long to wait for. The value was chosen by eye.
 pub(crate) const TIME_CONSTANT_S: f64 = 0.4;
 
-/// The properties that two views must share for the exposure to adapt smoothly.
+/// Target, body of the camera, and kind of pose. A change is a cut, unless the camera is free (in a flight) before or after it.
 type ViewIdentity = (NaifId, NaifId, Discriminant<CameraPose>);
 
 /// The exposure of the last image.
@@ -23,7 +23,7 @@ type ViewIdentity = (NaifId, NaifId, Discriminant<CameraPose>);
 struct Adapted {
     stops: f64,
     metered_stops: f64,
-    /// Real time of the request.
+    /// Real time of the request, seconds.
     at_s: f64,
 }
 
@@ -32,25 +32,26 @@ pub(crate) struct ExposureAdaptation {
     identity: Option<ViewIdentity>,
     /// `None` before the first image.
     adapted: Option<Adapted>,
-    /// Real time of the last request.
+    /// Real time of the last request, seconds.
     requested_s: f64,
     /// The last requested image is still pending.
     is_pending: bool,
 }
 
 impl ExposureAdaptation {
-    /// Resets the adaptation after a cut to another view.
+    /// Resets the adaptation after a cut to another view, and while the exposure is manual.
     fn reset_on_cut(&mut self, view: &ViewState) {
         let identity = (view.target, view.eye.body(), discriminant(&view.eye));
-        let is_flight = |s: &ViewIdentity| {
-            s.2 == discriminant(&CameraPose::Free {
-                body: s.1,
-                offset_km: Default::default(),
-                forward: Default::default(),
-                up: Default::default(),
-            })
+        let is_free = |(_, camera_body, pose): &ViewIdentity| {
+            *pose
+                == discriminant(&CameraPose::Free {
+                    body: *camera_body,
+                    offset_km: Default::default(),
+                    forward: Default::default(),
+                    up: Default::default(),
+                })
         };
-        let cut = self.identity.replace(identity).is_some_and(|last| last != identity && !is_flight(&last) && !is_flight(&identity));
+        let cut = self.identity.replace(identity).is_some_and(|last| last != identity && !is_free(&last) && !is_free(&identity));
         if cut || view.exposure_stops.is_some() {
             self.adapted = None;
         }

@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 /// Digits of the frame number if the name has no placeholder.
-const DIGITS: usize = 5;
+const DEFAULT_DIGITS: usize = 5;
 
 /// The name has an invalid placeholder for the frame number.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -24,8 +24,8 @@ pub(crate) struct NumberedName {
     after: String,
 }
 
-/// The folder and stem of a name, and its extension with the dot.
-fn split(name: &str) -> (&str, &str) {
+/// Splits a name before the dot of its extension: folder and stem, then the extension with the dot.
+fn split_extension(name: &str) -> (&str, &str) {
     let ending = Path::new(name).extension().map_or(0, |e| e.len() + 1);
     name.split_at(name.len() - ending)
 }
@@ -55,12 +55,12 @@ impl NumberedName {
     /// # Errors
     /// If the placeholder is invalid; the message explains how to write it.
     pub(crate) fn of_sequence(name: &str, frames: u32) -> Result<Self, FrameNumberError> {
-        let (before, after) = split(name);
-        let default_numbering = || Self { before: format!("{before}-"), digits: DIGITS, after: after.to_owned() };
+        let (before, after) = split_extension(name);
+        let default_numbering = || Self { before: format!("{before}-"), digits: DEFAULT_DIGITS, after: after.to_owned() };
         let first = Self::of(name)?.unwrap_or_else(default_numbering);
-        let of_series = |n: u32| if n == 1 { first.clone() } else { Self { before: format!("{}{n}-", first.before), ..first.clone() } };
+        let nth_series = |n: u32| if n == 1 { first.clone() } else { Self { before: format!("{}{n}-", first.before), ..first.clone() } };
         let is_free = |series: &Self| (0..frames).all(|k| !series.path(k).exists());
-        Ok((1..=u32::MAX).map(of_series).find(is_free).unwrap_or(first))
+        Ok((1..=u32::MAX).map(nth_series).find(is_free).unwrap_or(first))
     }
 }
 
@@ -72,7 +72,7 @@ pub(crate) fn free_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> 
     if let Some(numbered) = NumberedName::of(name)? {
         return Ok(Box::new((0..=u32::MAX).map(move |n| numbered.path(n))));
     }
-    let (before, after) = split(name);
+    let (before, after) = split_extension(name);
     let (first, before, after) = (PathBuf::from(name), before.to_owned(), after.to_owned());
     Ok(Box::new(std::iter::once(first).chain((2..=u32::MAX).map(move |n| format!("{before}-{n}{after}").into()))))
 }

@@ -1,8 +1,8 @@
 //! A flight of the camera from one view to another: smooth, without overshoot, two seconds long for any distance.
 //!
-//! In: both ends as poses about the target (ICRF kilometres). Out: the pose at a given time. Always: the distance changes monotonically on a
-//! logarithmic scale; the direction changes along a great circle; the camera faces the target after the first half; the poses at the ends are
-//! exactly those given. The flight does not avoid bodies on the way.
+//! In: both ends as poses about the target (ICRF kilometres). Out: the pose at a given time. Always: the logarithm of the distance eases
+//! monotonically from one end to the other; the direction changes along a great circle; the camera faces the target after the first half; the
+//! poses at the ends are exactly those given. The flight does not avoid bodies on the way.
 
 use glam::{DQuat, DVec3};
 
@@ -59,8 +59,8 @@ impl Flight {
         let log_distance = start_km.ln() + (end_km.ln() - start_km.ln()) * s;
         let direction = slerp(a.try_normalize().unwrap_or(DVec3::X), b.try_normalize().unwrap_or(DVec3::X), s);
         let facing_fraction = ease_in_out(fraction / FACING_FRACTION);
-        // In the second half the camera faces the target from its current position. If the final pose does not face the target exactly, that angle
-        // is approached gradually.
+        // From halfway on, the camera faces the target. If the final pose does not face the target exactly, `final_turn` adds the difference
+        // gradually.
         let facing = (-b).try_normalize().unwrap_or(self.to.forward);
         let final_turn = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing, self.to.forward), s);
         let towards_target = (final_turn * -direction).normalize();

@@ -1,7 +1,7 @@
 //! The first view of a window: a body seen from its lit side; the Earth with the Moon beside it, if the Moon's phase allows.
 //!
-//! In: a body, a time, positions. Out: a [`ViewState`], with the layer of brightened stars. Not here: a Moon less than about 70 degrees from the Sun could only stand beside a thin crescent of the
-//! Earth, and is not looked for.
+//! In: a body, a time, positions. Out: a [`ViewState`], with the layer of brightened stars. A Moon less than about 70 degrees from the Sun is left
+//! out: the camera could show it only beside a thin crescent of the Earth.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::time::Instant;
@@ -13,18 +13,18 @@ use glam::{DQuat, DVec3};
 const START_DISTANCE_RADII: f64 = 3.5;
 /// Angle between the directions to the camera and to the Sun, chosen so that the terminator is visible.
 const SUN_ANGLE_DEG: f64 = 62.0;
-/// Least and greatest of this angle for a view with the Moon, and the steps in which it is tried.
+/// Range of the angle between camera and Sun that is tried for a view with the Moon, and its step.
 const SUN_ANGLE_RANGE_DEG: [f64; 2] = [30.0, 94.0];
 const SUN_ANGLE_STEP_DEG: f64 = 4.0;
 /// Offset of the camera towards the pole, as a fraction of the distance.
 const POLE_OFFSET: f64 = 0.25;
 /// Other offsets that are tried for a view with the Moon.
 const POLE_OFFSETS: [f64; 5] = [POLE_OFFSET, 0.1, 0.0, -0.1, -POLE_OFFSET];
-/// Where the Moon may stand in the image, as tangents of angles from its centre: at most so far to the side; between so far below and above; at least so far
-/// from the centre, which is beside the Earth's disc. Below would be the row *What to see now*.
-const MOON_MAX_ASIDE: f64 = 0.5;
-const MOON_HEIGHTS: [f64; 2] = [-0.1, 0.33];
-const MOON_MIN_DISTANCE: f64 = 0.33;
+/// Where the Moon may stand in the image, as tangents of angles from the image's centre: the greatest horizontal distance; the lowest and the highest
+/// position, above the row *What to see now*; the least distance, just outside the Earth's disc.
+const MOON_MAX_SIDE_TAN: f64 = 0.5;
+const MOON_HEIGHTS_TAN: [f64; 2] = [-0.1, 0.33];
+const MOON_MIN_DISTANCE_TAN: f64 = 0.33;
 
 /// # Errors
 /// If the catalog does not contain the body.
@@ -48,10 +48,10 @@ fn direction_from_sun(sunward: Option<DVec3>, axis: DVec3, sun_angle_deg: f64, p
     (beside_sun + pole_offset * pole).try_normalize().unwrap_or(beside_sun)
 }
 
-/// The direction to the camera that shows the Moon beside the Earth, with the terminator as near as possible to that of [`SUN_ANGLE_DEG`]. `moon_radii`: from
-/// the Earth's centre, in its radii.
+/// The direction from the Earth to a camera that sees the Moon beside the Earth: the one whose angle from the Sun is closest to [`SUN_ANGLE_DEG`].
+/// `moon_radii`: the Moon's position relative to the Earth's centre, in Earth radii.
 fn direction_with_moon(sunward: DVec3, moon_radii: DVec3, pole: DVec3) -> Option<DVec3> {
-    // The camera has the Moon behind the Earth, so it stands on the other side of the Sun's direction.
+    // The Moon is beyond the Earth as seen by the camera, so the camera turns away from the Sun on the side opposite to the Moon.
     let axis = moon_radii.cross(sunward).try_normalize()?;
     let [min, max] = SUN_ANGLE_RANGE_DEG;
     let steps = ((max - min) / SUN_ANGLE_STEP_DEG) as u32;
@@ -68,8 +68,8 @@ fn shows_moon(direction: DVec3, moon_radii: DVec3, pole: DVec3) -> bool {
     let depth = -from_camera.dot(direction);
     let Some(right) = pole.cross(direction).try_normalize().filter(|_| depth > 0.0) else { return false };
     let [x, y] = [right, direction.cross(right)].map(|axis| from_camera.dot(axis) / depth);
-    let [lowest, highest] = MOON_HEIGHTS;
-    x.abs() <= MOON_MAX_ASIDE && (lowest..=highest).contains(&y) && x.hypot(y) >= MOON_MIN_DISTANCE
+    let [lowest, highest] = MOON_HEIGHTS_TAN;
+    x.abs() <= MOON_MAX_SIDE_TAN && (lowest..=highest).contains(&y) && x.hypot(y) >= MOON_MIN_DISTANCE_TAN
 }
 
 #[cfg(test)]
@@ -81,13 +81,13 @@ mod tests {
     }
 
     /// The Sun along x, the pole 23 degrees from the ecliptic's; the Moon at an elongation, in the ecliptic.
-    fn with_elongation(deg: f64) -> Option<DVec3> {
+    fn direction_for_elongation(deg: f64) -> Option<DVec3> {
         let pole = DVec3::new(0.0, -0.39, 0.92).normalize();
         let moon = DQuat::from_axis_angle(DVec3::Z, deg.to_radians()) * DVec3::X * 60.3;
         let direction = direction_with_moon(DVec3::X, moon, pole);
         if let Some(direction) = direction {
             assert!(shows_moon(direction, moon, pole));
-            // More than half of the disc is lit or nearly so, and the terminator is in sight.
+            // At least two fifths of the disc are lit, and the terminator is in sight.
             let sun_angle = angle(direction, DVec3::X).to_degrees();
             assert!((25.0..100.0).contains(&sun_angle), "{deg}: {sun_angle}");
             // The Moon is beside the disc, whose angular radius is asin(1 / 3.5).
@@ -101,7 +101,7 @@ mod tests {
     fn the_moon_stands_beside_the_earth_unless_it_is_near_the_sun() {
         for elongation in (0..360).step_by(5) {
             let from_sun = f64::from(180 - (elongation - 180_i32).abs());
-            let found = with_elongation(f64::from(elongation));
+            let found = direction_for_elongation(f64::from(elongation));
             assert!(found.is_some() || from_sun < 75.0, "{elongation}");
             assert!(found.is_none() || from_sun > 50.0, "{elongation}");
         }

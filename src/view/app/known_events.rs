@@ -1,8 +1,8 @@
 //! The events around the displayed time: those already found, and the next search for more.
 //!
 //! In: the displayed span of time, found events. Out: the next short search; the known events ordered by time. Always: the searched span has no
-//! gaps. It grows first on the side where its end is closer to the middle of the displayed span. If the displayed span is elsewhere, the search
-//! starts again there. Not here: the thread that searches, and the painting.
+//! gaps. It grows first on the side where its end is closer to the middle of the displayed span. If the middle of the displayed
+//! span is more than one search away from the searched span, the search starts again there. Not here: the thread that searches, and the painting.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::time::Instant;
@@ -88,8 +88,8 @@ impl KnownEvents {
 
     /// The known events in a span, ordered by time.
     pub(crate) fn between(&self, from_s: f64, to_s: f64) -> &[KnownEvent] {
-        let at = |s: f64| self.events.partition_point(|e| e.tdb_s < s);
-        self.events.get(at(from_s)..at(to_s)).unwrap_or_default()
+        let first_from = |s: f64| self.events.partition_point(|e| e.tdb_s < s);
+        self.events.get(first_from(from_s)..first_from(to_s)).unwrap_or_default()
     }
 }
 
@@ -99,7 +99,7 @@ mod tests {
 
     const DAY: f64 = SECONDS_PER_DAY;
 
-    fn searched(known: &mut KnownEvents, from_s: f64, to_s: f64) -> usize {
+    fn searches_needed(known: &mut KnownEvents, from_s: f64, to_s: f64) -> usize {
         let mut steps = 0;
         while let Some(next) = known.next(from_s, to_s) {
             known.add(&next, Some(Vec::new()));
@@ -112,11 +112,11 @@ mod tests {
     #[test]
     fn a_span_is_searched_once_and_extended_where_it_moves() {
         let mut known = KnownEvents::new(&[EventKind::Solar], 10.0);
-        assert_eq!(searched(&mut known, 0.0, 100.0 * DAY), 10);
-        assert_eq!(searched(&mut known, 0.0, 100.0 * DAY), 0);
-        assert_eq!(searched(&mut known, 30.0 * DAY, 120.0 * DAY), 2, "only the new part after the searched span");
-        assert_eq!(searched(&mut known, -10.0 * DAY, 50.0 * DAY), 1, "only the new part before the searched span");
-        assert_eq!(searched(&mut known, 9000.0 * DAY, 9100.0 * DAY), 10, "the search starts again elsewhere");
+        assert_eq!(searches_needed(&mut known, 0.0, 100.0 * DAY), 10);
+        assert_eq!(searches_needed(&mut known, 0.0, 100.0 * DAY), 0);
+        assert_eq!(searches_needed(&mut known, 30.0 * DAY, 120.0 * DAY), 2, "only the new part after the searched span");
+        assert_eq!(searches_needed(&mut known, -10.0 * DAY, 50.0 * DAY), 1, "only the new part before the searched span");
+        assert_eq!(searches_needed(&mut known, 9000.0 * DAY, 9100.0 * DAY), 10, "the search starts again elsewhere");
         assert_eq!(known.searched, Some((9000.0 * DAY, 9100.0 * DAY)));
     }
 

@@ -21,15 +21,15 @@ const SATURN: NaifId = NaifId(699);
 pub(crate) const MOON_FOV_DEG: f64 = 0.7;
 /// Distance from Saturn, in equatorial radii, at which its rings fit into a wide image.
 const SATURN_DISTANCE_RADII: f64 = 6.0;
-/// Angle between the camera and the Sun in azimuth.
+/// Azimuth of the camera from the Sun's.
 const SATURN_SUN_ANGLE_DEG: f64 = 35.0;
 /// Angle by which the camera is farther from the ring plane than the Sun, on the Sun's side.
 const SATURN_ELEVATION_DEG: f64 = 12.0;
-/// Length of the search for the next eclipse, seconds: a year has four to seven.
+/// Length of the search for the next eclipse, seconds; a year has four to seven eclipses.
 const ECLIPSE_SEARCH_S: f64 = 400.0 * 86_400.0;
 
 /// Name in the catalog of the moment whose shader is shown.
-const ECLIPSE: &str = "Total eclipse over North America";
+const SHADER_MOMENT: &str = "Total eclipse over North America";
 
 /// The items of the row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,13 +67,13 @@ impl NowItem {
         }
     }
 
-    /// The view of this item; `None` if it does not exist now.
+    /// The view of this item; `None` if the ephemeris does not cover it or the catalog lacks its moment.
     pub fn view(self, session: &Session, now: Instant, base_view: &ViewState) -> Option<NowView> {
         let (catalog, places) = (session.catalog(), SessionPositions(session));
         let title = self.name().to_owned();
-        let named = |about: String, view| Some(NowView { title: title.clone(), about, view, is_now: false, event: None });
-        // In these views time keeps running.
-        let running = |about: String, view: ViewState| {
+        let at_fixed_time = |about: String, view| Some(NowView { title: title.clone(), about, view, is_now: false, event: None });
+        // In these views time stays as it is: running or paused.
+        let at_current_time = |about: String, view: ViewState| {
             Some(NowView { title: title.clone(), about, view: ViewState { paused: None, ..view }, is_now: true, event: None })
         };
         let of_moment = |moment: &Moment| view_of_moment(moment, catalog, &places, base_view);
@@ -82,7 +82,7 @@ impl NowItem {
                 let camera = CameraPose::Centre { body: NaifId::EARTH };
                 let lit = illuminated_fraction(&places, NaifId::MOON, now)?;
                 let view = base_view.paused_view(now, NaifId::MOON, camera, MOON_FOV_DEG);
-                running(text!("now-moon-about", percent = decimal(100.0 * lit, 0)), view)
+                at_current_time(text!("now-moon-about", percent = decimal(100.0 * lit, 0)), view)
             }
             Self::Eclipse => {
                 let search = EventSearch::new(vec![EventKind::Solar, EventKind::Lunar], now, ECLIPSE_SEARCH_S, false);
@@ -99,15 +99,15 @@ impl NowItem {
                 // The camera is on the lit side of the rings.
                 orbit.elevation_rad += SATURN_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
                 let view = base_view.paused_view(now, SATURN, orbit_pose(SATURN, false, orbit), FOV_DEG);
-                running(text!("now-saturn-about").into(), view)
+                at_current_time(text!("now-saturn-about").into(), view)
             }
             Self::Shadows => {
                 let moment = catalog.moments().iter().find(|m| m.kind == "shadows")?;
-                named(text!("now-dated", what = catalog_text("moment", &moment.name), day = day_of(moment)), of_moment(moment)?)
+                at_fixed_time(text!("now-dated", what = catalog_text("moment", &moment.name), day = day_of(moment)), of_moment(moment)?)
             }
             Self::Shader => {
-                let moment = catalog.moments().iter().find(|m| m.name == ECLIPSE)?;
-                named(text!("now-shader-about", day = day_of(moment)), of_moment(moment)?)
+                let moment = catalog.moments().iter().find(|m| m.name == SHADER_MOMENT)?;
+                at_fixed_time(text!("now-shader-about", day = day_of(moment)), of_moment(moment)?)
             }
         }
     }

@@ -41,8 +41,9 @@ impl OrbitCamera {
     /// The orbit of a camera at `offset_km` from the centre of a body of `radius_km`.
     pub(crate) fn from_offset(offset_km: DVec3, radius_km: f64, pole: DVec3) -> Self {
         let v = icrf_from_equator(pole).transpose() * offset_km;
-        let flat = v.truncate().length();
-        let mut orbit = Self { azimuth_rad: v.y.atan2(v.x), elevation_rad: v.z.atan2(flat), distance_radii: v.length() / radius_km };
+        let equatorial_km = v.truncate().length();
+        let mut orbit =
+            Self { azimuth_rad: v.y.atan2(v.x), elevation_rad: v.z.atan2(equatorial_km), distance_radii: v.length() / radius_km };
         orbit.keep_in_bounds();
         orbit
     }
@@ -54,7 +55,8 @@ impl OrbitCamera {
         icrf_from_equator(pole) * DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e) * (self.distance_radii * radius_km)
     }
 
-    /// Applies a drag in pixels. The angle shrinks with the height, so that near the ground a drag of a pixel moves the ground by about a pixel.
+    /// Applies a drag in pixels. The angle per pixel is proportional to the height, up to four radii, so that near the ground a drag of a pixel
+    /// moves the ground by about a pixel.
     pub(crate) fn drag(&mut self, dx_px: f64, dy_px: f64, height_px: f64, fov_rad: f64) {
         let height_radii = self.distance_radii - 1.0;
         let rad_per_px = (fov_rad / height_px.max(1.0)) * height_radii.min(4.0);

@@ -13,10 +13,10 @@ use glam::{DMat3, DVec3};
 pub trait BodyPositions {
     /// The vector from the centre of `from` to the centre of `to`, ICRF kilometres.
     fn between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3>;
-    /// The offset from `body` of a free camera that sees `camera_body` at `-offset_km`. A free camera sees each body where it was when its light
-    /// left it, whereas a camera on the ground sees its own body at its true place. The conversion keeps the surroundings in place when the
-    /// camera leaves the ground: the body moves 0.3 to 0.6 km in the light time, so a camera kept at its absolute position would start below
-    /// the ground.
+    /// The offset of a free camera from the apparent position of `body`, ICRF kilometres, if its offset from that of `camera_body` is `offset_km`.
+    /// A free camera sees every body at its apparent position (corrected for light time), but a camera on the ground sees its own body at the
+    /// geometric position. A camera that leaves the ground keeps its offset, not its barycentric position: the body moves 0.3 to 0.6 km in the
+    /// light time from its centre, so a camera that kept its position would start below the ground.
     fn offset_from_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3>;
     /// The rotation from ICRF to body-fixed axes: its rows are the body's axes.
     fn body_from_icrf(&self, body: NaifId, time: Instant) -> Option<DMat3>;
@@ -27,7 +27,7 @@ pub struct SessionPositions<'a>(pub &'a Session);
 
 impl BodyPositions for SessionPositions<'_> {
     fn between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3> {
-        self.0.ephemeris().state(to, from, time, None).ok().map(|a| a.state.pos_km)
+        self.0.ephemeris().state(to, from, time, None).ok().map(|relative| relative.state.pos_km)
     }
     fn offset_from_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {
         if body == camera_body {
@@ -35,8 +35,8 @@ impl BodyPositions for SessionPositions<'_> {
         }
         let ephemeris = self.0.ephemeris();
         let seen_at = time.plus_seconds(-offset_km.length() / SPEED_OF_LIGHT_KM_S);
-        let camera_body = ephemeris.state(camera_body, NaifId::SOLAR_SYSTEM_BARYCENTER, seen_at, None).ok()?;
-        let camera_km = camera_body.state.pos_km + offset_km;
+        let camera_body_state = ephemeris.state(camera_body, NaifId::SOLAR_SYSTEM_BARYCENTER, seen_at, None).ok()?;
+        let camera_km = camera_body_state.state.pos_km + offset_km;
         Some(camera_km - ephemeris.light_time_position(body, camera_km, time).ok()?.0)
     }
     fn body_from_icrf(&self, body: NaifId, time: Instant) -> Option<DMat3> {

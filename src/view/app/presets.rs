@@ -1,8 +1,8 @@
 //! Views of general interest that no moment of the catalog gives: the whole system, the Moon's phases, the sky tonight.
 //!
-//! In: the current time, the observer's place, positions. Out: a [`ViewState`] and the rate of time to show it with, or `None` if the ephemeris does not cover the
-//! time.
-//! Always: quality, effects and layers are those of the user, except the layers that a view consists of, which other views do not inherit (`PresetChanges`).
+//! In: the current time, the observer's place, positions. Out: a [`ViewState`], or `None` if the ephemeris does not cover the time; the rate of time
+//! for it. Always: quality and effects are those of the user. A preset may switch layers, stars and exposure; `PresetChanges` undoes this for the
+//! next view.
 
 use super::now_showing::MOON_FOV_DEG;
 use super::orbit::OrbitCamera;
@@ -16,23 +16,23 @@ use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SUN_RADIUS_KM};
 use crate::view::language::{plain, text};
 use glam::DVec3;
 
-/// Height of the camera above the Sun's equator.
+/// Elevation of the camera above the Sun's equator.
 const SYSTEM_ELEVATION_DEG: f64 = 40.0;
-/// Exposure of a view of the system, stops: the Sun's glare covers no orbit, and the layer of brightened stars shows stars.
+/// Exposure of a view of the system, stops: the Sun's glare hides no orbit, and the layer of brightened stars shows stars.
 const SYSTEM_EXPOSURE_STOPS: f64 = 2.0;
 /// Distances from the Sun at which the orbits of Neptune and of Mars fill the image, au.
 const OUTER_DISTANCE_AU: f64 = 75.0;
 const INNER_DISTANCE_AU: f64 = 3.9;
-/// Height of the sky's camera above the ground.
+/// Height of the camera of [`Preset::SkyTonight`] above the ground.
 const SKY_HEIGHT_KM: f64 = 0.002;
-/// Altitude of the middle of its image, which ends just above the horizon.
+/// Altitude of the middle of its image; the lower edge is just above the horizon.
 const SKY_ALTITUDE_DEG: f64 = 38.0;
 const SKY_FOV_DEG: f64 = 75.0;
 /// Stops by which stars are brighter than a photograph of the night sky shows them.
 const SKY_STARS_BOOST: f64 = 2.0;
 /// Altitude of the Sun below which the sky is dark.
 const DARK_SUN_DEG: f64 = -15.0;
-/// Interval of the search for a dark sky, and its length, seconds.
+/// Time step and length of the search for a dark sky, seconds.
 const DARK_STEP_S: f64 = 600.0;
 const DARK_SEARCH_S: f64 = SECONDS_PER_DAY;
 
@@ -141,16 +141,16 @@ impl PresetChanges {
         Self { before: Look::of(before), after: Look::of(after) }
     }
 
-    /// Undoes the changes of a view in which the user has changed none of them since.
+    /// Undoes the preset's changes, unless the user has changed one of these settings since.
     pub(crate) fn undo(&self, view: &mut ViewState) {
         if Look::of(view) == self.after {
-            self.undo_light(view);
+            self.undo_brightness(view);
             (view.orbits, view.layers.constellations) = (self.before.orbits, self.before.constellations);
         }
     }
 
-    /// The same for the light alone: whoever flies to a body from the whole system keeps its lines.
-    pub(crate) fn undo_light(&self, view: &mut ViewState) {
+    /// Undoes only the brightness of stars and the exposure: a flight from a view of the system to a body keeps orbits and constellations.
+    pub(crate) fn undo_brightness(&self, view: &mut ViewState) {
         if Look::of(view) == self.after {
             (view.stars_boost, view.exposure_stops) = (self.before.stars_boost, self.before.exposure_stops);
         }
@@ -168,17 +168,17 @@ fn system(distance_au: f64, places: &dyn BodyPositions, now: Instant, base_view:
     Some(ViewState { orbits: true, exposure_stops: Some(SYSTEM_EXPOSURE_STOPS), paused: None, ..view })
 }
 
-/// The first time from now on at which the sky over a place is dark, or that of the lowest Sun within a day.
+/// The first time from now on at which the sky over a place is dark; if it stays bright for a day, the time of the lowest Sun.
 fn dark_time(places: &dyn BodyPositions, now: Instant, home: Home) -> Option<Instant> {
     let (_, up) = ground_point_km(DVec3::ONE, home.latitude_deg, home.longitude_deg, 0.0);
-    let sine_of_sun = |time: Instant| -> Option<f64> {
+    let sun_altitude_sine = |time: Instant| -> Option<f64> {
         let sun = places.between_km(NaifId::EARTH, NaifId::SUN, time)?.try_normalize()?;
         Some((places.body_from_icrf(NaifId::EARTH, time)? * sun).dot(up))
     };
     let mut lowest: Option<(f64, Instant)> = None;
     for step in 0..=(DARK_SEARCH_S / DARK_STEP_S) as u32 {
         let time = now.plus_seconds(f64::from(step) * DARK_STEP_S);
-        let sine = sine_of_sun(time)?;
+        let sine = sun_altitude_sine(time)?;
         if sine < DARK_SUN_DEG.to_radians().sin() {
             return Some(time);
         }

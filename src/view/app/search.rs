@@ -112,14 +112,14 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
     found
 }
 
-/// What the user may have meant by a text that matches nothing, likeliest first: names of bodies, stars and cities similar to it, and the text with its misspelled
-/// words for events and views replaced.
+/// What the user may have meant by a text that matches nothing, likeliest first: similar names of bodies, stars and cities; then the text with
+/// misspelled words for events and views corrected.
 pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<String> {
     let text = text.trim();
     let words = Preset::ALL.into_iter().flat_map(|preset| preset.words().split_whitespace());
-    let known: Vec<&str> = EVENT_WORDS.into_iter().chain(GERMAN_WORDS.map(|(german, _)| german)).chain(words).collect();
-    let corrected = |word: &str| match word.parse::<f64>().is_err() && !known.contains(&word) {
-        true => nearest(word, known.iter().copied()).first().map_or(word.to_owned(), |near| (*near).to_owned()),
+    let known_words: Vec<&str> = EVENT_WORDS.into_iter().chain(GERMAN_WORDS.map(|(german, _)| german)).chain(words).collect();
+    let corrected = |word: &str| match word.parse::<f64>().is_err() && !known_words.contains(&word) {
+        true => nearest(word, known_words.iter().copied()).first().map_or(word.to_owned(), |near| (*near).to_owned()),
         false => word.to_owned(),
     };
     let corrected_text = text.to_lowercase().split_whitespace().map(corrected).collect::<Vec<_>>().join(" ");
@@ -152,29 +152,30 @@ fn about_body(body: &Subject, viewer: &Viewer) -> String {
 fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
     let lower = text.to_lowercase();
     let stars = catalog.stars();
-    let known = |hip: u32| stars.hip(hip).map(|star| text!("search-star", magnitude = decimal(star.v_magnitude, 1)));
+    let about = |hip: u32| stars.hip(hip).map(|star| text!("search-star", magnitude = decimal(star.v_magnitude, 1)));
     let by_name = STAR_NAMES.iter().filter(|(name, _)| name.to_lowercase().starts_with(&lower));
     let mut found: Vec<Suggestion> =
-        by_name.filter_map(|(name, hip)| Some(suggestion(*name, known(*hip)?, SearchTarget::Star(*hip)))).collect();
+        by_name.filter_map(|(name, hip)| Some(suggestion(*name, about(*hip)?, SearchTarget::Star(*hip)))).collect();
     let number = lower.strip_prefix("hip").and_then(|rest| rest.trim().parse().ok());
-    found.extend(number.and_then(|hip| Some(suggestion(format!("HIP {hip}"), known(hip)?, SearchTarget::Star(hip)))));
+    found.extend(number.and_then(|hip| Some(suggestion(format!("HIP {hip}"), about(hip)?, SearchTarget::Star(hip)))));
     found
 }
 
-/// Views of general interest of whose name or words each typed word is the beginning of one.
+/// Presets and items of *What to see now*, if each typed word begins a word of the view's name or search words.
 fn views(text: &str) -> impl Iterator<Item = Suggestion> {
     let lower = text.to_lowercase();
     let matches = move |words: &str| {
-        let known = words.to_lowercase();
-        lower.chars().count() >= 3 && lower.split_whitespace().all(|typed| known.split_whitespace().any(|word| word.starts_with(typed)))
+        let known_words = words.to_lowercase();
+        lower.chars().count() >= 3
+            && lower.split_whitespace().all(|typed| known_words.split_whitespace().any(|word| word.starts_with(typed)))
     };
     let presets = Preset::ALL.map(|preset| {
         (format!("{} {}", preset.name(), preset.words()), suggestion(preset.name(), preset.about(), SearchTarget::Preset(preset)))
     });
     // The other items of *What to see now* are found as events and moments.
-    let now = [(NowItem::Moon, "moon tonight now"), (NowItem::Saturn, "saturn now rings")]
+    let now_items = [(NowItem::Moon, "moon tonight now"), (NowItem::Saturn, "saturn now rings")]
         .map(|(item, words)| (format!("{} {words}", item.name()), suggestion(item.name(), text!("now"), SearchTarget::Now(item))));
-    presets.into_iter().chain(now).filter(move |(words, _)| matches(words)).map(|(_, suggestion)| suggestion)
+    presets.into_iter().chain(now_items).filter(move |(words, _)| matches(words)).map(|(_, suggestion)| suggestion)
 }
 
 fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Suggestion> + 'a {
@@ -201,7 +202,8 @@ fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggesti
     viewer.subjects().iter().flat_map(of_body)
 }
 
-/// The view of a feature from above, in a frame that rotates with the body. The feature fills a third of the image's height.
+/// The view of a feature from above, in a frame that rotates with the body. Between the limits of height, the feature fills a third of the
+/// image's height.
 pub(crate) fn feature_view(feature: &SurfaceFeature, body: &Subject, base_view: &ViewState) -> ViewState {
     let height_radii = (FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
         .clamp(FEATURE_HEIGHT_LIMITS_RADII[0], FEATURE_HEIGHT_LIMITS_RADII[1]);
@@ -279,16 +281,16 @@ fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Inst
     if year.is_some() {
         words.pop();
     }
-    let is = |known: &str, min_chars: usize| words.iter().any(|w| is_abbreviation(known, min_chars, w));
+    let has_word = |known: &str, min_chars: usize| words.iter().any(|w| is_abbreviation(known, min_chars, w));
     if !words.iter().all(|w| EVENT_WORDS.iter().any(|k| is_abbreviation(k, 3, w))) {
         return None;
     }
     let kinds = match () {
-        () if is("eclipses", 4) && (is("solar", 3) || is("sun", 3)) => vec![EventKind::Solar],
-        () if is("eclipses", 4) && (is("lunar", 3) || words.contains(&"moon")) => vec![EventKind::Lunar],
-        () if is("eclipses", 4) => vec![EventKind::Solar, EventKind::Lunar],
-        () if is("transits", 4) => vec![EventKind::Transit],
-        () if is("shadows", 4) || words.contains(&"moons") => vec![EventKind::Moons],
+        () if has_word("eclipses", 4) && (has_word("solar", 3) || has_word("sun", 3)) => vec![EventKind::Solar],
+        () if has_word("eclipses", 4) && (has_word("lunar", 3) || words.contains(&"moon")) => vec![EventKind::Lunar],
+        () if has_word("eclipses", 4) => vec![EventKind::Solar, EventKind::Lunar],
+        () if has_word("transits", 4) => vec![EventKind::Transit],
+        () if has_word("shadows", 4) || words.contains(&"moons") => vec![EventKind::Moons],
         () => return None,
     };
     let from = year.and_then(|y| Instant::parse(&format!("{y:04}-01-01")).ok());
@@ -306,7 +308,8 @@ const STAR_FIELD_DEG: f64 = 20.0;
 /// Distance of the camera from the Earth's centre, radii. The camera is between the Earth and the star.
 const STAR_CAMERA_RADII: f64 = 3.0;
 
-/// The view of a star in the middle of the image, with the Earth behind the camera. `None`: the ephemeris does not cover the time.
+/// The view of a star in the middle of the image, with the Earth behind the camera. `years_since_epoch`: Julian years since the epoch of the star
+/// catalogue. `None`: the ephemeris does not cover the time.
 pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
     let pole = places.body_from_icrf(NaifId::EARTH, base_view.time())?.row(2);
     let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;

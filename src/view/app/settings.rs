@@ -1,7 +1,7 @@
 //! Settings that the window keeps between runs: appearance, units, home, bookmarks, recent views, window placement.
 //!
-//! In: a file, if it exists. Out: [`Settings`], written back atomically. Always: a file with invalid content is renamed and reported, never
-//! overwritten; missing fields have their defaults.
+//! In: a file, if it exists. Out: [`Settings`], written back atomically. Always: a file with invalid content is reported and renamed to
+//! `.broken`, which replaces an earlier one; missing fields have their defaults.
 
 use crate::files::{FileAccess, WriteError, read_text, write_atomic, write_error};
 use crate::session::DisplayPreference;
@@ -16,11 +16,11 @@ use std::io::Error;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// Scale factors of text and controls.
+/// Range of the scale factor of text and controls.
 pub(crate) const UI_SCALES: RangeInclusive<f32> = 0.6..=3.0;
 /// Largest settings file, bytes; enough for thousands of bookmarks.
 const MAX_BYTES: u64 = 1 << 24;
-/// Number of recent views.
+/// Maximum number of recent views.
 const MAX_RECENT: usize = 20;
 
 /// The unit of lengths in the window.
@@ -181,8 +181,8 @@ impl Settings {
         self.recent.truncate(MAX_RECENT);
     }
 
-    /// Reads settings from a file. If this fails, returns the default settings and an error line, and renames the file to end in `.broken`, so that saving
-    /// does not overwrite it.
+    /// Reads settings from a file. If this fails, returns the default settings and an error line, and appends `.broken` to the file's name, so that
+    /// saving does not overwrite it.
     pub(crate) fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,

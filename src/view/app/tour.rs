@@ -17,7 +17,7 @@ use serde_json::Value;
 
 /// Largest tour file, bytes; a stop has about 600.
 pub(crate) const MAX_BYTES: u64 = 1 << 20;
-/// Maximum number of stops. The way between two takes 3 ms to plan in a development build, and a file of a megabyte could have 8,000.
+/// Maximum number of stops. A camera path takes 3 ms to plan in a development build, and a file of a megabyte could have 8,000.
 const MAX_STOPS: usize = 1000;
 /// Longest tour, seconds: an hour.
 const MAX_LENGTH_S: f64 = 3600.0;
@@ -188,18 +188,22 @@ impl Tour {
 
     /// The state at a time, clamped to the tour.
     pub fn at(&self, elapsed_s: f64) -> TourMoment {
-        let mut rest_s = elapsed_s.max(0.0);
+        let mut remaining_s = elapsed_s.max(0.0);
         let last = self.stops.len() - 1;
         for (k, stop) in self.stops.iter().enumerate() {
-            if let Some(camera_path) = stop.camera_path.as_ref().filter(|_| rest_s < stop.travel_s) {
-                return TourMoment { view: camera_path.at(rest_s / stop.travel_s, &stop.view), stop: k, is_changing: true };
+            if let Some(camera_path) = stop.camera_path.as_ref().filter(|_| remaining_s < stop.travel_s) {
+                return TourMoment { view: camera_path.at(remaining_s / stop.travel_s, &stop.view), stop: k, is_changing: true };
             }
-            rest_s -= stop.travel_s;
-            if rest_s < stop.hold_s || k == last {
-                let held_s = rest_s.clamp(0.0, stop.hold_s);
-                return TourMoment { view: stop.view_after(held_s), stop: k, is_changing: stop.time_rate != 0.0 && rest_s < stop.hold_s };
+            remaining_s -= stop.travel_s;
+            if remaining_s < stop.hold_s || k == last {
+                let held_s = remaining_s.clamp(0.0, stop.hold_s);
+                return TourMoment {
+                    view: stop.view_after(held_s),
+                    stop: k,
+                    is_changing: stop.time_rate != 0.0 && remaining_s < stop.hold_s,
+                };
             }
-            rest_s -= stop.hold_s;
+            remaining_s -= stop.hold_s;
         }
         // A tour has at least one stop, so the index is valid.
         TourMoment { view: self.stops[last].final_view(), stop: last, is_changing: false }
@@ -246,9 +250,9 @@ impl CameraPath {
     }
 
     /// The view at a fraction of the path that leads to `to`.
-    fn at(&self, part: f64, to: &ViewState) -> ViewState {
-        let Pose { offset_km, forward, up } = Flight { elapsed_s: part * FLIGHT_S, ..self.flight }.pose();
-        let s = ease_in_out(part);
+    fn at(&self, fraction: f64, to: &ViewState) -> ViewState {
+        let Pose { offset_km, forward, up } = Flight { elapsed_s: fraction * FLIGHT_S, ..self.flight }.pose();
+        let s = ease_in_out(fraction);
         let offset_km = offset_km * (1.0 + self.lift * 4.0 * s * (1.0 - s));
         ViewState {
             tdb_s: self.from_tdb_s + (to.tdb_s - self.from_tdb_s) * s,

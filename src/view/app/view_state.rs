@@ -155,7 +155,7 @@ pub(crate) const MIN_FOV_DEG: f64 = 1e-4;
 pub(crate) const MAX_FOV_DEG: f64 = 120.0;
 
 impl ViewState {
-    /// The view of a body from `offset_km` (ICRF) relative to its centre.
+    /// The view of a body by a camera at `offset_km` from its centre, ICRF; in other fields the defaults.
     pub fn around(body: NaifId, offset_km: DVec3, radius_km: f64, pole: DVec3, time: Instant) -> Self {
         let o = OrbitCamera::from_offset(offset_km, radius_km, pole);
         Self {
@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn a_viewer_on_the_ground_sees_east_under_azimuth_90() {
+    fn the_horizon_axes_are_east_north_and_zenith() {
         // At 0 N 0 E the zenith is x, east y, north z.
         let axes = horizon_axes(DVec3::X);
         assert!((axes.x_axis - DVec3::Y).length() < 1e-12 && (axes.y_axis - DVec3::Z).length() < 1e-12);

@@ -1,7 +1,8 @@
 //! The state of the window and how actions change it: the view, the rate of time, flights, history. Plain values; no window, no panels.
 //!
-//! In: actions of mouse, keys and panels; elapsed real seconds. Out: the current [`ViewState`]. Always: the camera stays outside the body that its
-//! position is relative to; time runs only at its rate; going back restores the previous view; the current time comes from the given clock.
+//! In: actions of mouse, keys and panels; elapsed real seconds. Out: the current [`ViewState`]. Always: the camera is at the centre of the body that
+//! its position is relative to, or outside it; time runs only at its rate; going back restores the previous view; the current time comes from the
+//! given clock.
 
 use crate::catalog::{Body, BodyKind, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
@@ -54,7 +55,7 @@ pub enum Action {
     Turn(f64, f64),
     /// Turn the camera by pixels, right and down.
     LookAround(f64, f64),
-    /// Roll the camera by degrees, clockwise.
+    /// Roll by degrees; positive turns the image clockwise.
     Roll(f64),
     /// Zoom by wheel notches; positive moves closer.
     Zoom(f64),
@@ -169,8 +170,8 @@ impl Viewer {
         !self.forward_history.is_empty()
     }
 
-    /// At most `most` bodies with a name or alias that begins with the text, followed by those with a name that contains it.
-    pub(crate) fn completions(&self, text: &str, most: usize) -> Vec<&Subject> {
+    /// At most `max_count` bodies with a name or alias that begins with the text, followed by those with a name that contains it.
+    pub(crate) fn completions(&self, text: &str, max_count: usize) -> Vec<&Subject> {
         let query = text.trim().to_lowercase();
         if query.is_empty() {
             return Vec::new();
@@ -181,7 +182,7 @@ impl Viewer {
         let begins = self.subjects.iter().filter(|s| names(s).iter().any(|n| n.starts_with(&query)));
         let contains =
             self.subjects.iter().filter(|s| names(s).iter().all(|n| !n.starts_with(&query)) && names(s).iter().any(|n| n.contains(&query)));
-        begins.chain(contains).take(most).collect()
+        begins.chain(contains).take(max_count).collect()
     }
 
     /// Applies an action. `height_px`: the image's height.
@@ -241,7 +242,8 @@ impl Viewer {
         }
     }
 
-    /// Interval between frames that time and motion require, seconds: `None` when paused, 1 at real time, else 1/60.
+    /// Interval between frames that time and motion require, seconds: 1/60 in a flight or a tour; otherwise `None` when paused, 1 up to
+    /// real time, 1/60 above.
     pub(crate) fn frame_interval_s(&self) -> Option<f64> {
         match self.time_rate.rate().abs() {
             _ if self.flight.is_some() || self.is_in_tour => Some(1.0 / 60.0),
@@ -262,11 +264,12 @@ impl Viewer {
         modify(&mut self.view);
     }
 
+    /// Stores the view, or a flight's destination, in the history, and ends the flight.
     fn remember(&mut self) {
-        let here = self.destination().clone();
+        let current = self.destination().clone();
         self.flight = None;
-        if self.back_history.last() != Some(&here) {
-            self.back_history.push(here);
+        if self.back_history.last() != Some(&current) {
+            self.back_history.push(current);
         }
         if self.back_history.len() > MAX_HISTORY {
             self.back_history.remove(0);
@@ -285,20 +288,20 @@ impl Viewer {
     }
 
     fn step_history(&mut self, back: bool) {
-        let here = self.destination().clone();
+        let current = self.destination().clone();
         let (from, to) =
             if back { (&mut self.back_history, &mut self.forward_history) } else { (&mut self.forward_history, &mut self.back_history) };
-        let Some(there) = from.pop() else { return };
-        to.push(here);
+        let Some(restored) = from.pop() else { return };
+        to.push(current);
         self.flight = None;
-        self.selected = there.target;
-        self.view = there;
+        self.selected = restored.target;
+        self.view = restored;
     }
 
     fn select_next(&mut self, by: i32, places: &dyn BodyPositions) {
         let count = self.subjects.len() as i32;
-        let Some(at) = self.subjects.iter().position(|s| s.id == self.selected) else { return };
-        if let Some(next) = self.subjects.get((at as i32 + by).rem_euclid(count.max(1)) as usize).map(|s| s.id) {
+        let Some(index) = self.subjects.iter().position(|s| s.id == self.selected) else { return };
+        if let Some(next) = self.subjects.get((index as i32 + by).rem_euclid(count.max(1)) as usize).map(|s| s.id) {
             self.fly_to(next, places);
         }
     }
@@ -334,8 +337,9 @@ impl Viewer {
                 }
             }
             CameraPose::Centre { .. } => {
-                let away = places.between_km(camera_body, self.view.target, time)?.try_normalize()?;
-                (away * self.radius_km(camera_body) * 1.5, away, DVec3::Z)
+                // The pose is outside the body, on the side of the target.
+                let towards_target = places.between_km(camera_body, self.view.target, time)?.try_normalize()?;
+                (towards_target * self.radius_km(camera_body) * 1.5, towards_target, DVec3::Z)
             }
         };
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());

@@ -191,11 +191,11 @@ fn shown_literals(code: &str) -> Vec<String> {
 
 #[test]
 fn no_panel_shows_a_text_of_its_own() {
-    let left: Vec<String> = window_sources()
+    let untranslated: Vec<String> = window_sources()
         .iter()
         .flat_map(|(path, code)| shown_literals(code).into_iter().map(move |text| format!("{path}: {text}")))
         .collect();
-    assert!(left.is_empty(), "{left:#?}");
+    assert!(untranslated.is_empty(), "{untranslated:#?}");
     assert_eq!(
         shown_literals("ui.label(\"one\"); ui.button(format!(\"open {x} now\")); ui.label(\"ms\"); ui.label(\"{km}: {}\")").len(),
         2

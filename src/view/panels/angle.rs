@@ -1,7 +1,7 @@
 //! The angle between two places of the image that the user clicks while holding Ctrl.
 //!
 //! The places are stored as directions from the camera, so that the line stays in place on the sky while the view rotates. A click near a star
-//! or a small body selects its centre. A third place starts a new measurement; Escape removes the line. For two bodies, the distance between
+//! or a small body takes its centre. A third place starts a new measurement; Escape removes the line. For two bodies, the distance between
 //! their apparent positions is also shown.
 
 use super::fact::grouped;
@@ -81,7 +81,7 @@ impl MeasuredAngle {
         };
         let angle = angle_rad(*a, *b);
         let Some(tangent) = (b - a * a.dot(*b)).try_normalize() else { return };
-        let on_arc = |part: f64| project(*a * (angle * part).cos() + tangent * (angle * part).sin());
+        let on_arc = |fraction: f64| project(*a * (angle * fraction).cos() + tangent * (angle * fraction).sin());
         let points: Vec<Option<Pos2>> = (0..=SEGMENTS).map(|k| on_arc(f64::from(k) / f64::from(SEGMENTS))).collect();
         for run in points.split(Option::is_none).filter(|run| run.len() > 1) {
             painter.add(Shape::line(run.iter().flatten().copied().collect(), Stroke::new(1.5, COLOUR)));

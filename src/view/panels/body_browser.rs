@@ -1,7 +1,7 @@
 //! The tree of bodies.
 //!
 //! In: clicks. Out: actions. Always: the row under the pointer at the press is the row that is selected, because no branch expands while a
-//! button is held. The tree moves only its own rows.
+//! button is held. The tree expands and scrolls inside its own scroll area.
 
 use super::Interface;
 use crate::catalog::{BodyKind, NaifId};
@@ -63,16 +63,16 @@ pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
 /// While a button is held no branch expands; a selection made meanwhile is handled after the release.
 fn branch_to_expand(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> {
     let selected = interface.viewer.selected;
-    let browse = &mut interface.body_browser;
-    if browse.expanded_for == Some(selected) {
+    let browser = &mut interface.body_browser;
+    if browser.expanded_for == Some(selected) {
         return None;
     }
     if ui.input(|i| i.pointer.any_down() || i.pointer.any_released()) {
         ui.ctx().request_repaint();
         return None;
     }
-    browse.expanded_for = Some(selected);
-    browse.scroll_target = (browse.clicked.take() != Some(selected)).then_some(selected);
+    browser.expanded_for = Some(selected);
+    browser.scroll_target = (browser.clicked.take() != Some(selected)).then_some(selected);
     Some(selected)
 }
 

@@ -84,6 +84,7 @@ fn size_text(a: &Subject, b: &Subject) -> String {
     }
 }
 
+/// A sentence about the distance from the Sun and the light time; for the Sun itself (0 au), about the drawing.
 fn distance_text(name: &str, au: f64) -> String {
     match au {
         0.0 => text!("distance-planets").into(),
@@ -149,7 +150,7 @@ fn distances(ui: &mut Ui, bodies: &[(&str, f64, bool)]) {
     let rect = background(ui, DISTANCES_HEIGHT, &text!("distances-image", list = description.join(", ")));
     let line = rect.top() + 14.0;
     let [from, to] = [rect.left() + 10.0, rect.right() - 24.0];
-    let at = |au: f64| from + (to - from) * (au / farthest) as f32;
+    let x_of = |au: f64| from + (to - from) * (au / farthest) as f32;
     let painter = ui.painter().with_clip_rect(rect);
     painter.hline(from..=to, line, Stroke::new(1.0, Color32::from_gray(90)));
     painter.circle_filled(pos2(from, line), 4.0, Color32::from_rgb(255, 235, 170));
@@ -160,7 +161,7 @@ fn distances(ui: &mut Ui, bodies: &[(&str, f64, bool)]) {
     order.sort_by(|a, b| b.2.cmp(&a.2).then(a.1.total_cmp(&b.1)));
     let mut marked_label: Option<(f32, f32)> = None;
     for (name, au, is_marked) in order {
-        let x = at(*au);
+        let x = x_of(*au);
         painter.circle_filled(pos2(x, line), 2.5, if *is_marked { MARK } else { GREY });
         let width = painter.layout_no_wrap((*name).to_owned(), font.clone(), GREY).size().x;
         let (left, right) = (x - 0.5 * width, x + 0.5 * width);

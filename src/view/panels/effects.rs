@@ -75,10 +75,10 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         .map(|b| b.decisions.clone())
         .unwrap_or_default();
     let of_body = interface.effects_of_one.then(|| name.clone());
-    // Costs are measured for effects that are drawn or were switched off by hand.
+    // Costs are measured for effects that are drawn or were switched by hand.
     let has_cost = |e: Effect, d: &Decision| d.on || overrides.override_of(e).is_some();
-    let on = |e: Effect| decisions.iter().find(|d| d.feature == e.name() && has_cost(e, d)).map(|d| (e, d.on));
-    let decided: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(on).collect();
+    let with_cost = |e: Effect| decisions.iter().find(|d| d.feature == e.name() && has_cost(e, d)).map(|d| (e, d.on));
+    let decided: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(with_cost).collect();
     measure_costs(interface, ui.ctx(), worker, of_body, &decided);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let edited = if interface.effects_of_one { overrides.of_body(&name) } else { &mut overrides };
@@ -93,7 +93,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
                     ui,
                     effect,
                     decision.map(|d| (d.on, reason_text(&d.description()))),
-                    interface.effect_costs.known.known(&effect),
+                    interface.effect_costs.cache.known(&effect),
                     short,
                     edited,
                 );
@@ -113,7 +113,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
 pub(crate) struct EffectCosts {
     /// The measured view, and the body if the switches apply to one body.
     measured: Option<(ViewRequest, Option<String>)>,
-    known: QueryCache<Effect, Result<EffectCost, String>>,
+    cache: QueryCache<Effect, Result<EffectCost, String>>,
 }
 
 /// Time without a change of the view after which measuring starts, seconds.
@@ -131,8 +131,12 @@ fn measure_costs(
     let request = &rendered.job.request;
     let stops = rendered.scene.exposure.stops;
     let effect_costs = &mut interface.effect_costs;
-    if effect_costs.measured.as_ref().is_none_or(|(of, body)| super::render_loop::differs(of, request, true) || *body != of_body) {
-        *effect_costs = EffectCosts { measured: Some((request.clone(), of_body.clone())), known: QueryCache::default() };
+    if effect_costs
+        .measured
+        .as_ref()
+        .is_none_or(|(measured, body)| super::render_loop::differs(measured, request, true) || *body != of_body)
+    {
+        *effect_costs = EffectCosts { measured: Some((request.clone(), of_body.clone())), cache: QueryCache::default() };
     }
     let rested_s = interface.viewport.last_frame_s - interface.viewport.last_motion_s;
     if interface.viewer.is_animating() {
@@ -142,18 +146,18 @@ fn measure_costs(
         ctx.request_repaint_after(std::time::Duration::from_secs_f64(MEASURE_DELAY_S - rested_s));
         return;
     }
-    let unknown = |effect_costs: &mut EffectCosts, effect: Effect| effect_costs.known.known(&effect).is_none();
+    let unknown = |effect_costs: &mut EffectCosts, effect: Effect| effect_costs.cache.known(&effect).is_none();
     if let Some((effect, on)) = effects.iter().copied().find(|(effect, _)| unknown(effect_costs, *effect)) {
         let (request, of_body) = (request.clone(), of_body.clone());
         let question =
             move |session: &Session| session.effect_cost(&request, stops, (effect, on), of_body.as_deref()).map_err(|e| fault_text(&e));
-        let _ = effect_costs.known.get(worker, &effect, question);
+        let _ = effect_costs.cache.get(worker, &effect, question);
     }
 }
 
 /// Shows the choice of the renderer, and of the device that presents the image.
 fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, display_preference: &mut DisplayPreference) {
-    let (choices, now) = worker.session().renderers();
+    let (choices, current) = worker.session().renderers();
     if choices.len() < 2 {
         return;
     }
@@ -165,13 +169,13 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, display_preference: &
                 RendererPreference::Gpu => text!("effects-renderer-gpu"),
                 RendererPreference::Software => text!("effects-renderer-software"),
             };
-            if ui.selectable_label(now == preference, named("renderer", preference.name())).on_hover_text(hover).clicked() {
+            if ui.selectable_label(current == preference, named("renderer", preference.name())).on_hover_text(hover).clicked() {
                 // On the query worker, since the device may be busy.
                 worker.run(Box::new(move |session| session.set_renderer_preference(preference)));
             }
         }
     });
-    if now == RendererPreference::Software {
+    if current == RendererPreference::Software {
         return;
     }
     ui.horizontal_wrapped(|ui| {
@@ -202,7 +206,7 @@ fn row(
     overrides: &mut EffectOverrides,
 ) {
     let reason = decided.as_ref().map_or(text!("effects-not-available"), |d| d.1.as_str());
-    let why = || egui::Label::new(egui::RichText::new(reason).weak().small()).truncate();
+    let reason_label = || egui::Label::new(egui::RichText::new(reason).weak().small()).truncate();
     let chosen = overrides.override_of(effect);
     let mut on = chosen.unwrap_or(decided.as_ref().is_some_and(|d| d.0));
     ui.horizontal(|ui| {
@@ -211,18 +215,18 @@ fn row(
             overrides.set(effect, on);
         }
         if !effect.variants().is_empty() {
-            let now = overrides.variant(effect).map_or(text!("effects-automatic"), |way| named("model", way));
-            let choice = ComboBox::from_id_salt(effect.name()).selected_text(now).width(90.0).show_ui(ui, |ui| {
-                for way in effect.variants() {
-                    let is_chosen = overrides.variant(effect) == Some(*way);
-                    if ui.selectable_label(is_chosen, named("model", way)).clicked() {
+            let chosen_model = overrides.variant(effect).map_or(text!("effects-automatic"), |model| named("model", model));
+            let choice = ComboBox::from_id_salt(effect.name()).selected_text(chosen_model).width(90.0).show_ui(ui, |ui| {
+                for model in effect.variants() {
+                    let is_chosen = overrides.variant(effect) == Some(*model);
+                    if ui.selectable_label(is_chosen, named("model", model)).clicked() {
                         // This cannot fail, because the list contains only models of this effect.
-                        let _ = overrides.choose(effect, way);
+                        let _ = overrides.choose(effect, model);
                     }
                 }
             });
             let info = || egui::WidgetInfo {
-                current_text_value: Some(now.to_owned()),
+                current_text_value: Some(chosen_model.to_owned()),
                 ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, text!("effects-method", effect = effect_name(effect)))
             };
             choice.response.widget_info(info);
@@ -236,11 +240,11 @@ fn row(
             ui.add(egui::Label::new(words).truncate()).on_hover_text(text!("effects-cost-hint"));
         }
         if short {
-            ui.add(why());
+            ui.add(reason_label());
         }
     });
     if !short {
-        ui.indent(effect.name(), |ui| ui.add(why()));
+        ui.indent(effect.name(), |ui| ui.add(reason_label()));
     }
 }
 

@@ -329,7 +329,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     ui.strong(event.title(worker.session().catalog()));
     ui.label(event.summary());
     let home = interface.information.home;
-    let local = interface.events.local.as_ref().and_then(|l| l.contacts.as_ref()).and_then(|c| c.as_ref().ok()).cloned();
+    let local_contacts = interface.events.local.as_ref().and_then(|l| l.contacts.as_ref()).and_then(|c| c.as_ref().ok()).cloned();
     ui.horizontal_wrapped(|ui| {
         let watch = icons::button(ui, Icon::Watch, text!("events-watch"));
         if ui.add(watch).on_hover_text(text!("events-watch-hint")).clicked() {
@@ -343,14 +343,14 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
             actions.push(Action::Show(Box::new(best_view(interface, worker, event))));
         }
         let from_home = icons::button(ui, Icon::Stand, text!("events-from-place"));
-        let can_see = local.as_ref().is_some_and(|(_, is_visible)| *is_visible);
+        let can_see = local_contacts.as_ref().is_some_and(|(_, is_visible)| *is_visible);
         if ui.add_enabled(can_see, from_home).on_hover_text(text!("events-from-place-hint")).clicked() {
-            let best = local.iter().flat_map(|(lines, _)| lines).find(|l| l.name == "maximum");
-            let altitude_deg = best.map_or(45.0, |l| l.altitude_deg);
+            let maximum = local_contacts.iter().flat_map(|(lines, _)| lines).find(|l| l.name == "maximum");
+            let altitude_deg = maximum.map_or(45.0, |l| l.altitude_deg);
             let place =
                 crate::events::GeodeticPosition { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
             let mut view = event.view_from(place, altitude_deg, &interface.base_view());
-            view.tdb_s = best.map_or(view.tdb_s, |l| l.time.tdb_seconds_past_j2000());
+            view.tdb_s = maximum.map_or(view.tdb_s, |l| l.time.tdb_seconds_past_j2000());
             actions.push(Action::Show(Box::new(view)));
         }
     });
@@ -377,9 +377,10 @@ fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
     let home = interface.information.home;
     let panel = &mut interface.events;
     if !panel.local.as_ref().is_some_and(|l| Arc::ptr_eq(&l.event, event) && l.home == home) {
-        let of = Arc::clone(event);
-        let question =
-            move |session: &crate::session::Session| of.seen_from(session.catalog(), session.ephemeris(), home).map_err(|e| fault_text(&e));
+        let asked_event = Arc::clone(event);
+        let question = move |session: &crate::session::Session| {
+            asked_event.seen_from(session.catalog(), session.ephemeris(), home).map_err(|e| fault_text(&e))
+        };
         panel.local = Some(LocalView { event: Arc::clone(event), home, pending: ask(worker, question), contacts: None });
     }
     let found = panel.local.as_ref().and_then(|l| l.contacts.as_ref());

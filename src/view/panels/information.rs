@@ -47,16 +47,17 @@ impl LengthUnit {
 }
 
 /// Largest number of suggested cities.
-const CITIES: usize = 4;
+const MAX_CITIES: usize = 4;
 
-/// The position of one body in the sky of one place at one minute, and the day's events there.
+/// The position of one body in the sky of one place at one minute, and its rise, transit and set and the solar eclipse of the day there. Days start
+/// at 0h TDB.
 struct SkyReport {
     apparent: Option<ApparentPlace>,
     /// Altitude and azimuth, degrees. `None` for the Earth itself, on which the observer stands.
     altitude_azimuth_deg: Option<Result<[f64; 2], String>>,
     /// `None` for the Earth.
     day: Option<Result<RiseSetTimes, String>>,
-    /// The solar eclipse of the day, if any.
+    /// The solar eclipse of the day at the place, if any.
     passage: Result<Option<DiscPassage>, String>,
     /// The radii of the Sun and the Moon used for the eclipse.
     radii: Message,
@@ -116,7 +117,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     });
 }
 
-/// An angle in degrees, arcminutes or arcseconds, by its size.
+/// Formats an angle, given in degrees, in degrees, arcminutes or arcseconds, by its size.
 pub(super) fn degrees(value: f64) -> String {
     match value.abs() {
         v if v >= 1.0 => format!("{}°", decimal(value, 3)),
@@ -192,7 +193,7 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
         panel.requested = Some(inputs);
         panel.pending = Some(ask(worker, move |session| report(session, inputs, time)));
     }
-    let Some((_, report)) = panel.report.as_ref().filter(|(of, _)| of.body == body.id) else {
+    let Some((_, report)) = panel.report.as_ref().filter(|(inputs, _)| inputs.body == body.id) else {
         ui.weak(text!("computing"));
         return;
     };
@@ -230,7 +231,7 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     ui.horizontal_wrapped(|ui| {
         let field = egui::TextEdit::singleline(&mut panel.city).hint_text(text!("place-city")).desired_width(110.0);
         let response = ui.add(field).on_hover_text(text!("place-city-hint")).accessible_name(text!("place-city"));
-        let found = cities::named(&panel.city, CITIES);
+        let found = cities::named(&panel.city, MAX_CITIES);
         let is_chosen = |city: &City| panel.home == Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
         let entered = response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
         let mut chosen = found.first().copied().filter(|_| entered);
@@ -248,12 +249,12 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     let home = &mut panel.home;
     ui.horizontal_wrapped(|ui| {
         let drag = |value, range| egui::DragValue::new(value).range(range).speed(0.1).fixed_decimals(4).suffix("°");
-        for (value, most, label, what) in [
+        for (value, limit, label, what) in [
             (&mut home.latitude_deg, 90.0, text!("place-latitude"), text!("place-latitude-hint")),
             (&mut home.longitude_deg, 180.0, text!("place-longitude"), text!("place-longitude-hint")),
         ] {
             ui.label(label);
-            accessible::number(ui, drag(value, -most..=most), what);
+            accessible::number(ui, drag(value, -limit..=limit), what);
         }
     });
 }
@@ -287,17 +288,17 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
 }
 
 /// Computes a report; runs on the query worker.
-fn report(session: &Session, of: ReportInputs, time: Instant) -> SkyReport {
-    let place = Observer { body: NaifId::EARTH, latitude_deg: of.place_deg[0], longitude_deg: of.place_deg[1], height_km: 0.0 };
+fn report(session: &Session, inputs: ReportInputs, time: Instant) -> SkyReport {
+    let place = Observer { body: NaifId::EARTH, latitude_deg: inputs.place_deg[0], longitude_deg: inputs.place_deg[1], height_km: 0.0 };
     let sky = ObserverSky { catalog: session.catalog(), ephemeris: session.ephemeris(), place };
     let message = |e: crate::ephemeris::EphemerisError| fault_text(&e);
     let midnight_s = (time.tdb_seconds_past_j2000() / SECONDS_PER_DAY - 0.5).floor() * SECONDS_PER_DAY + 0.5 * SECONDS_PER_DAY;
     let midnight = Instant::from_tdb_seconds_past_j2000(midnight_s);
-    let elsewhere = (of.body != NaifId::EARTH).then_some(of.body);
+    let observed = (inputs.body != NaifId::EARTH).then_some(inputs.body);
     SkyReport {
-        apparent: elsewhere.and_then(|body| apparent_place(session.ephemeris(), body, time).ok()),
-        altitude_azimuth_deg: elsewhere.map(|body| sky.topocentric(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(message)),
-        day: elsewhere.map(|body| sky.day(body, midnight, SECONDS_PER_DAY).map_err(message)),
+        apparent: observed.and_then(|body| apparent_place(session.ephemeris(), body, time).ok()),
+        altitude_azimuth_deg: observed.map(|body| sky.topocentric(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(message)),
+        day: observed.map(|body| sky.day(body, midnight, SECONDS_PER_DAY).map_err(message)),
         passage: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(message),
         radii: session.catalog().eclipse_radii_text(),
     }

@@ -35,13 +35,13 @@ fn moves_focus(event: &Event) -> bool {
 /// Number of events that one pass can handle. A pass ends before a typed event that follows a move of the focus, and before an event that ends
 /// a field in which text was typed.
 fn events_in_pass(events: &[Event]) -> usize {
-    let (mut typed, mut moved) = (false, false);
+    let (mut has_typed, mut has_moved_focus) = (false, false);
     for (k, event) in events.iter().enumerate() {
-        if (moved && is_typed(event)) || (typed && ends_field(event)) {
+        if (has_moved_focus && is_typed(event)) || (has_typed && ends_field(event)) {
             return k;
         }
-        typed |= is_typed(event);
-        moved |= moves_focus(event);
+        has_typed |= is_typed(event);
+        has_moved_focus |= moves_focus(event);
     }
     events.len()
 }

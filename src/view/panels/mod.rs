@@ -111,9 +111,9 @@ impl Tab {
     }
 }
 
-/// Display time of a message of the session.
+/// Display time of a message of the session, seconds.
 const NOTICE_S: f64 = 8.0;
-/// Display time of the reply to a user's action: long enough to read a path.
+/// Display time of the reply to a user's action, seconds: long enough to read a path.
 const MESSAGE_S: f64 = 20.0;
 
 /// State of the interface: the viewer and the panels.
@@ -296,7 +296,7 @@ impl Interface {
                 Action::Zoom(_) | Action::ChangeFov(_) => self.settings.hints.scroll = true,
                 Action::FlyTo(_) | Action::LookFrom(_) | Action::StandOn(..) => {
                     if let Some(changes) = self.preset_changes {
-                        changes.undo_light(&mut self.viewer.view);
+                        changes.undo_brightness(&mut self.viewer.view);
                     }
                 }
                 _ => {}
@@ -312,7 +312,7 @@ impl Interface {
         ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
     }
 
-    /// Sets fonts and styles, unless that was done. Before a context's first frame it saves drawing the letters of egui's own fonts.
+    /// Sets fonts and styles once. Called before a context's first frame, it avoids rasterizing the glyphs of egui's own fonts.
     pub(crate) fn style(&mut self, ctx: &egui::Context) {
         if !std::mem::replace(&mut self.is_styled, true) {
             theme::apply(ctx);
@@ -335,7 +335,8 @@ impl Interface {
         self.performance.interface_ms = took.as_secs_f64() * 1e3;
     }
 
-    /// The message over the viewport's lower edge: the reason why there is no image, else the reply to the last action, else the last message of the session.
+    /// The message over the viewport's lower edge: the reason why there is no image, else the reply to the last action, else the last message of
+    /// the session.
     pub fn message_line(&self) -> &str {
         match (&self.failure_reason, self.message.as_str()) {
             (Some(why), _) => why,
@@ -360,7 +361,7 @@ impl Interface {
         format!("{} · {} · Orrery", self.viewer.name(self.viewer.view.target), self.viewer.time_rate.label())
     }
 
-    /// The view from which others take quality, effects and layers: what a preset changed is undone.
+    /// The view from which new views take quality, effects and layers, without the changes of the last preset.
     pub(super) fn base_view(&self) -> ViewState {
         let mut view = self.viewer.destination().clone();
         if let Some(changes) = self.preset_changes {

@@ -1,8 +1,8 @@
 //! *What to see now*: a row of small images over the viewport's lower edge and in the Moments panel.
 //!
 //! In: clicks. Out: views, a selected event, an opened panel. Always: the images are drawn in the background, one after the other, after the
-//! first image of the viewport. A view that does not exist now has no image. The row over the viewport disappears permanently when the user clicks an
-//! image or the close button or does anything else than pause time; the Moments panel always shows the images.
+//! first image of the viewport. A view that the ephemeris does not cover is left out. The row over the viewport disappears permanently after
+//! the user's first action other than pausing time; the Moments panel always shows the images.
 
 use super::icons::{self, Icon};
 use super::render_loop::colour_image;
@@ -45,7 +45,7 @@ enum ThumbnailState {
     NotRequested,
     Loading(Pending<Option<DrawnThumbnail>>),
     Ready(Box<Thumbnail>),
-    /// The view does not exist now.
+    /// The view does not exist: see [`NowItem::view`].
     Missing,
 }
 
@@ -79,19 +79,19 @@ fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWor
     }
 }
 
-/// Draws the image of an item; `None` if its view does not exist now.
+/// Draws the image of an item; `None` if its view does not exist.
 fn draw(session: &crate::session::Session, item: NowItem, now: crate::time::Instant, base_view: &ViewState) -> Option<DrawnThumbnail> {
-    let now = item.view(session, now, base_view)?;
+    let now_view = item.view(session, now, base_view)?;
     let [width, height] = THUMBNAIL_SIZE.map(|points| (points * PX_PER_POINT) as u32);
     // The image for the Shader panel shows the eclipse term.
     let pixels = if item == NowItem::Shader { PixelView::Eclipse } else { PixelView::Final };
     // A dome or a stereo pair would be illegible at this size.
-    let view = ViewState { pixels, composition: CompositionState::default(), ..now.view.clone() };
+    let view = ViewState { pixels, composition: CompositionState::default(), ..now_view.view.clone() };
     let image = view.request(session.catalog(), session.ephemeris(), width, height).ok().and_then(|request| {
         let frame = session.draw_in_background(&request, SamplingQuality::of(request.quality), false).ok()?.frame;
         Some(([frame.width, frame.height], frame.display))
     });
-    Some(DrawnThumbnail { now, image })
+    Some(DrawnThumbnail { now: now_view, image })
 }
 
 fn thumbnail(ctx: &egui::Context, drawn: DrawnThumbnail) -> Thumbnail {
@@ -183,7 +183,7 @@ pub(crate) fn open(
             let tdb_s = if chosen.is_now { interface.viewer.now().tdb_seconds_past_j2000() } else { chosen.view.tdb_s };
             actions.push(Action::Show(Box::new(ViewState { tdb_s, ..chosen.view })));
             if chosen.is_now {
-                // Whatever the rate was before, backward too, what is called *now* passes in real time. Who has paused time keeps a picture at rest.
+                // A view of the present runs forward in real time, whatever the rate was. `RunAt` ends a pause, so the user's pause is restored.
                 actions.push(Action::RunAt(1.0));
                 if interface.viewer.time_rate.is_paused() {
                     actions.push(Action::TogglePause);
@@ -198,8 +198,8 @@ pub(crate) fn open(
 }
 
 fn button(ui: &mut Ui, item: NowItem, thumbnail: Option<&Thumbnail>) -> bool {
-    let small = ui.text_style_height(&TextStyle::Small);
-    let size = Vec2::from(THUMBNAIL_SIZE) + vec2(0.0, (1.0 + DESCRIPTION_LINES as f32) * small + 6.0);
+    let line_height = ui.text_style_height(&TextStyle::Small);
+    let size = Vec2::from(THUMBNAIL_SIZE) + vec2(0.0, (1.0 + DESCRIPTION_LINES as f32) * line_height + 6.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     let title = thumbnail.map_or(item.name(), |t| t.now.title.as_str());
     let about = thumbnail.map_or("", |t| t.now.about.as_str());
@@ -220,12 +220,12 @@ fn button(ui: &mut Ui, item: NowItem, thumbnail: Option<&Thumbnail>) -> bool {
     if response.hovered() || response.has_focus() {
         painter.rect_stroke(image, 4.0, Stroke::new(2.0, visuals.selection.bg_fill), egui::StrokeKind::Outside);
     }
-    let lines = |at: f32, text: &str, max_rows: usize, colour| {
+    let lines = |top: f32, text: &str, max_rows: usize, colour| {
         let wrap = TextWrapping { max_rows, ..TextWrapping::wrap_at_width(THUMBNAIL_SIZE[0]) };
         let job = LayoutJob { wrap, ..LayoutJob::simple_singleline(text.to_owned(), TextStyle::Small.resolve(ui.style()), colour) };
-        painter.galley(pos2(rect.left(), at), painter.layout_job(job), colour);
+        painter.galley(pos2(rect.left(), top), painter.layout_job(job), colour);
     };
     lines(image.bottom() + 3.0, title, 1, visuals.strong_text_color());
-    lines(image.bottom() + 3.0 + small, about, DESCRIPTION_LINES, visuals.text_color());
+    lines(image.bottom() + 3.0 + line_height, about, DESCRIPTION_LINES, visuals.text_color());
     response.clicked()
 }

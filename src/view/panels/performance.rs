@@ -80,7 +80,7 @@ fn passes_ms(rendered: &RenderedView) -> Vec<(String, f64)> {
     rendered.by.passes_ms.iter().cloned().chain(software).collect()
 }
 
-/// Interval over which the frame rate is counted, seconds.
+/// Interval over which the frame rate is counted, and between updates of the plot's description, seconds.
 const RATE_INTERVAL_S: f64 = 2.0;
 /// The stages of a frame.
 const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];

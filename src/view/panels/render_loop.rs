@@ -30,7 +30,8 @@ const REAL_TIME_INTERVAL_S: f64 = 1.0;
 /// Change of the displayed time, seconds, above which a new image is drawn at once. It exceeds any interval between images, so the user must
 /// have set the time.
 const TIME_JUMP_S: f64 = 120.0;
-/// Upper bound of the motion of any body's pole in that time, radians. A drag that moves the camera by less is still drawn at once, because [`differs`] applies this bound only to a view at rest.
+/// Upper bound of the motion of any body's pole within `TIME_JUMP_S`, radians. A drag that moves the camera by less is still drawn at once, because
+/// [`differs`] applies this bound only to a view at rest.
 const MAX_POLE_MOTION_RAD: f64 = 1e-5;
 
 /// The image on screen, the last requested image, and the times of both, interface seconds.
@@ -186,8 +187,8 @@ impl Interface {
         Ok(RenderJob { sampling: SamplingQuality::of(request.quality), request, on_gpu: self.on_gpu })
     }
 
-    /// Requests the first image before there is a window, so that it is drawn while the window opens. The viewport's size is that of the last run; if it is
-    /// another one now, the image is shown cropped or with margins until the next.
+    /// Requests the first image before there is a window, so that it is drawn while the window opens. The viewport's size is that of the last run;
+    /// if the size is different now, this image is shown cropped or with margins until the next one.
     pub fn request_first_image(&mut self, worker: &dyn RenderWorker) {
         language::set(self.language);
         let scale = self.viewport.resolution.scale(1);
@@ -271,7 +272,8 @@ pub(super) fn differs(last: &ViewRequest, new: &ViewRequest, ignores_time: bool)
     *last != with_time_of(last, new) || jump_s.abs() > TIME_JUMP_S
 }
 
-/// The new request with the time of the last request, and with its camera where the two differ by no more than the motion of a pole.
+/// The new request with the time of the last request, and with its position and directions where these differ by no more than
+/// [`MAX_POLE_MOTION_RAD`].
 fn with_time_of(last: &ViewRequest, new: &ViewRequest) -> ViewRequest {
     let is_close = |a: DVec3, b: DVec3| a.distance(b) <= MAX_POLE_MOTION_RAD * a.length();
     let position = match (last.position, new.position) {

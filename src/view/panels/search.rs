@@ -22,7 +22,7 @@ use egui::{Id, Key, TextEdit};
 /// Maximum number of characters of the search text that an error message quotes.
 const MAX_ECHO_CHARS: usize = 60;
 /// Largest number of suggestions.
-const SUGGESTIONS: usize = 8;
+const MAX_SUGGESTIONS: usize = 8;
 
 #[derive(Default)]
 pub(crate) struct SearchField {
@@ -70,7 +70,7 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         interface.search.failure = None;
     }
     let catalog = worker.session().catalog();
-    let found = suggestions(&interface.search.typed, &interface.viewer, catalog, SUGGESTIONS);
+    let found = suggestions(&interface.search.typed, &interface.viewer, catalog, MAX_SUGGESTIONS);
     let mut chosen = None;
     let entered = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
     if response.has_focus() || entered {

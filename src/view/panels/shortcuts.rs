@@ -49,13 +49,13 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
     if ctx.input_mut(|i| i.consume_key(Modifiers::NONE, Key::F11)) {
         interface.fullscreen = !interface.fullscreen;
     }
-    let resized = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, key));
+    let scale_key = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, key));
     let zoom = &mut interface.settings.zoom;
-    if resized(Key::Plus) || resized(Key::Equals) {
+    if scale_key(Key::Plus) || scale_key(Key::Equals) {
         *zoom = (*zoom + ZOOM_STEP).min(*UI_SCALES.end());
-    } else if resized(Key::Minus) {
+    } else if scale_key(Key::Minus) {
         *zoom = (*zoom - ZOOM_STEP).max(*UI_SCALES.start());
-    } else if resized(Key::Num0) {
+    } else if scale_key(Key::Num0) {
         *zoom = 1.0;
     }
     if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::Q)) {
@@ -137,7 +137,8 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
     }
 }
 
-/// Closes the topmost item. Escape never ends the program; closing its window or Ctrl+Q does.
+/// Ends the first of these that is present: warning, search, keyboard focus, measured angle, tour, help, open panel, kept panel, full screen.
+/// Escape never ends the program; closing its window or Ctrl+Q does.
 fn close_topmost(interface: &mut Interface) {
     let had_keyboard = std::mem::take(&mut interface.has_keyboard);
     if interface.warning.take().is_some() || interface.search.close() || had_keyboard || interface.angle.clear() || interface.tour.end() {

@@ -56,11 +56,11 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
     if ui.add(stand).on_hover_text(text!("camera-stand-hint", name = name)).clicked() {
         actions.push(Action::StandOn(*latitude_deg, *longitude_deg));
     }
-    let (orbits, mut fixed) = match interface.viewer.view.eye {
+    let (is_orbit, mut fixed) = match interface.viewer.view.eye {
         CameraPose::Orbit { fixed, .. } => (true, fixed),
         _ => (false, false),
     };
-    let rotate = ui.add_enabled(orbits, Checkbox::new(&mut fixed, text!("camera-rotate")));
+    let rotate = ui.add_enabled(is_orbit, Checkbox::new(&mut fixed, text!("camera-rotate")));
     if rotate.on_hover_text(text!("camera-rotate-hint")).clicked() {
         actions.push(Action::RotateWithBody(fixed));
     }
@@ -77,13 +77,13 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
 
 /// Shows the list of bodies from whose centres the selected body can be viewed.
 fn from_another(interface: &Interface, ui: &mut egui::Ui, selected: NaifId, actions: &mut Vec<Action>) {
-    let now = match interface.viewer.view.eye {
+    let current = match interface.viewer.view.eye {
         CameraPose::Centre { body } => interface.viewer.name(body),
         _ => text!("camera-choose-body"),
     };
     ui.horizontal(|ui| {
         ui.label(text!("camera-view-from"));
-        let list = ComboBox::from_id_salt("view from").selected_text(now).width(70.0).truncate().show_ui(ui, |ui| {
+        let list = ComboBox::from_id_salt("view from").selected_text(current).width(70.0).truncate().show_ui(ui, |ui| {
             for body in interface.viewer.subjects().iter().filter(|b| b.id != selected) {
                 if ui.selectable_label(false, text!("camera-centre-of", body = body_name(&body.name))).clicked() {
                     actions.push(Action::LookFrom(body.id));

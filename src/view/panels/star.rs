@@ -91,14 +91,14 @@ mod tests {
         let sirius = stars.hip(32_349).expect("Sirius");
         assert_eq!(title(sirius), "Sirius (HIP 32349), magnitude -1.44");
         let facts = derived_facts(sirius, 8.75);
-        let of = |what: &str| facts.iter().find(|(name, _)| *name == what).map(|(_, value)| value.clone()).expect(what);
-        assert!(of("distance").starts_with("8.6 light years (2.6 pc)"), "{}", of("distance"));
-        assert_eq!(of("absolute magnitude"), "+1.45");
-        assert!(of("proper motion").starts_with("1339.4 mas a year towards 204°"), "{}", of("proper motion"));
-        let kelvin: f64 = of("temperature").split_whitespace().nth(1).and_then(|k| k.parse().ok()).expect("a number");
+        let fact = |what: &str| facts.iter().find(|(name, _)| *name == what).map(|(_, value)| value.clone()).expect(what);
+        assert!(fact("distance").starts_with("8.6 light years (2.6 pc)"), "{}", fact("distance"));
+        assert_eq!(fact("absolute magnitude"), "+1.45");
+        assert!(fact("proper motion").starts_with("1339.4 mas a year towards 204°"), "{}", fact("proper motion"));
+        let kelvin: f64 = fact("temperature").split_whitespace().nth(1).and_then(|k| k.parse().ok()).expect("a number");
         assert!((kelvin / 9_940.0 - 1.0).abs() < 0.05, "{kelvin}");
         // J2000: 6h 45m 08.9s, -16 deg 42' 58.0".
-        assert!(of("right ascension").starts_with("6h 45m 08.9s") && of("declination").starts_with("-16° 42′ 58.0″"), "{facts:?}");
+        assert!(fact("right ascension").starts_with("6h 45m 08.9s") && fact("declination").starts_with("-16° 42′ 58.0″"), "{facts:?}");
     }
 
     #[test]

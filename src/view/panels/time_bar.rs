@@ -137,8 +137,8 @@ fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
 
 /// Shows the days of a month and the time of day; returns the chosen time.
 fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Option<NaiveDateTime> {
-    let of_view = civil.date().with_day(1)?;
-    let month = bar.month.unwrap_or(of_view);
+    let month_of_view = civil.date().with_day(1)?;
+    let month = bar.month.unwrap_or(month_of_view);
     let mut chosen = None;
     ui.horizontal(|ui| {
         let step = |ui: &mut egui::Ui, icon: Icon, name: &str, to: Option<NaiveDate>| {
@@ -185,12 +185,12 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
     });
     ui.horizontal(|ui| {
         let (mut hour, mut minute, mut second) = (civil.hour(), civil.minute(), civil.second());
-        for (value, most, name) in [
+        for (value, max, name) in [
             (&mut hour, 23, text!("calendar-hour")),
             (&mut minute, 59, text!("calendar-minute")),
             (&mut second, 59, text!("calendar-second")),
         ] {
-            accessible::number(ui, DragValue::new(value).range(0..=most).custom_formatter(|v, _| format!("{v:02.0}")), name);
+            accessible::number(ui, DragValue::new(value).range(0..=max).custom_formatter(|v, _| format!("{v:02.0}")), name);
         }
         let time =
             NaiveTime::from_hms_opt(hour, minute, second).filter(|time| *time != civil.time().with_nanosecond(0).unwrap_or_default());
@@ -238,11 +238,11 @@ fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderW
     }
     let kind = interface.time_bar.kind;
     let mut backward = None;
-    let look = |ui: &mut egui::Ui, icon: Icon, name: &str, key: &str| {
+    let neighbour_button = |ui: &mut egui::Ui, icon: Icon, name: &str, key: &str| {
         icons::bare(ui, icon, name).on_hover_text(text!("event-look-hint", name = name, kind = kind.name(), key = key)).clicked()
     };
     let [before, after] = std::mem::take(&mut interface.time_bar.requested_by_key);
-    if look(ui, Icon::Previous, text!("event-previous"), "p") || before {
+    if neighbour_button(ui, Icon::Previous, text!("event-previous"), "p") || before {
         backward = Some(true);
     }
     let list = ComboBox::from_id_salt("kind of event").selected_text(kind.name()).width(100.0).show_ui(ui, |ui| {
@@ -251,7 +251,7 @@ fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderW
         }
     });
     list.response.on_hover_text(text!("event-kind-hint")).accessible_name(text!("event-kind"));
-    if look(ui, Icon::Next, text!("event-next"), "e") || after {
+    if neighbour_button(ui, Icon::Next, text!("event-next"), "e") || after {
         backward = Some(false);
     }
     if let Some(backward) = backward {

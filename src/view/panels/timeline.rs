@@ -31,7 +31,7 @@ const MAX_SPAN_ALL_EVENTS_S: f64 = 40.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY
 /// Span above which moons' events are hidden, seconds.
 const MAX_SPAN_MOONS_S: f64 = 10.0 * SECONDS_PER_DAY;
 /// Fraction of the span by which an arrow key changes the time.
-const KEY_STEP: f64 = 0.02;
+const KEY_STEP_FRACTION: f64 = 0.02;
 
 /// Kinds that are searched on any span.
 const RARE: &[EventKind] = &[EventKind::Solar, EventKind::Lunar, EventKind::Transit];
@@ -59,11 +59,11 @@ impl Default for Timeline {
 impl EventTrack {
     /// Takes the results of the running search and starts the next search.
     fn update(&mut self, axis: &TimeAxis, worker: &dyn RenderWorker) {
-        if let Some((of, found)) = self.running.take() {
-            match found.take() {
-                Some(found) => self.known.add(&of, found),
+        if let Some((search, pending)) = self.running.take() {
+            match pending.take() {
+                Some(found) => self.known.add(&search, found),
                 None => {
-                    self.running = Some((of, found));
+                    self.running = Some((search, pending));
                     return;
                 }
             }
@@ -72,12 +72,12 @@ impl EventTrack {
         let mut search = next.search.clone();
         let question = move |session: &crate::session::Session| {
             let catalog = session.catalog();
-            let known = |event: SkyEvent| KnownEvent {
+            let known_event = |event: SkyEvent| KnownEvent {
                 tdb_s: event.greatest().tdb_seconds_past_j2000(),
                 title: event.title(catalog),
                 event: Arc::new(event),
             };
-            search.step(catalog, session.ephemeris()).ok().map(|found| found.into_iter().map(known).collect())
+            search.step(catalog, session.ephemeris()).ok().map(|found| found.into_iter().map(known_event).collect())
         };
         self.running = Some((next, ask(worker, question)));
     }
@@ -124,8 +124,8 @@ fn marks<'t>(interface: &'t Interface, axis: &TimeAxis) -> impl Iterator<Item = 
 
 /// The event whose mark is nearest to a position on the timeline, if it is within [`CLICK_DISTANCE`].
 fn event_at<'t>(interface: &'t Interface, axis: &TimeAxis, points: f64) -> Option<&'t KnownEvent> {
-    let distance = |place: f64| (place - points).abs();
-    let close = marks(interface, axis).filter(|(place, _)| distance(*place) <= CLICK_DISTANCE);
+    let distance = |position: f64| (position - points).abs();
+    let close = marks(interface, axis).filter(|(position, _)| distance(*position) <= CLICK_DISTANCE);
     close.min_by(|a, b| distance(a.0).total_cmp(&distance(b.0))).map(|(_, event)| event)
 }
 
@@ -153,20 +153,20 @@ fn paint(interface: &Interface, ui: &Ui, rect: Rect, axis: &TimeAxis, is_focused
     let outline = if is_focused { visuals.selection.stroke } else { visuals.widgets.noninteractive.bg_stroke };
     painter.rect(rect, 3.0, visuals.extreme_bg_color, outline, egui::StrokeKind::Inside);
     let x = |points: f64| rect.left() + points as f32;
-    let dates = rect.bottom() - LABEL_HEIGHT;
+    let dates_top = rect.bottom() - LABEL_HEIGHT;
     let font = TextStyle::Small.resolve(ui.style());
     for tick in axis.ticks(interface.settings.clock) {
-        let at = x(axis.position(tick.tdb_s));
-        painter.vline(at, rect.y_range(), Stroke::new(1.0, visuals.widgets.noninteractive.bg_stroke.color));
-        painter.text(pos2(at + 3.0, rect.bottom() - 2.0), Align2::LEFT_BOTTOM, tick.label, font.clone(), visuals.text_color());
+        let tick_x = x(axis.position(tick.tdb_s));
+        painter.vline(tick_x, rect.y_range(), Stroke::new(1.0, visuals.widgets.noninteractive.bg_stroke.color));
+        painter.text(pos2(tick_x + 3.0, rect.bottom() - 2.0), Align2::LEFT_BOTTOM, tick.label, font.clone(), visuals.text_color());
     }
-    let middle = 0.5 * (rect.top() + dates);
-    for (place, event) in marks(interface, axis) {
+    let middle = 0.5 * (rect.top() + dates_top);
+    for (position, event) in marks(interface, axis) {
         let radius = MARK_RADII[usize::from(!event.event.is_notable())];
-        painter.circle_filled(pos2(x(place), middle), radius, colour(ui, event.event.kind()));
+        painter.circle_filled(pos2(x(position), middle), radius, colour(ui, event.event.kind()));
     }
     let needle = Stroke::new(1.5, visuals.strong_text_color());
-    painter.vline(rect.center().x, rect.top()..=dates, needle);
+    painter.vline(rect.center().x, rect.top()..=dates_top, needle);
 }
 
 /// Describes the timeline to screen readers as a slider of time.
@@ -216,7 +216,7 @@ fn drag_and_click(
     }
 }
 
-/// Returns the wheel notches turned while the pointer is over the timeline.
+/// The zoom in wheel notches while the pointer is over the timeline; four notches are a pinch by a factor of e.
 fn wheel(ui: &Ui, response: &Response) -> f64 {
     if !response.hovered() {
         return 0.0;
@@ -237,7 +237,7 @@ fn keys(ui: &Ui, response: &Response, axis: &TimeAxis, actions: &mut Vec<Action>
     let steps = pressed(Key::ArrowRight) - pressed(Key::ArrowLeft) + requested(egui::accesskit::Action::Increment)
         - requested(egui::accesskit::Action::Decrement);
     if steps != 0.0 {
-        actions.push(Action::Step(steps * KEY_STEP * axis.span_s));
+        actions.push(Action::Step(steps * KEY_STEP_FRACTION * axis.span_s));
     }
     pressed(Key::ArrowUp) - pressed(Key::ArrowDown)
 }

@@ -1,6 +1,6 @@
 //! The bar above the sky, with its controls in groups: explore, see, understand, share.
 //!
-//! In: clicks. Out: opened panels, switches, actions. Always: each button has an icon, a text and a tooltip with its key.
+//! In: clicks. Out: opened panels, switches, actions. Always: each button has an icon, a text or an accessible name, and a tooltip.
 
 use super::icons::{self, Icon};
 use super::{Interface, Tab, search};
@@ -60,7 +60,7 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
 /// Shows the buttons of panels; each tooltip names the key that opens the panel.
 fn tabs(interface: &mut Interface, ui: &mut Ui, tabs: &[Tab]) {
     for tab in tabs {
-        let key = Tab::ALL.iter().position(|t| t == tab).map_or(0, |at| at + 1);
+        let key = Tab::ALL.iter().position(|t| t == tab).map_or(0, |index| index + 1);
         let is_open = interface.is_open(ui.ctx(), *tab);
         let button = icons::selectable(ui, tab.icon(), is_open, tab.title());
         if button.on_hover_text(text!("bar-tab-hint", about = tab.about(), key = key)).clicked() {

@@ -43,7 +43,7 @@ impl TourPlayer {
         self.playing.is_some()
     }
 
-    /// Pauses the tour when the user moves the view.
+    /// Pauses the tour; called when the user moves the view.
     pub(crate) fn pause(&mut self) {
         if let Some(playing) = &mut self.playing {
             playing.is_paused = true;
@@ -81,8 +81,8 @@ pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut V
 }
 
 /// A tour's view with the user's quality; `paused`: the view also pauses time.
-fn with_user_settings(view: ViewState, shown: &ViewState, paused: bool) -> ViewState {
-    ViewState { quality: shown.quality, paused: paused.then_some(true), ..view }
+fn with_user_settings(view: ViewState, current: &ViewState, paused: bool) -> ViewState {
+    ViewState { quality: current.quality, paused: paused.then_some(true), ..view }
 }
 
 /// Advances the tour by elapsed time, unless it is paused.
@@ -122,7 +122,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
             let text = ui.label(told);
             // Announced by screen readers without focus.
             ui.ctx().accesskit_node_builder(text.id, |node| node.set_live(egui::accesskit::Live::Polite));
-            let part = playing.elapsed_s / playing.tour.length_s().max(1e-9);
+            let progress = playing.elapsed_s / playing.tour.length_s().max(1e-9);
             ui.horizontal(|ui| {
                 let button =
                     |ui: &mut egui::Ui, on: bool, name: &str, tip: &str| ui.add_enabled(on, Button::new(name)).on_hover_text(tip).clicked();
@@ -147,7 +147,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                 let hover = text!("tour-record-hint");
                 records = ui.add_enabled(!is_busy, record).on_hover_text(hover).clicked();
                 ended = button(ui, true, text!("tour-end"), text!("tour-end-hint"));
-                let bar = ProgressBar::new(part.clamp(0.0, 1.0) as f32).desired_width(ui.available_width().max(40.0)).desired_height(6.0);
+                let bar =
+                    ProgressBar::new(progress.clamp(0.0, 1.0) as f32).desired_width(ui.available_width().max(40.0)).desired_height(6.0);
                 ui.add(bar.fill(Color32::from_gray(140)));
             });
         });

@@ -17,7 +17,7 @@ use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Ve
 use glam::DVec2;
 
 const NAME_POINTS: f32 = BODY;
-/// Part of the image's height below which caption and scale bar are.
+/// Distance from the image's top edge, as a fraction of its height, below which caption and scale bar are.
 const CAPTION_FROM: f64 = 0.85;
 /// Minimum width of the sky at which hints are shown, points.
 const HINTS_WIDTH: f32 = 440.0;
@@ -52,7 +52,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     let image = interface.gpu_image().map(|_| ON_GPU).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
     if let Some(image) = image {
         let visible = placement.image.intersect(rect);
-        ui.painter().image(image, visible, placement.part(visible), Color32::WHITE);
+        ui.painter().image(image, visible, placement.uv_within(visible), Color32::WHITE);
     }
     let metrics = LabelMetrics::of_size(f64::from(NAME_POINTS) / placement.points_per_px);
     let in_image = |covered: &Rect| {
@@ -117,9 +117,9 @@ impl ImagePlacement {
     }
 
     /// The part of the image inside a rectangle, as texture coordinates.
-    fn part(&self, within: Rect) -> Rect {
-        let at = |p: Pos2| ((p - self.image.min) / self.image.size()).to_pos2();
-        Rect::from_min_max(at(within.min), at(within.max))
+    fn uv_within(&self, within: Rect) -> Rect {
+        let uv = |p: Pos2| ((p - self.image.min) / self.image.size()).to_pos2();
+        Rect::from_min_max(uv(within.min), uv(within.max))
     }
 }
 
@@ -180,10 +180,11 @@ fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
 /// Shows the context menu of a body, or of the view if there is no body under the pointer.
 fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, actions: &mut Vec<Action>) {
     if response.secondary_clicked() {
-        let at = response.interact_pointer_pos().zip(interface.shown()).map(|(at, rendered)| placement.px_of(at, &rendered.scene));
-        let found = at.zip(interface.shown()).and_then(|(at_px, rendered)| body_at(&interface.viewport.labels, &rendered.scene, at_px));
+        let clicked_px = response.interact_pointer_pos().zip(interface.shown()).map(|(at, rendered)| placement.px_of(at, &rendered.scene));
+        let found =
+            clicked_px.zip(interface.shown()).and_then(|(at_px, rendered)| body_at(&interface.viewport.labels, &rendered.scene, at_px));
         interface.viewport.menu_body = found;
-        interface.viewport.menu_px = at;
+        interface.viewport.menu_px = clicked_px;
         actions.extend(found.map(Action::Select));
     }
     response.context_menu(|ui| {
@@ -290,6 +291,7 @@ fn measure(interface: &mut Interface, at_px: DVec2, body: Option<NaifId>) {
 
 /// A click on the image.
 struct Click {
+    /// Pixel of the viewport; [0, 0] for a measurement.
     pixel: [u32; 2],
     /// Index in the catalogue of the star at the click, if there is no body.
     star: Option<usize>,
@@ -365,7 +367,8 @@ mod tests {
     use super::*;
     use egui::pos2;
 
-    /// Images with the viewport's aspect ratio fill the viewport at any coarseness; other images keep their aspect ratio, centred at the viewport's height.
+    /// Images with the viewport's aspect ratio fill the viewport at any coarseness; other images keep their aspect ratio, are centred, and have the
+    /// viewport's height.
     #[test]
     fn an_image_is_never_stretched() {
         let sides = [1_u32, 7, 200, 333, 640, 1279, 2560];
@@ -381,17 +384,17 @@ mod tests {
                     if placement.image == viewport {
                         // A difference of less than a pixel is rounding.
                         let [w, h, a, d] = [width, height, across, down].map(f64::from);
-                        let off = (h - w * d / a).abs().min((w - h * a / d).abs());
-                        assert!(off <= 1.0, "{width}x{height} in {across}x{down}: stretched by {off} pixels");
+                        let stretch_px = (h - w * d / a).abs().min((w - h * a / d).abs());
+                        assert!(stretch_px <= 1.0, "{width}x{height} in {across}x{down}: stretched by {stretch_px} pixels");
                     } else {
-                        let of_height = placement.image.height() * width as f32 / height as f32;
-                        let off = (placement.image.width() - of_height).abs();
-                        assert!(off < 1e-3 + 1e-5 * of_height, "{width}x{height} in {across}x{down}: {off} points too wide");
+                        let expected_width = placement.image.height() * width as f32 / height as f32;
+                        let error = (placement.image.width() - expected_width).abs();
+                        assert!(error < 1e-3 + 1e-5 * expected_width, "{width}x{height} in {across}x{down}: width wrong by {error} points");
                     }
                     assert!((placement.image.height() - viewport.height()).abs() < 1e-3);
                     assert!((placement.image.center() - viewport.center()).length() < 1e-3 + 1e-6 * placement.image.width());
-                    let part = placement.part(placement.image.intersect(viewport));
-                    assert!(part.min.x >= -1e-4 && part.max.x <= 1.0001 && part.min.y.abs() < 1e-4 && (part.max.y - 1.0).abs() < 1e-4);
+                    let uv = placement.uv_within(placement.image.intersect(viewport));
+                    assert!(uv.min.x >= -1e-4 && uv.max.x <= 1.0001 && uv.min.y.abs() < 1e-4 && (uv.max.y - 1.0).abs() < 1e-4);
                 }
             }
         }

@@ -39,8 +39,13 @@ pub(crate) struct PixelBounds {
 
 impl PixelBounds {
     pub(crate) fn of(rect: egui::Rect, pixels_per_point: f32, width: usize, height: usize) -> Self {
-        let at = |v: f32, most: usize| ((v * pixels_per_point).round().max(0.0) as usize).min(most);
-        Self { left: at(rect.min.x, width), right: at(rect.max.x, width), top: at(rect.min.y, height), bottom: at(rect.max.y, height) }
+        let to_px = |v: f32, max: usize| ((v * pixels_per_point).round().max(0.0) as usize).min(max);
+        Self {
+            left: to_px(rect.min.x, width),
+            right: to_px(rect.max.x, width),
+            top: to_px(rect.min.y, height),
+            bottom: to_px(rect.max.y, height),
+        }
     }
     fn within_rows(self, first: usize, end: usize) -> Option<Self> {
         let cut = Self { top: self.top.max(first), bottom: self.bottom.min(end), ..self };
@@ -85,7 +90,8 @@ impl Painter {
             let first = i * BAND_ROWS;
             // Each task clears its own rows, which are then in its core's cache.
             rows.fill(0);
-            let mut band = Band { width, first, rows, columns: Vec::new(), mixed: Vec::new(), magnified: MagnifiedRows::default() };
+            let mut band =
+                Band { width, first_row: first, rows, columns: Vec::new(), mixed: Vec::new(), magnified: MagnifiedRows::default() };
             let end = first + band.rows.len() / width;
             for (bounds, mesh, texture) in &meshes {
                 if let Some(bounds) = bounds.within_rows(first, end) {
@@ -99,8 +105,8 @@ impl Painter {
 /// Consecutive rows of the canvas, painted by one task.
 struct Band<'a> {
     width: usize,
-    /// Index of the first row.
-    first: usize,
+    /// Index of the first row in the canvas.
+    first_row: usize,
     rows: &'a mut [u32],
     /// Taps of a rectangle's columns, and the interpolated texels of its current row; stored here to reuse the memory.
     columns: Vec<Tap>,
@@ -128,7 +134,7 @@ impl Band<'_> {
     }
 
     fn row(&mut self, y: usize, left: usize, right: usize) -> &mut [u32] {
-        let start = (y - self.first) * self.width;
+        let start = (y - self.first_row) * self.width;
         &mut self.rows[start + left..start + right]
     }
 
@@ -167,7 +173,7 @@ impl Band<'_> {
         let first_column = columns.iter().map(|c| c.near.min(c.far)).min().unwrap_or(0);
         let end = columns.iter().map(|c| c.near.max(c.far)).max().unwrap_or(0) + 1;
         mixed.resize(end - first_column, WideTexel::default());
-        let white = min.color == Color32::WHITE;
+        let is_white = min.color == Color32::WHITE;
         for y in top..bottom {
             let row = tap_of_row(y);
             let of_row = |k: usize| &texture.texels[k * texture.width + first_column..k * texture.width + end];
@@ -176,7 +182,7 @@ impl Band<'_> {
             }
             for (p, column) in self.row(y, left, right).iter_mut().zip(&columns) {
                 let texel = column.interpolate_mixed(mixed[column.near - first_column], mixed[column.far - first_column]);
-                *p = over(if white { texel } else { modulate(min.color, texel) }, *p);
+                *p = over(if is_white { texel } else { modulate(min.color, texel) }, *p);
             }
         }
         (self.columns, self.mixed) = (columns, mixed);
@@ -207,8 +213,8 @@ impl Band<'_> {
         // Change of the edge functions from one pixel to the next in a row.
         let steps = [(pb, pc), (pc, pa), (pa, pb)].map(|(p, q)| (p[1] - q[1]) * 256);
         for y in y0.max(bounds.top as i64)..(y1 + 1).min(bounds.bottom as i64) {
-            let at = [left * 256 + 128, y * 256 + 128];
-            let mut w = [cross(pb, pc, at), cross(pc, pa, at), cross(pa, pb, at)];
+            let first_centre = [left * 256 + 128, y * 256 + 128];
+            let mut w = [cross(pb, pc, first_centre), cross(pc, pa, first_centre), cross(pa, pb, first_centre)];
             let Some((from, to)) = span_within(w, steps, threshold, right - left) else { continue };
             let pixels = self.row(y as usize, (left + from) as usize, (left + to) as usize);
             if let Some(colour) = uniform_colour {
@@ -252,9 +258,9 @@ fn span_within(at: [i64; 3], step: [i64; 3], threshold: [i64; 3], count: i64) ->
 /// The upper left and lower right corner if two triangles form an axis-aligned rectangle of one colour with an axis-aligned texture.
 fn axis_aligned_rectangle(first: [Vertex; 3], second: [Vertex; 3]) -> Option<(Vertex, Vertex)> {
     let all = [first[0], first[1], first[2], second[0], second[1], second[2]];
-    let at_least = |v: &&Vertex| all.iter().all(|o| v.pos.x <= o.pos.x && v.pos.y <= o.pos.y);
-    let at_most = |v: &&Vertex| all.iter().all(|o| v.pos.x >= o.pos.x && v.pos.y >= o.pos.y);
-    let (min, max) = (all.iter().find(at_least)?, all.iter().find(at_most)?);
+    let is_upper_left = |v: &&Vertex| all.iter().all(|o| v.pos.x <= o.pos.x && v.pos.y <= o.pos.y);
+    let is_lower_right = |v: &&Vertex| all.iter().all(|o| v.pos.x >= o.pos.x && v.pos.y >= o.pos.y);
+    let (min, max) = (all.iter().find(is_upper_left)?, all.iter().find(is_lower_right)?);
     let is_corner = |v: &Vertex| {
         (v.pos.x == min.pos.x && v.uv.x == min.uv.x || v.pos.x == max.pos.x && v.uv.x == max.uv.x)
             && (v.pos.y == min.pos.y && v.uv.y == min.uv.y || v.pos.y == max.pos.y && v.uv.y == max.uv.y)
@@ -262,8 +268,8 @@ fn axis_aligned_rectangle(first: [Vertex; 3], second: [Vertex; 3]) -> Option<(Ve
     };
     // The triangles share a diagonal if each of them has one of the two remaining corners.
     let other = |t: &[Vertex; 3]| t.iter().find(|v| v.pos != min.pos && v.pos != max.pos).map(|v| v.pos);
-    let halves = matches!((other(&first), other(&second)), (Some(p), Some(q)) if p != q);
-    (halves && min.pos.x < max.pos.x && min.pos.y < max.pos.y && all.iter().all(is_corner)).then_some((*min, *max))
+    let share_diagonal = matches!((other(&first), other(&second)), (Some(p), Some(q)) if p != q);
+    (share_diagonal && min.pos.x < max.pos.x && min.pos.y < max.pos.y && all.iter().all(is_corner)).then_some((*min, *max))
 }
 
 fn blend(colours: [Color32; 3], weight: [f32; 3]) -> Color32 {
@@ -289,8 +295,13 @@ fn over(source: Color32, below: u32) -> u32 {
         return u32::from_be_bytes([0, r, g, b]);
     }
     let [_, br, bg, bb] = below.to_be_bytes();
-    let left = 255 - a;
-    u32::from_be_bytes([0, r.saturating_add(times(br, left)), g.saturating_add(times(bg, left)), b.saturating_add(times(bb, left))])
+    let transmitted = 255 - a;
+    u32::from_be_bytes([
+        0,
+        r.saturating_add(times(br, transmitted)),
+        g.saturating_add(times(bg, transmitted)),
+        b.saturating_add(times(bb, transmitted)),
+    ])
 }
 
 /// Blends a single colour over a row of pixels.
@@ -342,13 +353,13 @@ mod tests {
             let pixels = drawn(&painter(), fan(&[at(0.0), at(1.0), at(2.0), at(3.0)], half), 40);
             let once = u32::from_be_bytes([0, 100, 100, 100]);
             assert!(pixels.iter().all(|p| *p == 0 || *p == once), "turned by {angle}");
-            // Rounding to the subpixel grid may shift the outline by a quarter of a pixel.
+            // The number of covered pixel centres may differ from the area by a quarter of the outline's length in pixels.
             let covered = pixels.iter().filter(|p| **p == once).count() as f32;
             assert!((covered - 2.0 * 17.3 * 17.3).abs() < 25.0, "{covered} pixels");
         }
     }
 
-    /// The fast path for rectangles gives the same result as two triangles.
+    /// The fast path for rectangles gives the same result as two triangles within 2 levels of 255.
     #[test]
     fn the_rectangle_path_matches_two_triangles() {
         let mut painter = painter();

@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 /// Opens a dialog and returns the pending path; `None` once the user cancels.
 pub(crate) fn open(request: FileRequest) -> Pending<Option<PathBuf>> {
     let (pending, answer) = Pending::with_sender();
-    let named = Path::new(&request.name);
+    let typed_path = Path::new(&request.name);
     let mut dialog = rfd::AsyncFileDialog::new().set_title(request.title).add_filter(request.title, request.endings);
-    let folder = std::path::absolute(named).ok().and_then(|path| path.parent().map(Path::to_owned));
+    let folder = std::path::absolute(typed_path).ok().and_then(|path| path.parent().map(Path::to_owned));
     if let Some(folder) = folder.filter(|folder| folder.is_dir()) {
         dialog = dialog.set_directory(folder);
     }
@@ -21,7 +21,7 @@ pub(crate) fn open(request: FileRequest) -> Pending<Option<PathBuf>> {
         let chosen = dialog.pick_file();
         std::thread::spawn(move || answer(pollster::block_on(chosen).map(|file| file.path().to_owned())));
     } else {
-        let name = named.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let name = typed_path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         let chosen = dialog.set_file_name(name).save_file();
         std::thread::spawn(move || answer(pollster::block_on(chosen).map(|file| file.path().to_owned())));
     }

@@ -13,7 +13,7 @@ const INTERVAL: Duration = Duration::from_secs(1);
 pub(crate) struct PresentedFrame {
     /// Number of images received since the window was opened.
     pub images: u64,
-    /// Size and render time of the last image, if any.
+    /// Size in pixels and render time in milliseconds of the last image, if any.
     pub image: Option<([u32; 2], f64)>,
     /// Time that the frame took on the window's thread.
     pub took: Duration,

@@ -36,7 +36,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy}
 use winit::monitor::MonitorHandle;
 use winit::window::{Fullscreen, Window, WindowAttributes, WindowId};
 
-/// Why the window could not be opened or stopped.
+/// Why the window could not be opened, or why it stopped.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum WindowError {
     #[error("no window can be opened here ({0}); to draw to a file: orrery render --target earth -o earth.png")]
@@ -50,7 +50,8 @@ pub(crate) enum WindowError {
 
 /// Delay before the next attempt if the system accepted no frame.
 const RETRY_DELAY: Duration = Duration::from_millis(250);
-/// Longest delay of a redraw by an image that is being rendered: its arrival redraws the window too, so that each image costs one redraw and no more.
+/// Longest time for which a redraw waits for an image that is being rendered. The image's arrival redraws the window anyway, so that one redraw
+/// serves both.
 const WITH_IMAGE_DELAY: Duration = Duration::from_millis(33);
 /// Time that running work has to finish after the window is closed.
 const SHUTDOWN_GRACE: Duration = Duration::from_millis(250);
@@ -136,8 +137,8 @@ pub(crate) fn run(
     })
 }
 
-/// Exits the process at once while an image, a query or a driver's compiler is still running. A normal exit would wait for that
-/// work, because a driver's exit handlers free memory that its compiler uses. Files are written atomically, so none is left half written.
+/// Exits the process at once while an image, a query or a driver's compiler is still running. A normal exit would have to wait for
+/// that work, because a driver's exit handlers free memory that its compiler uses. Files are written atomically, so none is left half written.
 fn exit_now() -> ! {
     #[cfg(unix)]
     // SAFETY: `_exit` accepts any status, runs no exit handlers and does not return.

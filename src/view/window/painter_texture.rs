@@ -1,7 +1,7 @@
 //! A texture of the CPU painter, and how its texels are interpolated.
 //!
-//! In: egui's images. Out: texels between texels. Always: weights have steps of 1/256; at the centre of a texel the result is that texel. Opaque images
-//! that are painted as they are have a faster way, [`MagnifiedRows`], which differs by rounding: by one level of 255 at most.
+//! In: egui's images. Out: interpolated texels. Always: weights have steps of 1/256; at the centre of a texel the result is that texel. Opaque images
+//! that are painted without a tint take a faster path, [`MagnifiedRows`], whose rounding differs: by one level of 255 at most.
 
 use crate::image::{self, Level, SharedTexture, TexelFormat};
 use egui::epaint::{ImageData, ImageDelta};
@@ -40,18 +40,21 @@ impl Tap {
     }
 
     pub fn interpolate(self, near: Color32, far: Color32) -> WideTexel {
-        let (of_near, of_far) = self.weights();
+        let (near_weight, far_weight) = self.weights();
         let pair = |a: u8, b: u8| u64::from(a) | u64::from(b) << 32;
         let ([nr, ng, nb, na], [fr, fg, fb, fa]) = (near.to_array(), far.to_array());
-        WideTexel { red_blue: pair(nr, nb) * of_near + pair(fr, fb) * of_far, green_alpha: pair(ng, na) * of_near + pair(fg, fa) * of_far }
+        WideTexel {
+            red_blue: pair(nr, nb) * near_weight + pair(fr, fb) * far_weight,
+            green_alpha: pair(ng, na) * near_weight + pair(fg, fa) * far_weight,
+        }
     }
 
     /// Interpolates two texels that were already interpolated in the other direction, and rounds to bytes.
     pub fn interpolate_mixed(self, near: WideTexel, far: WideTexel) -> Color32 {
         const HALF: u64 = 0x8000_0000_8000;
-        let (of_near, of_far) = self.weights();
-        let red_blue = near.red_blue * of_near + far.red_blue * of_far + HALF;
-        let green_alpha = near.green_alpha * of_near + far.green_alpha * of_far + HALF;
+        let (near_weight, far_weight) = self.weights();
+        let red_blue = near.red_blue * near_weight + far.red_blue * far_weight + HALF;
+        let green_alpha = near.green_alpha * near_weight + far.green_alpha * far_weight + HALF;
         Color32::from_rgba_premultiplied(
             (red_blue >> 16) as u8,
             (green_alpha >> 16) as u8,
@@ -145,7 +148,7 @@ pub(crate) struct MagnifiedRows {
     rows: [(Option<usize>, Vec<u64>); 2],
     /// One texel row, four channels of 8 bits in lanes of 16.
     spread: Vec<u64>,
-    /// Every pixel's centre is a texel's centre, so that no row is interpolated along.
+    /// Every pixel centre lies horizontally at a texel centre, so that no texel row needs interpolation along the row.
     is_aligned: bool,
 }
 
@@ -163,7 +166,7 @@ fn pixel(texel: Color32) -> u32 {
 impl MagnifiedRows {
     /// Forgets the rows of the last image.
     pub fn start(&mut self, texture: &PainterTexture, columns: &[Tap]) {
-        self.rows.iter_mut().for_each(|(of, _)| *of = None);
+        self.rows.iter_mut().for_each(|(texel_row, _)| *texel_row = None);
         self.is_aligned = columns.iter().all(|tap| tap.weight == 0);
         debug_assert!(columns.iter().all(|tap| tap.near < texture.width && tap.far < texture.width));
     }
@@ -188,33 +191,33 @@ impl MagnifiedRows {
             }
         } else {
             // In 65536ths. The upper half of a product of 15 and 16 bits keeps 7 bits behind the point.
-            let (of_far, of_near) = ((at.weight << 8) as u16, ((256 - at.weight) << 8) as u16);
-            let part = |v: u16, of: u16| ((u32::from(v) * u32::from(of)) >> 16) as u16;
+            let (far_weight, near_weight) = ((at.weight << 8) as u16, ((256 - at.weight) << 8) as u16);
+            let weighted = |v: u16, weight: u16| ((u32::from(v) * u32::from(weight)) >> 16) as u16;
             for ((byte, a), b) in bytes.iter_mut().zip(lanes(near)).zip(lanes(far)) {
-                *byte = rounded(part(*a, of_near) + part(*b, of_far));
+                *byte = rounded(weighted(*a, near_weight) + weighted(*b, far_weight));
             }
         }
     }
 
     /// The place in `rows` of a texel row, interpolated along the row. `kept` must not be overwritten.
     fn interpolated(&mut self, texture: &PainterTexture, columns: &[Tap], row: usize, kept: Option<usize>) -> usize {
-        if let Some(known) = self.rows.iter().position(|(of, _)| *of == Some(row)) {
+        if let Some(known) = self.rows.iter().position(|(texel_row, _)| *texel_row == Some(row)) {
             return known;
         }
-        // Rows come from the top, so the higher of the two is no longer needed.
+        // Rows come from top to bottom, so the upper of the two (with the smaller index) is no longer needed.
         let place = match kept {
             Some(kept) => 1 - kept,
             None => usize::from(self.rows[0].0 > self.rows[1].0),
         };
         self.spread.clear();
         self.spread.extend(texture.texels[row * texture.width..(row + 1) * texture.width].iter().map(|t| spread(*t)));
-        let (of, target) = &mut self.rows[place];
-        *of = Some(row);
+        let (texel_row, target) = &mut self.rows[place];
+        *texel_row = Some(row);
         target.clear();
         target.extend(columns.iter().map(|tap| {
-            let (of_near, of_far) = tap.weights();
+            let (near_weight, far_weight) = tap.weights();
             // At most 255 * 256 in each lane of 16 bits; halved, so that rounding later cannot overflow.
-            ((self.spread[tap.near] * of_near + self.spread[tap.far] * of_far) >> 1) & 0x7fff_7fff_7fff_7fff
+            ((self.spread[tap.near] * near_weight + self.spread[tap.far] * far_weight) >> 1) & 0x7fff_7fff_7fff_7fff
         }));
         place
     }
@@ -234,9 +237,9 @@ mod tests {
         PainterTexture::new(ImageDelta::full(image, TextureOptions::LINEAR))
     }
 
-    /// The largest difference of the fast way from bilinear interpolation in f64, levels of 255, for an image of this size.
+    /// The largest difference of [`MagnifiedRows`] from bilinear interpolation in f64, levels of 255, for an image of this size.
     fn largest_error(texture: &PainterTexture, [width, height]: [usize; 2]) -> f64 {
-        let tap = |k: usize, of: usize, size: usize| texture.tap((k as f32 + 0.5) / of as f32, size);
+        let tap = |pixel: usize, pixels: usize, texels: usize| texture.tap((pixel as f32 + 0.5) / pixels as f32, texels);
         let columns: Vec<Tap> = (0..width).map(|x| tap(x, width, WIDTH)).collect();
         let mut rows = MagnifiedRows::default();
         rows.start(texture, &columns);

@@ -37,8 +37,8 @@ const MIN_SIZE: [f64; 2] = [320.0, 240.0];
 const DECORATIONS: [f64; 2] = [16.0, 64.0];
 /// Smallest side of a usable monitor, points. A system without monitors reports one of a single pixel; monitors below this size are ignored.
 const MIN_SCREEN: f64 = 64.0;
-/// Distance from the upper edge at which a user grabs the title bar.
-const TITLE_BAR_PX: f64 = 8.0;
+/// Distance from the window's upper edge at which a user grabs the title bar, points.
+const TITLE_BAR_POINTS: f64 = 8.0;
 
 impl Monitor {
     fn contains(&self, at_px: [f64; 2]) -> bool {
@@ -67,11 +67,11 @@ impl Monitor {
 }
 
 impl WindowPlacement {
-    /// The placement at which to open on these monitors; the first is the default. The position is kept if the middle of the window's upper
-    /// edge is on a monitor.
+    /// The placement at which to open on these monitors; the first is the default. The position is kept if the middle of the window's title
+    /// bar is on a monitor.
     pub(crate) fn on(&self, monitors: &[Monitor]) -> Self {
         let title_bar_on = |screen: &Monitor, [x, y]: [i32; 2]| {
-            screen.contains([f64::from(x) + 0.5 * self.size[0] * screen.scale, f64::from(y) + TITLE_BAR_PX * screen.scale])
+            screen.contains([f64::from(x) + 0.5 * self.size[0] * screen.scale, f64::from(y) + TITLE_BAR_POINTS * screen.scale])
         };
         let containing_monitor = self.corner_px.and_then(|corner| monitors.iter().find(|screen| title_bar_on(screen, corner)));
         let available_size = containing_monitor.or(monitors.first()).and_then(Monitor::available_size).unwrap_or([f64::INFINITY; 2]);
@@ -120,16 +120,16 @@ mod tests {
 
     #[test]
     fn no_window_is_larger_than_its_screen_or_too_small_to_see() {
-        let of = |size, corner_px| WindowPlacement { size, corner_px, maximised: false };
+        let sized = |size, corner_px| WindowPlacement { size, corner_px, maximised: false };
         let everywhere = [LEFT, RIGHT, BELOW];
         // The monitor with two pixels per point has room for 640 by 360 points including the window frame.
-        assert_eq!(of([1000.0, 700.0], Some([0, 1200])).on(&everywhere).size, [624.0, 296.0]);
-        assert_eq!(of([9000.0, 700.0], None).on(&everywhere).size, [1484.0, 700.0]);
-        assert_eq!(of([-5.0, 0.0], None).on(&everywhere).size, MIN_SIZE);
-        assert_eq!(of([f64::NAN, f64::INFINITY], None).on(&everywhere).size, [1280.0, 800.0]);
+        assert_eq!(sized([1000.0, 700.0], Some([0, 1200])).on(&everywhere).size, [624.0, 296.0]);
+        assert_eq!(sized([9000.0, 700.0], None).on(&everywhere).size, [1484.0, 700.0]);
+        assert_eq!(sized([-5.0, 0.0], None).on(&everywhere).size, MIN_SIZE);
+        assert_eq!(sized([f64::NAN, f64::INFINITY], None).on(&everywhere).size, [1280.0, 800.0]);
         let unknown_size = Monitor { size_px: [1, 1], ..LEFT };
-        assert_eq!(of([1000.0, 700.0], None).on(&[unknown_size]).size, [1000.0, 700.0]);
-        assert_eq!(of([1000.0, 700.0], None).on(&[Monitor { scale: 0.0, ..LEFT }]).size, [1000.0, 700.0]);
+        assert_eq!(sized([1000.0, 700.0], None).on(&[unknown_size]).size, [1000.0, 700.0]);
+        assert_eq!(sized([1000.0, 700.0], None).on(&[Monitor { scale: 0.0, ..LEFT }]).size, [1000.0, 700.0]);
     }
 
     #[test]

@@ -17,7 +17,7 @@ const CLOSE_CHECK_INTERVAL: Duration = Duration::from_millis(50);
 /// The watched folder, and the times of its files when it was last read.
 pub struct ShaderWatcher {
     folder: PathBuf,
-    read: Mutex<FragmentTimes>,
+    times_read: Mutex<FragmentTimes>,
 }
 
 impl ShaderWatcher {
@@ -26,15 +26,15 @@ impl ShaderWatcher {
     /// # Errors
     /// The file or folder that cannot be read, or a folder without fragments.
     pub fn open(folder: &Path, session: &Session) -> Result<Self, FragmentFolderError> {
-        let stamps = fragment_times(folder)?;
-        session.set_fragments(read_fragments(folder, &stamps)?);
-        Ok(Self { folder: folder.to_owned(), read: Mutex::new(stamps) })
+        let times = fragment_times(folder)?;
+        session.set_fragments(read_fragments(folder, &times)?);
+        Ok(Self { folder: folder.to_owned(), times_read: Mutex::new(times) })
     }
 
     /// Reads the folder again if a file has changed.
     pub fn check_files(&self, worker: &dyn RenderWorker) {
         let Ok(now) = fragment_times(&self.folder) else { return };
-        let mut before = self.read.lock();
+        let mut before = self.times_read.lock();
         if *before == now {
             return;
         }

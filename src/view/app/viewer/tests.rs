@@ -66,7 +66,7 @@ fn a_flight_ends_at_the_lit_side_and_back_returns() {
     assert!((distance_radii - ARRIVAL_RADII).abs() < 1e-9);
     let pose = v.pose_from(SATURN, &CollinearBodies).expect("a place");
     let to_sun = DVec3::NEG_X;
-    assert!(crate::ephemeris::angle_rad(pose.offset_km, to_sun).to_degrees() < 45.0, "the Sun is behind the viewer");
+    assert!(crate::ephemeris::angle_rad(pose.offset_km, to_sun).to_degrees() < 45.0, "the camera is on the lit side");
     apply(&mut v, Action::PreviousView);
     assert_eq!((v.view.eye, v.view.target), (home.eye, home.target));
     apply(&mut v, Action::NextView);
@@ -158,7 +158,7 @@ fn zoom_on_the_ground_changes_the_angle_that_the_projection_shows() {
 #[test]
 fn extreme_zooms_keep_the_camera_finite() {
     let mut v = viewer();
-    for notches in [1e4, -1e4, f64::NAN.max(5.0)] {
+    for notches in [1e4, -1e4, 5.0] {
         apply(&mut v, Action::Zoom(notches));
         apply(&mut v, Action::ChangeFov(notches));
         let pose = v.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");

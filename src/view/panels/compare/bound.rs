@@ -14,7 +14,7 @@ use crate::view::panels::render_loop::colour_image;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Color32, Sense, TextureHandle, TextureOptions, Ui, Vec2};
 
-/// Largest bound of each colour in steps of 1/255, and the colour: from dark to bright, so that colour-blind users can tell them apart.
+/// Largest bound of each colour in levels of 255, and the colour: from dark to bright, so that colour-blind users can tell them apart.
 const COLOUR_STEPS: [(u8, Color32); 7] = [
     (1, Color32::from_rgb(20, 20, 60)),
     (2, Color32::from_rgb(48, 45, 125)),
@@ -31,15 +31,15 @@ fn colour_index(levels: u8) -> usize {
 }
 
 /// The label of a colour.
-fn name_of(step: usize) -> String {
-    match (step, COLOUR_STEPS[step].0) {
+fn name_of(colour_index: usize) -> String {
+    match (colour_index, COLOUR_STEPS[colour_index].0) {
         (0, max) => text!("bound-up-to", max = max),
         (k, u8::MAX) => text!("bound-over", min = COLOUR_STEPS[k - 1].0),
         (k, max) => text!("bound-range", min = COLOUR_STEPS[k - 1].0 + 1, max = max),
     }
 }
 
-/// Error bounds of an image, in steps of 1/255.
+/// Error bounds of an image, in levels of 255.
 pub(crate) struct ErrorBounds {
     width: u32,
     height: u32,
@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bounds_double_from_colour_to_colour_and_fractions_sum_to_one() {
+    fn bounds_double_from_colour_to_colour_up_to_32_and_fractions_sum_to_one() {
         assert_eq!([0, 1, 2, 3, 4, 5, 32, 33, 255].map(colour_index), [0, 0, 1, 2, 2, 3, 5, 6, 6]);
         assert_eq!([0, 2, 6].map(name_of), ["up to 1", "3 to 4", "over 32"]);
         let bounds = ErrorBounds::of(2, 2, &[[1, 0, 0, 255], [0, 9, 3, 255], [0, 0, 40, 255], [1, 1, 1, 255]]);

@@ -159,8 +159,8 @@ impl ComparePanel {
     fn ask(&mut self, interface: &Interface, ui: &egui::Ui, worker: &dyn RenderWorker, variants: &[Variant; 2]) {
         let Some(rendered) = interface.shown() else { return };
         let quality = interface.viewer.view.quality;
-        let still = rendered.job.request.quality == quality && rendered.job.sampling == SamplingQuality::of(quality);
-        if self.pending.is_some() || !still || interface.viewer.is_animating() {
+        let is_at_rest = rendered.job.request.quality == quality && rendered.job.sampling == SamplingQuality::of(quality);
+        if self.pending.is_some() || !is_at_rest || interface.viewer.is_animating() {
             return;
         }
         let input = ComparisonInput {

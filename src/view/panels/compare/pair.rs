@@ -137,30 +137,30 @@ impl PairView {
         }
         let split = self.split.unwrap_or(0.5);
         let x = rect.left() + split * rect.width();
-        let part = |from: f32, to: f32| {
+        let strip = |from: f32, to: f32| {
             let place = Rect::from_min_max(
                 pos2(rect.left() + from * rect.width(), rect.top()),
                 pos2(rect.left() + to * rect.width(), rect.bottom()),
             );
             (place, Rect::from_min_max(pos2(from, 0.0), pos2(to, 1.0)))
         };
-        for (texture, (place, uv)) in textures.into_iter().zip([part(0.0, split), part(split, 1.0)]) {
+        for (texture, (place, uv)) in textures.into_iter().zip([strip(0.0, split), strip(split, 1.0)]) {
             ui.painter().image(texture, place, uv, Color32::WHITE);
         }
         ui.painter().line_segment([pos2(x, rect.top()), pos2(x, rect.bottom())], Stroke::new(1.5, Color32::from_rgb(255, 206, 110)));
         let painter = ui.painter().with_clip_rect(rect);
         let font = egui::FontId::proportional(BODY);
-        for (at, align, name) in [(-6.0, egui::Align2::RIGHT_TOP, left), (6.0, egui::Align2::LEFT_TOP, right)] {
+        for (offset_points, align, name) in [(-6.0, egui::Align2::RIGHT_TOP, left), (6.0, egui::Align2::LEFT_TOP, right)] {
             // The name has a dark background, since the image below may be white.
             let words = painter.layout_no_wrap(name.to_owned(), font.clone(), Color32::from_gray(230));
-            let place = align.anchor_size(pos2(x + at, rect.top() + 4.0), words.size());
+            let place = align.anchor_size(pos2(x + offset_points, rect.top() + 4.0), words.size());
             painter.rect_filled(place.expand(2.0), 2.0, Color32::from_black_alpha(190));
             painter.galley(place.min, words, Color32::PLACEHOLDER);
         }
     }
 }
 
-/// The size of an image scaled to the panel's width, but no higher than the panel.
+/// The size of an image scaled to the panel's width, but no higher than the panel or [`MIN_POINTS`], whichever is more.
 pub(crate) fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
     let width = ui.available_width();
     let max_height = (ui.available_height() - CONTROLS_POINTS).max(MIN_POINTS);

@@ -20,6 +20,7 @@ pub(crate) struct ChangeView {
     /// Show the current view with both keys.
     in_view: bool,
     pair: PairView,
+    /// The last pair of images, and the key in its second image.
     last: Option<(ShaderKey, Result<Arc<Pair>, String>)>,
 }
 
@@ -38,10 +39,10 @@ fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([Sha
 pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some((keys, names)) = compared_keys(panel, inspected) else { return };
     if let (Some(key), Some(reachable)) = (inspected.key(), panel.queries.reachable(inspected.worker)) {
-        let of = reachable.len();
+        let reachable_count = reachable.len();
         match reachable.contains(&key) {
-            true => ui.label(text!("change-reachable", of = of)),
-            false => ui.label(text!("change-unreachable", of = of)),
+            true => ui.label(text!("change-reachable", of = reachable_count)),
+            false => ui.label(text!("change-unreachable", of = reachable_count)),
         };
     }
     for (pin, name) in panel.pins.iter_mut().zip(["A", "B"]) {
@@ -69,7 +70,7 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
         None => String::new(),
     };
     let [a, b] = names;
-    let change = |what: &str, of: fn(&LoadedModule) -> usize| format!("{what} {}", change_text(of(&first), of(&second)));
+    let change = |what: &str, count: fn(&LoadedModule) -> usize| format!("{what} {}", change_text(count(&first), count(&second)));
     let costs = [
         change(text!("change-operations"), lane_operations),
         change(text!("cost-texture-reads"), |m| m.ir.texture_reads as usize),
@@ -89,8 +90,8 @@ fn both_modules(
 }
 
 fn lines_text(by_feature: &[FeatureDiff]) -> String {
-    let count = |of: fn(&FeatureDiff) -> usize| by_feature.iter().map(of).sum::<usize>();
-    let (gone, new) = (count(|d| d.only_first.len()), count(|d| d.only_second.len()));
+    let sum = |lines: fn(&FeatureDiff) -> usize| by_feature.iter().map(lines).sum::<usize>();
+    let (gone, new) = (sum(|d| d.only_first.len()), sum(|d| d.only_second.len()));
     text!("change-lines", features = by_feature.len(), gone = gone, new = new)
 }
 
@@ -160,7 +161,7 @@ fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>
         change.last = Some((key, drawn));
     }
     // The last image of this key stays until the next image arrives.
-    match change.last.as_ref().filter(|(of, _)| *of == key) {
+    match change.last.as_ref().filter(|(last_key, _)| *last_key == key) {
         Some((_, Ok(pair))) => change.pair.show(ui, pair, [text!("change-drawn-key"), text!("change-this-key")], None),
         Some((_, Err(why))) => drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
         None => drop(accessible::spinner(ui, text!("compare-coming"))),
@@ -224,14 +225,14 @@ pub(crate) fn cost_rows() -> [CostRow; 10] {
 }
 
 /// Shows the costs of one module, or of two modules with their difference.
-pub(crate) fn grid(ui: &mut egui::Ui, id: &str, of: &[(&str, &Arc<LoadedModule>)]) {
-    Grid::new(id).num_columns(of.len() + 2).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
+pub(crate) fn grid(ui: &mut egui::Ui, id: &str, modules: &[(&str, &Arc<LoadedModule>)]) {
+    Grid::new(id).num_columns(modules.len() + 2).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
         ui.label("");
-        of.iter().for_each(|(name, _)| drop(ui.strong(*name)));
+        modules.iter().for_each(|(name, _)| drop(ui.strong(*name)));
         ui.end_row();
         for (what, count) in cost_rows() {
             ui.label(what);
-            let counts: Vec<usize> = of.iter().map(|(_, m)| count(m)).collect();
+            let counts: Vec<usize> = modules.iter().map(|(_, m)| count(m)).collect();
             counts.iter().for_each(|n| drop(ui.monospace(n.to_string())));
             if let [from, to] = counts[..] {
                 ui.monospace(if from == to { String::new() } else { format!("{:+}", to as i64 - from as i64) });

@@ -24,7 +24,7 @@ pub(crate) struct ProbePage {
     filter: String,
     /// Pixel coordinates typed into the fields, until the viewport takes them.
     pub typed_px: Option<[u32; 2]>,
-    /// Index of the draw at the pixel.
+    /// Index of the chosen draw among those at the pixel.
     draw: usize,
     requested: Option<([u32; 2], ViewRequest)>,
     pending: Option<Pending<Result<BothPrecisions, ProbeError>>>,
@@ -33,11 +33,11 @@ pub(crate) struct ProbePage {
 
 /// Inspects a pixel in f32, then in f64.
 fn in_both_precisions(session: &Session, request: &ViewRequest, pixel: [u32; 2]) -> Result<BothPrecisions, ProbeError> {
-    let with = |double: bool| {
+    let inspect_in = |double: bool| {
         let renderer = session.renderer_in(double)?;
         inspect_pixel(&Prober { session, renderer: &renderer }, request, SamplingQuality::of(request.quality), pixel)
     };
-    Ok([with(false)?, with(true)?])
+    Ok([inspect_in(false)?, inspect_in(true)?])
 }
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, interface: &Interface) {
@@ -91,21 +91,21 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         }
     });
     page.draw = chosen;
-    let first = &single.draws[chosen];
-    ui.add(egui::Label::new(RichText::new(first.module.to_string()).monospace().size(SMALL)).wrap());
-    if let Some([latitude, longitude]) = first.ground_deg {
+    let single_draw = &single.draws[chosen];
+    ui.add(egui::Label::new(RichText::new(single_draw.module.to_string()).monospace().size(SMALL)).wrap());
+    if let Some([latitude, longitude]) = single_draw.ground_deg {
         ui.label(text!("probe-ground", latitude = signed(latitude, 4), longitude = signed(longitude, 4)));
     }
     // At an edge, the draw may cover the pixel in one precision and not in the other.
-    let second = double.draws.iter().find(|d| d.body == first.body && d.part == first.part);
+    let double_draw = double.draws.iter().find(|d| d.body == single_draw.body && d.part == single_draw.part);
     ui.horizontal(|ui| {
         let label = ui.label(text!("probe-filter"));
         ui.add(TextEdit::singleline(&mut page.filter).desired_width(160.0)).labelled_by(label.id).on_hover_text(text!("probe-filter-hint"));
         if ui.small_button(text!("shader-copy")).on_hover_text(text!("probe-copy-hint")).clicked() {
-            ui.ctx().copy_text(rows(first, second).iter().map(|r| format!("{}\n", r.text())).collect());
+            ui.ctx().copy_text(rows(single_draw, double_draw).iter().map(|r| format!("{}\n", r.text())).collect());
         }
     });
-    table(ui, &rows(first, second), &page.filter);
+    table(ui, &rows(single_draw, double_draw), &page.filter);
 }
 
 impl ProbePage {
@@ -144,17 +144,22 @@ impl Row {
 }
 
 /// Every value of a draw at the pixel, with one row for each component of a vector.
-fn rows(first: &PixelDraw, second: Option<&PixelDraw>) -> Vec<Row> {
+fn rows(single_draw: &PixelDraw, double_draw: Option<&PixelDraw>) -> Vec<Row> {
     let mut all = Vec::new();
-    let of = |name: &str, k: usize| second.and_then(|s| s.values.values.iter().find(|v| v.name == name)?.numbers.get(k).copied());
+    let double_number =
+        |name: &str, k: usize| double_draw.and_then(|s| s.values.values.iter().find(|v| v.name == name)?.numbers.get(k).copied());
     for (k, c) in [text!("colour-red"), text!("colour-green"), text!("colour-blue"), text!("colour-coverage")].iter().enumerate() {
-        all.push(Row { name: text!("probe-colour", c = c), single: first.values.colour[k], double: second.map(|s| s.values.colour[k]) });
+        all.push(Row {
+            name: text!("probe-colour", c = c),
+            single: single_draw.values.colour[k],
+            double: double_draw.map(|s| s.values.colour[k]),
+        });
     }
-    for value in &first.values.values {
+    for value in &single_draw.values.values {
         for (k, single) in value.numbers.iter().enumerate() {
             let component = ["x", "y", "z", "w"].get(k).filter(|_| value.numbers.len() > 1);
             let name = component.map_or(value.name.clone(), |c| format!("{}.{c}", value.name));
-            all.push(Row { name, single: *single, double: of(&value.name, k) });
+            all.push(Row { name, single: *single, double: double_number(&value.name, k) });
         }
     }
     all

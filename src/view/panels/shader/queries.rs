@@ -74,7 +74,7 @@ const TIMED_PX: u32 = 250;
 
 type Sample = Result<egui::ColorImage, String>;
 
-/// A view drawn once unchanged and once with another key for one draw.
+/// A replacement of one draw's key, for a pair of images of a view: unchanged, and with the other key.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(crate) struct KeySwap {
     pub body: NaifId,
@@ -97,6 +97,7 @@ pub(crate) struct ShaderQueries {
     samples: QueryCache<ShaderKey, Sample>,
     images: HashMap<ShaderKey, TextureHandle>,
     swaps: QueryCache<KeySwap, Result<Arc<Pair>, String>>,
+    /// [`KeySwap::view`] of the stored swaps.
     swap_view: u64,
 }
 
@@ -110,8 +111,8 @@ impl ShaderQueries {
     }
 
     pub(crate) fn module(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Module> {
-        let of = id.clone();
-        self.modules.get(worker, id, move |session| load_module(session, &of)).cloned()
+        let asked_id = id.clone();
+        self.modules.get(worker, id, move |session| load_module(session, &asked_id)).cloned()
     }
 
     /// The module, if it has arrived and is valid.
@@ -120,25 +121,25 @@ impl ShaderQueries {
     }
 
     pub(crate) fn text(&mut self, worker: &dyn RenderWorker, id: &ModuleId, language: Language) -> Option<Result<Arc<Text>, String>> {
-        let of = id.clone();
+        let asked_id = id.clone();
         self.texts
             .get(worker, &(id.clone(), language), move |session| {
-                let module = session.library().get(&of).map_err(|e| fault_text(&e))?;
+                let module = session.library().get(&asked_id).map_err(|e| fault_text(&e))?;
                 text_of(&module, language).map(Arc::new)
             })
             .cloned()
     }
 
     /// The difference of two modules' sources, by feature.
-    pub(crate) fn difference(&mut self, worker: &dyn RenderWorker, of: &[ModuleId; 2]) -> Option<Result<Arc<Vec<FeatureDiff>>, String>> {
-        let both = of.clone();
+    pub(crate) fn difference(&mut self, worker: &dyn RenderWorker, ids: &[ModuleId; 2]) -> Option<Result<Arc<Vec<FeatureDiff>>, String>> {
+        let asked_ids = ids.clone();
         self.differences
-            .get(worker, of, move |session| {
+            .get(worker, ids, move |session| {
                 let emitted = |id: &ModuleId| {
                     let m = session.library().get(id).map_err(|e| fault_text(&e))?;
                     Ok::<_, String>(Emitted { wgsl: m.wgsl.clone(), source_map: m.source_map.clone() })
                 };
-                let [first, second] = &both;
+                let [first, second] = &asked_ids;
                 Ok(Arc::new(difference(&emitted(first)?, &emitted(second)?)))
             })
             .cloned()
@@ -151,9 +152,9 @@ impl ShaderQueries {
 
     /// Starts to time a module; [`Self::timed`] returns the result in milliseconds per megapixel.
     pub(crate) fn time(&mut self, worker: &dyn RenderWorker, id: &ModuleId) {
-        let of = id.clone();
+        let asked_id = id.clone();
         self.timed.get(worker, id, move |session| {
-            ms_per_megapixel_at(session.background_renderer(), session.library(), &of, TIMED_PX).map_err(|e| fault_text(&e))
+            ms_per_megapixel_at(session.background_renderer(), session.library(), &asked_id, TIMED_PX).map_err(|e| fault_text(&e))
         });
     }
 
@@ -162,11 +163,11 @@ impl ShaderQueries {
     }
 
     pub(crate) fn map(&mut self, worker: &dyn RenderWorker, role: MapRole, file: &str) -> Option<Result<MapFacts, String>> {
-        let named = file.to_owned();
+        let asked_file = file.to_owned();
         self.maps
             .get(worker, &(role, file.to_owned()), move |session| {
-                let reading = plan::map_decoding(role, Shape::Ellipsoid);
-                let map = session.map(&named, reading).map_err(|e| fault_text(&e))?;
+                let decoding = plan::map_decoding(role, Shape::Ellipsoid);
+                let map = session.map(&asked_file, decoding).map_err(|e| fault_text(&e))?;
                 let first = map.levels.first().ok_or(text!("map-empty"))?;
                 let bytes = map.levels.iter().map(Level::byte_count).sum();
                 Ok(MapFacts { width: first.width, height: first.height, levels: map.levels.len(), bytes })
@@ -184,8 +185,8 @@ impl ShaderQueries {
         if let Some(texture) = self.images.get(key) {
             return Some(Ok(texture.clone()));
         }
-        let of = *key;
-        let drawn = self.samples.get(worker, key, move |session| draw_sample(session, &of))?;
+        let asked_key = *key;
+        let drawn = self.samples.get(worker, key, move |session| draw_sample(session, &asked_key))?;
         let texture =
             drawn.as_ref().map(|image| ctx.load_texture(key.to_string(), image.clone(), TextureOptions::LINEAR)).map_err(Clone::clone);
         if let Ok(texture) = &texture {
@@ -195,17 +196,21 @@ impl ShaderQueries {
     }
 
     /// A pair of images of the view: unchanged, and with the key of one draw replaced.
-    pub(crate) fn swap(&mut self, worker: &dyn RenderWorker, of: &KeySwap, request: &ViewRequest) -> Option<Result<Arc<Pair>, String>> {
-        if self.swap_view != of.view {
+    pub(crate) fn swap(
+        &mut self,
+        worker: &dyn RenderWorker,
+        key_swap: &KeySwap,
+        request: &ViewRequest,
+    ) -> Option<Result<Arc<Pair>, String>> {
+        if self.swap_view != key_swap.view {
             // Images of earlier views are large and no longer needed.
-            self.swap_view = of.view;
+            self.swap_view = key_swap.view;
             self.swaps.forget();
         }
-        let (swap, request) = (of.clone(), request.clone());
+        let (swap, request) = (key_swap.clone(), request.clone());
         self.swaps
-            .get(worker, of, move |session| {
-                let halves = [None, Some(&swap)].map(|swap| draw_swapped(session, &request, swap));
-                let [drawn, changed] = halves;
+            .get(worker, key_swap, move |session| {
+                let [drawn, changed] = [None, Some(&swap)].map(|swap| draw_swapped(session, &request, swap));
                 Pair::of(drawn, changed).map(Arc::new)
             })
             .cloned()

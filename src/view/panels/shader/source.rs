@@ -133,8 +133,9 @@ impl SourcePage {
             if ui.small_button(text!("source-next")).on_hover_text(text!("source-next-hint")).clicked() {
                 step = 1;
             }
-            let current = self.matches.as_ref().is_some_and(|(of, needle, _)| Arc::ptr_eq(of, text) && *needle == self.needle);
-            if !current {
+            let is_current =
+                self.matches.as_ref().is_some_and(|(searched, needle, _)| Arc::ptr_eq(searched, text) && *needle == self.needle);
+            if !is_current {
                 let is_match = |line: &str| !find_all(line, &self.needle).is_empty();
                 let lines = (0..).zip(&text.lines).filter(|(_, l)| is_match(&l.text)).map(|(i, _)| i).collect::<Vec<u32>>();
                 self.match_index = 0;
@@ -203,7 +204,7 @@ impl SourcePage {
         let starts: Vec<usize> = (0..text.lines.len()).filter(|i| has_feature(*i) && (*i == 0 || !has_feature(i - 1))).collect();
         let length = |start: usize| (start..text.lines.len()).take_while(|i| has_feature(*i)).count();
         let next = match self.run_start.filter(|_| again) {
-            Some(here) => starts.iter().find(|s| **s > here).or(starts.first()),
+            Some(shown_start) => starts.iter().find(|s| **s > shown_start).or(starts.first()),
             // The first lines of a feature are declarations; its longest run is its code.
             None => starts.iter().rev().max_by_key(|s| length(**s)),
         };
@@ -258,8 +259,8 @@ impl SourcePage {
                     ui.spacing_mut().item_spacing.x = 4.0;
                     if margin {
                         let above = (row > range.start).then(|| rows.as_ref().map_or(row - 1, |r| r[row - 1]));
-                        let first = above.and_then(|a| text.lines.get(a)).is_none_or(|a| a.feature != line.feature);
-                        if self.margin(ui, text, i, height, first, highlighted) {
+                        let is_first = above.and_then(|a| text.lines.get(a)).is_none_or(|a| a.feature != line.feature);
+                        if self.margin(ui, text, i, height, is_first, highlighted) {
                             clicked = Some(usize::from(line.feature));
                         }
                     }
@@ -282,8 +283,8 @@ impl SourcePage {
         }
     }
 
-    /// Shows the feature of line `i` in the margin, with its name if the line is the `first` of its run; returns whether it was clicked.
-    fn margin(&self, ui: &mut Ui, text: &Text, i: usize, height: f32, first: bool, highlighted: Option<usize>) -> bool {
+    /// Shows the feature of line `i` in the margin, with its name if the line is the first of its run; returns whether it was clicked.
+    fn margin(&self, ui: &mut Ui, text: &Text, i: usize, height: f32, is_first: bool, highlighted: Option<usize>) -> bool {
         let Some(line) = text.lines.get(i) else { return false };
         let Some((name, _)) = text.features.get(usize::from(line.feature)) else { return false };
         let width = if self.hides_margin { STRIPE_POINTS } else { MARGIN_POINTS };
@@ -295,7 +296,7 @@ impl SourcePage {
         if highlighted == Some(usize::from(line.feature)) {
             ui.painter().rect_filled(rect, 0.0, colour.gamma_multiply(0.14));
         }
-        if first {
+        if is_first {
             if !self.hides_margin {
                 let names = egui::Rect::from_min_max(rect.min, stripe.left_bottom());
                 let font = egui::FontId::proportional(SMALL);
@@ -311,7 +312,7 @@ impl SourcePage {
 
 /// Handles the navigation keys while the list has the focus. Returns the new row of the cursor, and whether it moved.
 fn keys(ui: &Ui, tab_stop: &egui::Response, row: usize, count: usize) -> (usize, bool) {
-    const PAGE: usize = 20;
+    const PAGE_ROWS: usize = 20;
     if !tab_stop.has_focus() || count == 0 {
         return (row, false);
     }
@@ -321,8 +322,8 @@ fn keys(ui: &Ui, tab_stop: &egui::Response, row: usize, count: usize) -> (usize,
     let steps = [
         (Key::ArrowDown, (row + 1).min(last)),
         (Key::ArrowUp, row.saturating_sub(1)),
-        (Key::PageDown, (row + PAGE).min(last)),
-        (Key::PageUp, row.saturating_sub(PAGE)),
+        (Key::PageDown, (row + PAGE_ROWS).min(last)),
+        (Key::PageUp, row.saturating_sub(PAGE_ROWS)),
         (Key::Home, 0),
         (Key::End, last),
     ];

@@ -77,7 +77,8 @@ fn numbers(field: &UniformField, bytes: &[u8]) -> Vec<f32> {
     of_field.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
 }
 
-/// Formats a number with at most seven significant digits, without trailing zeros.
+/// Formats a number: an integer below 1e6 in full; others from 1e-4 to 1e6 with up to six decimals, without trailing zeros; the rest with six
+/// significant digits.
 pub(crate) fn number_text(v: f32) -> String {
     let magnitude = v.abs();
     if v == v.trunc() && magnitude < 1e6 {

@@ -20,7 +20,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Size and content of a written image.
+/// Size of a written image, pixels, and whether names are drawn into it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ImageOptions {
     pub size: [u32; 2],
@@ -69,9 +69,13 @@ pub(crate) struct Export {
     frames: Arc<FrameViews>,
     output: ExportOutput,
     format: ImageOptions,
+    /// Number of finished frames.
     done: u32,
+    /// Number of all frames.
     count: u32,
+    /// Start of the export, interface seconds.
     began_s: f64,
+    /// The frame that is being drawn and written.
     frame: Pending<FrameResult>,
 }
 
@@ -79,7 +83,7 @@ impl Export {
     /// Exports frames to one file each.
     ///
     /// # Errors
-    /// If the name has no valid place for the frame number; the message explains how to write one.
+    /// If the name's placeholder for the frame number is invalid; the message explains how to write it.
     pub(crate) fn of_files(frames: FrameViews, name: &str, count: u32, format: ImageOptions) -> Result<Self, String> {
         let files = NumberedName::of_sequence(name, count).map_err(|e| fault_text(&e))?;
         Ok(Self::of(frames, ExportOutput::Files(files), count, format))
@@ -90,13 +94,13 @@ impl Export {
     /// # Errors
     /// If the extension is not that of an animation format, or the format does not support the size or the rate.
     pub(crate) fn of_animation(frames: FrameViews, name: &str, count: u32, rate: u32, format: ImageOptions) -> Result<Self, String> {
-        let form = animation_format(Path::new(name)).ok_or_else(|| text!("export-ending", name = name))?;
+        let file_format = animation_format(Path::new(name)).ok_or_else(|| text!("export-ending", name = name))?;
         let [width, height] = format.size;
         if f64::from(width) * f64::from(height) * f64::from(count) > MAX_PIXELS {
             return Err(text!("export-too-large", millions = decimal(MAX_PIXELS / 1e6, 0)));
         }
         let bytes = SharedBytes::default();
-        let writer = AnimationWriter::new(bytes.clone(), form, (width, height), count, rate).map_err(|e| fault_text(&e))?;
+        let writer = AnimationWriter::new(bytes.clone(), file_format, (width, height), count, rate).map_err(|e| fault_text(&e))?;
         let animation = AnimationInProgress { writer, bytes, name: name.to_owned() };
         Ok(Self::of(frames, ExportOutput::Animation(Some(Box::new(animation))), count, format))
     }
@@ -134,8 +138,8 @@ impl Export {
         };
         self.done += 1;
         let is_over = self.done >= self.count;
-        if let ExportOutput::Animation(place) = &mut self.output {
-            *place = animation;
+        if let ExportOutput::Animation(in_progress) = &mut self.output {
+            *in_progress = animation;
         }
         if !is_over {
             self.next(worker);

@@ -58,10 +58,10 @@ pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
         accessible::number(ui, step, text!("frames-step"));
         ui.label(text!("frames-apart"));
     });
-    if let Some(watch) = interface.events.playback_of_chosen() {
+    if let Some(playback) = interface.events.playback_of_chosen() {
         let whole_event = ui.button(text!("frames-whole-event")).on_hover_text(text!("frames-whole-event-hint"));
         if whole_event.clicked() {
-            panel.step_s = ((watch.to_tdb_s - watch.from_tdb_s) / f64::from(panel.frames.max(2) - 1)).round().max(1.0);
+            panel.step_s = ((playback.to_tdb_s - playback.from_tdb_s) / f64::from(panel.frames.max(2) - 1)).round().max(1.0);
         }
     }
     let sequence = icons::button(ui, Icon::Save, text!("frames-export"));

@@ -28,12 +28,15 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 pub(crate) struct SharePanel {
+    /// Texts of the fields: a link, a view file, a bookmark's name, an image file.
     link: String,
     file: String,
     bookmark: String,
     image: String,
     image_options: ImageOptions,
+    /// Number of frames of a sequence or animation.
     frames: u32,
+    /// Scene seconds between frames.
     step_s: f64,
     animation: Animation,
     /// The image that is being drawn and written.
@@ -227,11 +230,8 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
 
 fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     ui.strong(text!("bookmarks"));
-    let name_now = || {
-        let view = interface.viewer.destination();
-        format!("{} {}", interface.viewer.name(view.target), minute_in_digits(view.time()))
-    };
-    let default_name = name_now();
+    let view = interface.viewer.destination();
+    let default_name = format!("{} {}", interface.viewer.name(view.target), minute_in_digits(view.time()));
     ui.horizontal(|ui| {
         ui.add(TextEdit::singleline(&mut interface.share.bookmark).hint_text(&default_name).desired_width(180.0))
             .on_hover_text(text!("bookmarks-name"));
