@@ -47,8 +47,8 @@ struct BodySpec {
     error_km: f64,
 }
 
-/// Half of the stated error: 0.05 km for the Moon from the Earth, 0.01 arcsec from the Sun at perihelion for the others; less for the Sun,
-/// which every heliocentric direction depends on.
+/// The bodies with the errors that `kernel_error_km` states: under 0.003 arcsec as seen from the Sun, 0.02 arcsec for the Moon from the Earth. The Sun's is
+/// small because every heliocentric direction depends on it.
 const BODIES: &[BodySpec] = &[
     BodySpec { name: "MERCURY BARYCENTER", target: 1, center: 0, error_km: 0.5 },
     BodySpec { name: "VENUS BARYCENTER", target: 2, center: 0, error_km: 0.5 },
@@ -107,14 +107,14 @@ fn smallest_fit(kernel: &Spk, baked: &Baked, body: &BodySpec) -> Option<Fit> {
     let mut best: Option<Fit> = None;
     for &length_days in LENGTHS_DAYS {
         let records = ((baked.end_days - baked.start_days) / length_days).ceil() as usize;
-        let coarse = (records / 40).max(1);
+        let sparse_stride = (records / 40).max(1);
         for terms in 2..NODES_MAX {
             let doubles = records * (2 + 3 * terms) + 4;
             if best.as_ref().is_some_and(|b| doubles >= b.doubles) {
                 break;
             }
             // A sparse check rejects most choices; the check of the entire span decides.
-            if worst_km(kernel, baked, body, length_days, terms, coarse) <= body.error_km
+            if worst_km(kernel, baked, body, length_days, terms, sparse_stride) <= body.error_km
                 && worst_km(kernel, baked, body, length_days, terms, 1) <= body.error_km
             {
                 best = Some(Fit { length_days, records, terms, doubles });

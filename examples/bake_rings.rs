@@ -90,6 +90,7 @@ const FEATURES: &[(&str, f64, f64, f64, [f64; 3])] = &[
     ("Encke ringlet", 133580.0, 133600.0, 0.05, ICE_DUST),
 ];
 
+/// The fixed sum of waves that varies the optical depth, about -1 to 1.
 fn wander(radius_km: f64) -> f64 {
     let wave = |length_km: f64, phase: f64| (radius_km / length_km * std::f64::consts::TAU + phase).sin();
     0.4 * wave(1310.0, 0.3) + 0.3 * wave(577.0, 1.9) + 0.3 * wave(263.0, 4.1) + 0.3 * wave(171.0, 2.2) * wave(2900.0, 0.8)
@@ -97,11 +98,12 @@ fn wander(radius_km: f64) -> f64 {
 
 /// The B ring's colour at a radius.
 fn b_colour(radius_km: f64) -> [f64; 3] {
-    let at = ((radius_km - 92_200.0) / 500.0).clamp(0.0, (B_BRIGHTNESS.len() - 1) as f64);
-    let (low, part) = ((at as usize).min(B_BRIGHTNESS.len() - 2), at - (at as usize).min(B_BRIGHTNESS.len() - 2) as f64);
+    let index = ((radius_km - 92_200.0) / 500.0).clamp(0.0, (B_BRIGHTNESS.len() - 1) as f64);
+    let low = (index as usize).min(B_BRIGHTNESS.len() - 2);
+    let fraction = index - low as f64;
     let brightest = B_BRIGHTNESS.iter().copied().fold(0.0, f64::max);
-    let here = (B_BRIGHTNESS[low] * (1.0 - part) + B_BRIGHTNESS[low + 1] * part) / brightest;
-    B.map(|c| (c * here.powf(B_CONTRAST) * 1e3).round() / 1e3)
+    let relative = (B_BRIGHTNESS[low] * (1.0 - fraction) + B_BRIGHTNESS[low + 1] * fraction) / brightest;
+    B.map(|c| (c * relative.powf(B_CONTRAST) * 1e3).round() / 1e3)
 }
 
 /// Fraction of a region's light that dust scatters.
@@ -126,16 +128,16 @@ fn e_tau(radius_km: f64) -> f64 {
     1.5e-5 * if r < 1.0 { r.powi(15) } else { r.powi(-7) }
 }
 
-/// Prints a smooth law as numbered steps.
-fn law(name: &str, inner_km: f64, outer_km: f64, count: u32, tau: fn(f64) -> f64, albedo: [f64; 3]) {
+/// Prints a ring of smoothly varying optical depth as numbered steps.
+fn print_steps(name: &str, inner_km: f64, outer_km: f64, count: u32, tau: fn(f64) -> f64, albedo: [f64; 3]) {
     for k in 0..count {
         let edge = |k: u32| inner_km + (outer_km - inner_km) * f64::from(k) / f64::from(count);
         let (from, to) = (edge(k), edge(k + 1));
-        entry(&format!("{name} {}", k + 1), from, to, (tau((from + to) / 2.0) * 1e9).round() / 1e9, albedo, 1.0);
+        print_entry(&format!("{name} {}", k + 1), from, to, (tau((from + to) / 2.0) * 1e9).round() / 1e9, albedo, 1.0);
     }
 }
 
-fn entry(name: &str, inner_km: f64, outer_km: f64, tau: f64, albedo: [f64; 3], dust: f64) {
+fn print_entry(name: &str, inner_km: f64, outer_km: f64, tau: f64, albedo: [f64; 3], dust: f64) {
     let [r, g, b] = albedo;
     println!("\n[[ring]]\nbody = \"Saturn\"\nname = \"{name}\"\ninner_km = {inner_km:.1}\nouter_km = {outer_km:.1}\ntau_normal = {tau}");
     println!("albedo = [{r:?}, {g:?}, {b:?}]");
@@ -155,12 +157,12 @@ fn main() {
             let tau = (tau_inner + (tau_outer - tau_inner) * between) * (1.0 + depth * wander(middle)).max(0.1);
             let numbered = if count == 1 { (*name).to_owned() } else { format!("{name} {}", k + 1) };
             let colour = if *albedo == B { b_colour(middle) } else { *albedo };
-            entry(&numbered, from, to, (tau * 1e6).round() / 1e6, colour, dust_of(name));
+            print_entry(&numbered, from, to, (tau * 1e6).round() / 1e6, colour, dust_of(name));
         }
     }
     for (name, inner, outer, tau, albedo) in FEATURES {
-        entry(name, *inner, *outer, *tau, *albedo, dust_of(name));
+        print_entry(name, *inner, *outer, *tau, *albedo, dust_of(name));
     }
-    law("G", 166_000.0, 175_000.0, 18, g_tau, G_DUST);
-    law("E", 180_000.0, 480_000.0, 60, e_tau, E_DUST);
+    print_steps("G", 166_000.0, 175_000.0, 18, g_tau, G_DUST);
+    print_steps("E", 180_000.0, 480_000.0, 60, e_tau, E_DUST);
 }

@@ -28,12 +28,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             for i in 0..DATES {
                 let year = first_year + (last_year - first_year) * (i as f64 + 0.5) / DATES as f64;
                 let t = Instant::from_jd_tdb(2_451_545.0 + (year - 2000.0) * 365.25);
-                let got = ephemeris.state(NaifId(body), NaifId(center), t, Some(source))?.state.pos_km;
-                let want = truth.state(body, center, t.tdb_seconds_past_j2000()).ok_or("DE440 does not cover the date")?.pos_km;
-                let off = (got - want).length();
-                worst_km = worst_km.max(off);
-                squares += off * off;
-                worst_arcsec = worst_arcsec.max((got.normalize() - want.normalize()).length() * 206_264.806);
+                let ours_km = ephemeris.state(NaifId(body), NaifId(center), t, Some(source))?.state.pos_km;
+                let de440_km = truth.state(body, center, t.tdb_seconds_past_j2000()).ok_or("DE440 does not cover the date")?.pos_km;
+                let error_km = (ours_km - de440_km).length();
+                worst_km = worst_km.max(error_km);
+                squares += error_km * error_km;
+                worst_arcsec = worst_arcsec.max((ours_km.normalize() - de440_km.normalize()).length() * 206_264.806);
             }
             println!("{body:6} {center:5} {worst_km:11.3} {:11.3} {worst_arcsec:13.4}", (squares / DATES as f64).sqrt());
         }

@@ -10,7 +10,7 @@ fn unit(lat: f64, lon: f64) -> [f64; 3] {
 }
 
 /// Degrees between two unit vectors.
-fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+fn angle_deg(a: [f64; 3], b: [f64; 3]) -> f64 {
     let chord = (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
     (2.0 * (chord / 2.0).min(1.0).asin()).to_degrees()
 }
@@ -93,7 +93,7 @@ fn cratered(p: [f64; 3], marks: &[Mark], floor: f64, rim: f64) -> f64 {
             continue;
         }
         let bend = *bend.get_or_insert_with(|| ground(p, 30.0, 4));
-        let d = apart(p, m.at) / m.radius_deg * (1.0 + 0.22 * bend);
+        let d = angle_deg(p, m.at) / m.radius_deg * (1.0 + 0.22 * bend);
         let bowl = 1.0 - smooth(0.55, 1.0, d);
         let ring = (-((d - 0.95) / 0.22).powi(2)).exp();
         let ejecta = (-(d - 1.0).max(0.0) * 1.4).exp() * (0.7 + 0.9 * bend).max(0.0) * smooth(0.8, 1.1, d);
@@ -110,7 +110,7 @@ pub(super) fn callisto(craters: &[Feature], basins: &[Feature]) -> RgbImage {
         let mut v = 0.17 * (1.0 + 0.3 * ground(p, 3.0, 8));
         v += cratered(p, &marks, 0.07, 0.045);
         for b in basins {
-            let (d, edge) = (apart(p, unit(b.lat, b.lon)), (b.diameter_km / 2.0 / 2410.3).to_degrees());
+            let (d, edge) = (angle_deg(p, unit(b.lat, b.lon)), (b.diameter_km / 2.0 / 2410.3).to_degrees());
             if d < edge {
                 let bent = d / edge + 0.035 * ground(p, 6.0, 4);
                 let core = 0.13 * (1.0 - smooth(0.08, 0.27, bent)) * (1.0 + 0.5 * ground(p, 20.0, 4));
@@ -133,9 +133,9 @@ pub(super) fn iapetus(craters: &[Feature]) -> RgbImage {
     let mut marks = named(craters, 734.5);
     marks.extend(random_craters(23, 4000, 0.5, 9.0));
     paint(|p, lat, lon| {
-        let from_apex = apart(unit(0.0, lon), unit(0.0, -90.0));
-        // The dark oval: 65 degrees high, slightly wider than a hemisphere at the equator.
+        let from_apex = angle_deg(unit(0.0, lon), unit(0.0, -90.0));
         let craters = cratered(p, &marks, -0.5, 0.6);
+        // The dark oval: it reaches 62 degrees from the equator, and 100 degrees from the apex along it.
         let d = ((from_apex / 100.0).powi(2) + (lat / 62.0).powi(2)).sqrt();
         let patchy = d + 0.24 * ground(p, 5.0, 8) + 0.05 * craters;
         let dark = 1.0 - smooth(0.90, 1.10, patchy);
@@ -173,7 +173,7 @@ pub(super) fn phobos(craters: &[Feature]) -> RgbImage {
     let mut marks = named(craters, 11.1);
     marks.extend(random_craters(37, 1500, 1.0, 9.0));
     paint(|p, _, _| {
-        let blue = 1.0 - smooth(15.0, 70.0, apart(p, unit(1.0, -49.0)) + 18.0 * ground(p, 4.0, 6));
+        let blue = 1.0 - smooth(15.0, 70.0, angle_deg(p, unit(1.0, -49.0)) + 18.0 * ground(p, 4.0, 6));
         let v = 0.07 * (1.0 + 0.22 * ground(p, 6.0, 7) + 0.25 * blue + cratered(p, &marks, -0.16, 0.13));
         let v = v.max(0.03);
         [v * (1.08 - 0.08 * blue), v, v * (0.9 + 0.08 * blue)]

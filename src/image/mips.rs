@@ -21,7 +21,7 @@ pub(super) enum RowOrder {
 }
 
 impl RowOrder {
-    /// Fewest rows that are not divided among threads.
+    /// Fewest rows of one task, which one thread computes.
     fn min_rows(self) -> usize {
         match self {
             Self::Parallel => 1,
@@ -47,9 +47,9 @@ fn encode(v: f32, srgb: bool) -> u8 {
     if srgb { ENCODE[(v.clamp(0.0, 1.0) * STEPS as f32 + 0.5) as usize] } else { (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8 }
 }
 
-/// For output cell `i` of `n`: the first source cell of `from`, and the weights of it and its two successors (sum 1).
-fn taps(i: usize, n: usize, from: usize) -> (usize, [f32; 3]) {
-    let (start, end) = (i as f64 * from as f64 / n as f64, (i + 1) as f64 * from as f64 / n as f64);
+/// For output cell `i` of `n`: the first of the `sources` source cells that it covers, and the weights of it and its two successors (sum 1).
+fn taps(i: usize, n: usize, sources: usize) -> (usize, [f32; 3]) {
+    let (start, end) = (i as f64 * sources as f64 / n as f64, (i + 1) as f64 * sources as f64 / n as f64);
     let first = start as usize;
     let weight = |k: usize| ((end.min((first + k + 1) as f64) - start.max((first + k) as f64)).max(0.0) / (end - start)) as f32;
     (first, [weight(0), weight(1), weight(2)])

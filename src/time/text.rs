@@ -101,11 +101,11 @@ pub(super) fn format_tt(t: Instant) -> String {
 /// A million years, below the overflow of the calendar's integers.
 const LAST_CALENDAR_S: f64 = 3.2e13;
 
-/// Date and time of day of a count of seconds past 2000-01-01T12:00, to the millisecond; `leap`: seconds into a leap second that begins there.
+/// Date and time of day of a count of seconds past 2000-01-01T12:00, to the millisecond; `leap`: seconds into the leap second that ends at this count.
 fn calendar_text(count_s: f64, leap: Option<f64>) -> String {
     // Rounded to milliseconds first, so that a carry reaches every field.
     let (start_ms, leap_ms) = match leap {
-        Some(part) if (part * 1e3).round() < 1000.0 => ((count_s * 1e3).round() - 1000.0, Some((part * 1e3).round())),
+        Some(leap_s) if (leap_s * 1e3).round() < 1000.0 => ((count_s * 1e3).round() - 1000.0, Some((leap_s * 1e3).round())),
         _ => ((count_s * 1e3).round(), None),
     };
     let past_midnight_ms = start_ms + 0.5 * SECONDS_PER_DAY * 1e3;

@@ -1,8 +1,8 @@
 //! Points and outlines of a GeoJSON file (RFC 7946): every geometry of a FeatureCollection, a Feature, or alone, with the feature's `time` property.
 //!
-//! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are ignored; a polygon is read as the outlines of its rings. `time` is
-//! text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogues of earthquakes, milliseconds since 1970. Ignored: other properties. Rejected: a `crs` member that names another coordinate
-//! system than that of the standard.
+//! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are ignored; a polygon is read as
+//! the outlines of its rings. `time` is text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogues of earthquakes, milliseconds since 1970. Ignored: other
+//! properties. Rejected: a `crs` member that names another coordinate system than that of the standard.
 
 use super::layer::{Content, checked_position};
 use crate::time::Instant;
@@ -73,7 +73,7 @@ impl Geometries {
     }
 
     fn lines(list: Vec<Coordinates>) -> Option<Vec<Vec<[f64; 2]>>> {
-        list.into_iter().map(|c| if let Coordinates::List(of) = c { Self::positions(of) } else { None }).collect()
+        list.into_iter().map(|c| if let Coordinates::List(items) = c { Self::positions(items) } else { None }).collect()
     }
 
     fn of(kind: &str, coordinates: Coordinates) -> Option<Self> {
@@ -85,7 +85,7 @@ impl Geometries {
             ("LineString", Coordinates::List(l)) => Self::positions(l).map(|line| lines(vec![line])),
             ("MultiLineString" | "Polygon", Coordinates::List(l)) => Self::lines(l).map(lines),
             ("MultiPolygon", Coordinates::List(l)) => {
-                let polygons = l.into_iter().map(|c| if let Coordinates::List(of) = c { Self::lines(of) } else { None });
+                let polygons = l.into_iter().map(|c| if let Coordinates::List(items) = c { Self::lines(items) } else { None });
                 polygons.collect::<Option<Vec<_>>>().map(|all| lines(all.into_iter().flatten().collect()))
             }
             _ => None,
@@ -100,7 +100,7 @@ impl Geometries {
 
 const GEOMETRIES: &str = "Point, MultiPoint, LineString, MultiLineString, Polygon, MultiPolygon, GeometryCollection";
 
-/// Any object of the format: the document, a feature, a geometry.
+/// A document or a feature, with the content of all its geometries.
 #[derive(Default)]
 struct Object {
     content: Content,

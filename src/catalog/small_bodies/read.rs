@@ -30,17 +30,17 @@ impl Columns {
     fn of(names: &[String]) -> Result<Self, String> {
         let column_of = |known: &[&str]| names.iter().position(|n| known.contains(&n.as_str()));
         let of_field = FIELDS.each_ref().map(|f| column_of(f.columns));
-        let has = |any: &[usize]| any.iter().any(|k| of_field[*k].is_some());
-        let missing = |any: &[usize]| {
-            let names: Vec<_> = any.iter().map(|k| format!("`{}`", FIELDS[*k].name)).collect();
+        let has_any = |alternatives: &[usize]| alternatives.iter().any(|k| of_field[*k].is_some());
+        let missing = |alternatives: &[usize]| {
+            let names: Vec<_> = alternatives.iter().map(|k| format!("`{}`", FIELDS[*k].name)).collect();
             Err(format!("no column {}; the first line must name it", names.join(" or ")))
         };
-        for any in [&[E][..], &[I], &[NODE], &[ARGUMENT], &[A, Q], &[M, PASSAGE], &[H, M1]] {
-            if !has(any) {
-                return missing(any);
+        for alternatives in [&[E][..], &[I], &[NODE], &[ARGUMENT], &[A, Q], &[M, PASSAGE], &[H, M1]] {
+            if !has_any(alternatives) {
+                return missing(alternatives);
             }
         }
-        if !has(&[PASSAGE, EPOCH, EPOCH_MJD]) {
+        if !has_any(&[PASSAGE, EPOCH, EPOCH_MJD]) {
             return missing(&[EPOCH, EPOCH_MJD]);
         }
         let designation = column_of(&["number", "pdes", "designation", "desig"]);

@@ -30,6 +30,7 @@ const fn field(name: &'static str, columns: &'static [&'static str], [min, max]:
     Field { name, columns, min, max, unit }
 }
 
+/// Indices of the fields in [`FIELDS`] and [`Values`].
 pub(super) const E: usize = 0;
 pub(super) const I: usize = 1;
 pub(super) const NODE: usize = 2;

@@ -29,6 +29,7 @@ const fn field(name: &'static str, columns: &'static [&'static str], [min, max]:
     Field { name, columns, min, max, unit }
 }
 
+/// Indices of the fields in [`FIELDS`].
 const RA: usize = 0;
 const DEC: usize = 1;
 const V: usize = 2;

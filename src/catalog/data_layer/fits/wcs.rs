@@ -1,7 +1,7 @@
 //! World coordinates of a FITS image (Greisen & Calabretta 2002, A&A 395, 1061; Calabretta & Greisen 2002, 1077).
 //!
-//! In: the header. Out: the tangent plane of a sky image (TAN), or the edges of a map of a body (plate carree: CAR, or no coordinates and twice as wide as high). Always: an image
-//! with another projection, distortion, frame or a rotated pole is rejected, since it would appear at the wrong place.
+//! In: the header. Out: the tangent plane of a sky image (TAN), or the edges of a map of a body (plate carree: CAR, or no coordinates and twice as wide as
+//! high). Always: an image with another projection, distortion, frame or a rotated pole is rejected, since it would appear at the wrong place.
 
 use super::header::{Header, WrongCard};
 use crate::wording::echo_within;
