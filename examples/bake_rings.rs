@@ -90,7 +90,7 @@ const FEATURES: &[(&str, f64, f64, f64, [f64; 3])] = &[
     ("Encke ringlet", 133580.0, 133600.0, 0.05, ICE_DUST),
 ];
 
-/// The fixed sum of waves that varies the optical depth, about -1 to 1.
+/// The fixed sum of waves that varies the optical depth, within ±1.3.
 fn wander(radius_km: f64) -> f64 {
     let wave = |length_km: f64, phase: f64| (radius_km / length_km * std::f64::consts::TAU + phase).sin();
     0.4 * wave(1310.0, 0.3) + 0.3 * wave(577.0, 1.9) + 0.3 * wave(263.0, 4.1) + 0.3 * wave(171.0, 2.2) * wave(2900.0, 0.8)
