@@ -270,12 +270,12 @@ fn assemble(
             continue;
         };
         if let Some(mesh) = &d.mesh {
-            let wrong = |what: &str| problems.add(&mesh.source_line, format!("{name}.mesh: {what}"));
+            let add_problem = |what: &str| problems.add(&mesh.source_line, format!("{name}.mesh: {what}"));
             if mesh.value.alpha && d.maps.albedo.is_none() {
-                wrong("alpha = true needs an albedo map, whose alpha cuts the mesh out");
+                add_problem("alpha = true needs an albedo map, whose alpha cuts the mesh out");
             }
             if with_air.contains(&id) || d.clouds.is_some() {
-                wrong("a body with an atmosphere or clouds takes none: they lie over an ellipsoid");
+                add_problem("a body with an atmosphere or clouds takes none: they lie over an ellipsoid");
             }
         }
         bodies.push(Body {
@@ -319,9 +319,9 @@ fn assemble(
     }
     for (body_name, new) in overlays {
         if let Some(b) = resolve(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id))
-            && let Err(wrong) = overlay::add(&mut b.overlays, new)
+            && let Err(why) = overlay::add(&mut b.overlays, new)
         {
-            problems.add(&body_name.source_line, format!("{}: {wrong}", b.name));
+            problems.add(&body_name.source_line, format!("{}: {why}", b.name));
         }
     }
     bodies

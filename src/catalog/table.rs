@@ -112,6 +112,7 @@ pub(super) struct TableReader<'a> {
     name: String,
     pub source_line: SourceLine,
     table: DeTable<'a>,
+    /// Fields requested so far.
     known: Vec<&'static str>,
 }
 

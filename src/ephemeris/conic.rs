@@ -51,6 +51,7 @@ impl ConicState {
     /// The state after a time span, which may be negative.
     #[must_use]
     pub fn after(&self, gm: f64, span: f64) -> Self {
+        // Danby's names: sigma is the dot product of position and velocity, alpha is GM over the semi-major axis, s the universal variable.
         let (r0, sigma) = (self.position.length(), self.position.dot(self.velocity));
         let alpha = self.inverse_axis_gm(gm);
         let period = if alpha > 0.0 { TAU * gm / alpha.powf(1.5) } else { f64::INFINITY };

@@ -135,7 +135,8 @@ enum Theory<'a> {
 #[derive(Clone, Copy)]
 struct ChainLink<'a> {
     target: NaifId,
-    from: NaifId,
+    /// The target relative to which the theory gives states.
+    origin: NaifId,
     theory: Theory<'a>,
 }
 
@@ -278,7 +279,7 @@ impl Ephemeris {
                 break;
             }
             let Some(link) = self.link(current, t, source) else { break };
-            current = link.from;
+            current = link.origin;
             *next = Some(link);
         }
         chain
@@ -287,7 +288,7 @@ impl Ephemeris {
     /// The best source for `target` at `t`, and its origin.
     fn link(&self, target: NaifId, t: Instant, source: Option<Source>) -> Option<ChainLink<'_>> {
         let tdb_s = t.tdb_seconds_past_j2000();
-        let link = |from: i32, theory| Some(ChainLink { target, from: NaifId(from), theory });
+        let link = |origin: i32, theory| Some(ChainLink { target, origin: NaifId(origin), theory });
         if source.is_none_or(|s| s == Source::Kernel)
             && let Some((index, segment)) = self.kernels.iter().enumerate().find_map(|(i, k)| Some((i, k.segment(target.0, tdb_s)?)))
         {
@@ -297,15 +298,15 @@ impl Ephemeris {
         }
         if source.is_none_or(|s| s == Source::Series)
             && in_years(t, SERIES_YEARS)
-            && let Some(from) = self.series.origin_of(target.0, tdb_s)
+            && let Some(origin) = self.series.origin_of(target.0, tdb_s)
         {
-            return link(from, Theory::Series);
+            return link(origin, Theory::Series);
         }
         if source.is_none_or(|s| s == Source::Mean)
             && in_years(t, MEAN_YEARS)
-            && let Some(from) = mean_elements::origin_of(target.0)
+            && let Some(origin) = mean_elements::origin_of(target.0)
         {
-            return link(from, Theory::Mean);
+            return link(origin, Theory::Mean);
         }
         if has_massive_moons(target) {
             return link(target.0 / 100, Theory::MassCentre);
@@ -430,12 +431,12 @@ impl<'a> StateChain<'a> {
 
     /// Each target with the number of links that lead to it.
     fn targets(&self) -> impl Iterator<Item = (usize, NaifId)> {
-        std::iter::once(self.first).chain(self.links(LONGEST_CHAIN).map(|link| link.from)).enumerate()
+        std::iter::once(self.first).chain(self.links(LONGEST_CHAIN).map(|link| link.origin)).enumerate()
     }
 
     /// The target at which the theories end.
     fn end(&self) -> NaifId {
-        self.links(LONGEST_CHAIN).last().map_or(self.first, |link| link.from)
+        self.links(LONGEST_CHAIN).last().map_or(self.first, |link| link.origin)
     }
 }
 

@@ -58,7 +58,9 @@ pub struct Segment {
     /// Covered span, TDB seconds past J2000.
     pub start_s: f64,
     pub end_s: f64,
+    /// Start of the first record.
     first_s: f64,
+    /// Length of each record.
     length_s: f64,
     /// Doubles in a record: midpoint, radius, then one row of coefficients per component.
     record_len: usize,
@@ -290,14 +292,14 @@ mod tests {
         big[88..96].copy_from_slice(b"BIG-IEEE");
         let mut other_frame = file_of(2, &record);
         other_frame[1024 + 48..1024 + 52].copy_from_slice(&17_i32.to_le_bytes());
-        let mut no_number = record;
-        no_number[3] = f64::NAN;
+        let mut with_nan = record;
+        with_nan[3] = f64::NAN;
         for (bytes, word) in [
             (big, "big-endian"),
             (other_frame, "frame 17"),
             (file_of(13, &record), "types 2 and 3 are read"),
             (file_of(99, &record), "segment of 399"),
-            (file_of(2, &no_number), "segment of 399"),
+            (file_of(2, &with_nan), "segment of 399"),
             (file_of(2, &record[..7]), "segment of 399"),
         ] {
             let error = Spk::parse("x.bsp", &bytes).expect_err(word).to_string();

@@ -114,16 +114,17 @@ impl ObserverSky<'_> {
         let to_target = self.ephemeris.light_time_position(target, viewer_km, t)?.0 - viewer_km;
         let distance_km = to_target.length();
         let direction = to_target / distance_km;
-        let local = icrf_from_body.transpose() * direction;
+        // The direction in the body's axes, like `normal`.
+        let in_body = icrf_from_body.transpose() * direction;
         let east = DVec3::Z.cross(normal).try_normalize().unwrap_or(DVec3::Y);
         let north = normal.cross(east);
-        let azimuth_deg = local.dot(east).atan2(local.dot(north)).to_degrees().rem_euclid(360.0);
+        let azimuth_deg = in_body.dot(east).atan2(in_body.dot(north)).to_degrees().rem_euclid(360.0);
         // The arc sine alone is imprecise near the zenith.
-        let across = local.dot(east).hypot(local.dot(north));
+        let in_horizon_plane = in_body.dot(east).hypot(in_body.dot(north));
         Ok(Horizontal {
             azimuth_deg,
-            altitude_deg: local.dot(normal).atan2(across).to_degrees(),
-            hour_angle_deg: (normal.y * local.x - normal.x * local.y).atan2(normal.x * local.x + normal.y * local.y).to_degrees(),
+            altitude_deg: in_body.dot(normal).atan2(in_horizon_plane).to_degrees(),
+            hour_angle_deg: (normal.y * in_body.x - normal.x * in_body.y).atan2(normal.x * in_body.x + normal.y * in_body.y).to_degrees(),
             distance_km,
             semidiameter_deg: (body.radii_km.element_sum() / 3.0 / distance_km).min(1.0).asin().to_degrees(),
             direction,

@@ -175,13 +175,13 @@ impl<'a> Station<'a> {
         self.bodies
     }
 
-    /// Altitude and azimuth of a body, radians.
+    /// Altitude and azimuth, radians, of a body at `body_km` from the Earth's centre, GCRS.
     fn horizontal(&self, body_km: DVec3, s: f64) -> (f64, f64) {
-        let local = self.sky.itrs_from_gcrs(s) * body_km - self.point_km;
+        let from_station_km = self.sky.itrs_from_gcrs(s) * body_km - self.point_km;
         let east = DVec3::Z.cross(self.normal).try_normalize().unwrap_or(DVec3::Y);
         let north = self.normal.cross(east);
-        let (e, n) = (local.dot(east), local.dot(north));
-        (local.dot(self.normal).atan2(e.hypot(n)), e.atan2(n).rem_euclid(TAU))
+        let (e, n) = (from_station_km.dot(east), from_station_km.dot(north));
+        (from_station_km.dot(self.normal).atan2(e.hypot(n)), e.atan2(n).rem_euclid(TAU))
     }
 
     fn contact(&self, name: &'static str, s: f64, body: impl Fn(f64) -> DVec3) -> LocalContact {

@@ -11,7 +11,8 @@ use std::f64::consts::FRAC_PI_2;
 
 /// Steps along the centre line.
 const POINTS: i32 = 120;
-/// Largest distance from the centre line at which a limit is searched, degrees of arc: antumbrae that graze the ground are over 1000 km wide.
+/// The search for a limit doubles its distance from the centre line and gives up above this, degrees of arc: antumbrae that graze the ground are over
+/// 1000 km wide.
 const MAX_WIDTH_DEG: f64 = 20.0;
 
 /// A path on the ground, in the direction in which the shadow moves.

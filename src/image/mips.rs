@@ -30,6 +30,7 @@ impl RowOrder {
     }
 }
 
+/// Linear values of sRGB bytes, and of bytes that are linear already.
 static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0) as f32));
 static UNORM: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| i as f32 / 255.0));
 
@@ -267,15 +268,15 @@ mod tests {
         let rgba: Vec<u8> = (0..w * h).flat_map(|i| [(i * 7 % 256) as u8, (i * 31 % 251) as u8, (i / 97 % 256) as u8, 255]).collect();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
         for poles in [PoleFilter::None, PoleFilter::Values, PoleFilter::Slopes] {
-            let of = |order| chain(w, h, rgba.clone(), TexelFormat::Rgba8Srgb, poles, order);
-            let parallel = of(RowOrder::Parallel);
+            let levels_by = |order| chain(w, h, rgba.clone(), TexelFormat::Rgba8Srgb, poles, order);
+            let parallel = levels_by(RowOrder::Parallel);
             let working = Mutex::new(None);
             pool.scope(|scope| {
                 for _ in 0..1000 {
                     scope.spawn(|_| assert_ne!(*working.lock(), Some(std::thread::current().id()), "{poles:?}"));
                 }
                 *working.lock() = Some(std::thread::current().id());
-                let one_by_one = of(RowOrder::OneByOne);
+                let one_by_one = levels_by(RowOrder::OneByOne);
                 *working.lock() = None;
                 assert!(one_by_one == parallel, "{poles:?}");
             });

@@ -4,13 +4,13 @@
 //! blocks, paint, slopes along the rows) is narrow in longitude and long in latitude: on the sphere it forms a star of streaks around the
 //! pole. A function that is smooth at the pole has no such structure, because fewer waves fit on circles closer to the pole.
 //!
-//! In: linear texels of one level. Out: each row beyond 45 degrees, averaged along its circle by a Gaussian of sigma = 0.6 sqrt(tan² phi - 1) texels. The finest spot that the
-//! map can hold (sigma 0.6 texels in both directions, the scale at which the maps in textures/ become isotropic) is then at most sqrt 2 times as long as it is wide, as at 45 degrees.
-//! Always: each row keeps its mean, rows within 45 degrees of the equator keep their texels, and at the pole one value is left. Detail below that scale is lost;
-//! streaks that are long on the sphere itself remain.
+//! In: linear texels of one level. Out: each row beyond 45 degrees, averaged along its circle by a Gaussian of sigma = 0.6 sqrt(tan² phi - 1) texels.
+//! The finest spot that the map can hold (sigma 0.6 texels in both directions, the scale at which the maps in textures/ become isotropic) is then at
+//! most sqrt 2 times as long as it is wide, as at 45 degrees. Always: each row keeps its mean, rows within 45 degrees of the equator keep their
+//! texels, and at the pole one value is left. Detail below that scale is lost; streaks that are long on the sphere itself remain.
 //!
-//! Slopes rotate with their meridian, so they are averaged as vectors in one frame over the pole: a row that slopes away from the pole all round, like a cone, has no
-//! mean slope. Mip levels are filtered again, since otherwise the next level would be finer in longitude.
+//! Slopes rotate with their meridian, so they are averaged as vectors in one frame over the pole: a row that slopes away from the pole all round,
+//! like a cone, has no mean slope. Mip levels are filtered again, since otherwise the next level would be finer in longitude.
 
 use std::f64::consts::{PI, TAU};
 

@@ -254,7 +254,8 @@ impl Mesh {
             match pole_inside(corners.map(|c| c.position_km)).filter(|_| !from_file) {
                 None => builder.triangle(frame, corner_ids, corners, from_file),
                 Some(w) => {
-                    let interpolated = |of: fn(&Point) -> DVec3| of(&corners[0]) * w.x + of(&corners[1]) * w.y + of(&corners[2]) * w.z;
+                    let interpolated =
+                        |value: fn(&Point) -> DVec3| value(&corners[0]) * w.x + value(&corners[1]) * w.y + value(&corners[2]) * w.z;
                     let mut position_km = interpolated(|c| c.position_km);
                     (position_km.x, position_km.y) = (0.0, 0.0);
                     let normal = interpolated(|c| c.normal).try_normalize().unwrap_or(face_normal);
@@ -279,8 +280,8 @@ impl Mesh {
 
     /// Converts the vertices to arrays of f32.
     fn narrowed(builder: MeshBuilder, frame: &ShapeFrame, coloured: bool) -> Self {
-        let flat = |of: &dyn Fn(&Point) -> DVec3| -> Arc<Vec<f32>> {
-            Arc::new(builder.points.iter().flat_map(|p| of(p).as_vec3().to_array()).collect())
+        let flat = |value: &dyn Fn(&Point) -> DVec3| -> Arc<Vec<f32>> {
+            Arc::new(builder.points.iter().flat_map(|p| value(p).as_vec3().to_array()).collect())
         };
         let colours = coloured.then(|| Arc::new(builder.points.iter().flat_map(|p| p.colour.as_vec3().extend(1.0).to_array()).collect()));
         let max_radius = builder.points.iter().map(|p| (p.position_km / frame.radii_km).length()).fold(0.0, f64::max);

@@ -116,18 +116,18 @@ struct Properties {
 /// Reads a time from text or milliseconds.
 fn time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Instant>, D::Error> {
     let value = serde_json::Value::deserialize(deserializer)?;
-    let wrong = |shown: &str| {
+    let invalid = |shown: &str| {
         D::Error::custom(format!("field time: `{}` is not ISO 8601 UTC, jd_tdb:DAY or milliseconds since 1970", echo_within(shown, 40)))
     };
     match &value {
         serde_json::Value::Null => Ok(None),
         serde_json::Value::String(text) if text.trim().is_empty() => Ok(None),
-        serde_json::Value::String(text) => Instant::parse(text).map(Some).map_err(|_| wrong(text)),
+        serde_json::Value::String(text) => Instant::parse(text).map(Some).map_err(|_| invalid(text)),
         serde_json::Value::Number(ms) => {
             let day = ms.as_f64().map(|ms| JD_1970 + ms / MS_PER_DAY).filter(|day| (0.0..LAST_JD).contains(day));
-            day.map(|day| Some(Instant::from_jd_utc(day))).ok_or_else(|| wrong(&ms.to_string()))
+            day.map(|day| Some(Instant::from_jd_utc(day))).ok_or_else(|| invalid(&ms.to_string()))
         }
-        other => Err(wrong(&other.to_string())),
+        other => Err(invalid(&other.to_string())),
     }
 }
 
@@ -205,8 +205,8 @@ fn members<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeometrie
                 ("FeatureCollection", None) if members.has_list => {}
                 ("Feature" | "GeometryCollection", None) => {}
                 (_, Some(coordinates)) => {
-                    let wrong = || format!("field coordinates: not those of a {}; geometries are {GEOMETRIES}", echo_within(&kind, 40));
-                    let geometries = Geometries::of(&kind, coordinates).ok_or_else(|| A::Error::custom(wrong()))?;
+                    let mismatch = || format!("field coordinates: not those of a {}; geometries are {GEOMETRIES}", echo_within(&kind, 40));
+                    let geometries = Geometries::of(&kind, coordinates).ok_or_else(|| A::Error::custom(mismatch()))?;
                     // Checked here because the reader is still in the line of the geometry, which the error then names.
                     if let Some(short) = geometries.lines.iter().find(|l| l.len() < 2) {
                         return Err(A::Error::custom(format!(

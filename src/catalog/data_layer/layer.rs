@@ -187,7 +187,7 @@ mod tests {
         format!("{{\"type\":\"LineString\",\"coordinates\":[{}]}}", vertices.join(","))
     }
 
-    /// The limits hold for what a file holds in several features, and for several layers.
+    /// The limits apply to the sum over the features of a file, and to the sum over layers.
     #[test]
     fn lengths_of_features_and_of_layers_add_up() {
         let max_segments = (MAX_LENGTH_DEG / 180.0) as usize;

@@ -135,7 +135,7 @@ fn of_table(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
 
 /// Reads a table in any of the three formats.
 pub(super) fn read(file: &str, text: &str) -> Result<Vec<SmallBody>, SmallBodyFileError> {
-    let wrong = |(line, message): (usize, String)| SmallBodyFileError { file: echo(file), line, message };
+    let file_error = |(line, message): (usize, String)| SmallBodyFileError { file: echo(file), line, message };
     let all = if text.trim_start().starts_with('{') {
         of_json(text)
     } else if mpcorb::is_mpcorb(text) {
@@ -143,11 +143,11 @@ pub(super) fn read(file: &str, text: &str) -> Result<Vec<SmallBody>, SmallBodyFi
     } else {
         of_table(text)
     }
-    .map_err(wrong)?;
+    .map_err(file_error)?;
     match all.len() {
-        0 => Err(wrong((1, "no bodies: the file has no row".into()))),
+        0 => Err(file_error((1, "no bodies: the file has no row".into()))),
         1..=MAX_BODIES => Ok(all),
-        n => Err(wrong((1, format!("{n} bodies; {MAX_BODIES} at most")))),
+        n => Err(file_error((1, format!("{n} bodies; {MAX_BODIES} at most")))),
     }
 }
 

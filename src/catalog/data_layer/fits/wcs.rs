@@ -74,8 +74,8 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
 pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
     let types = [header.text("CTYPE1"), header.text("CTYPE2")];
     if types != ["RA---TAN", "DEC--TAN"] {
-        let wrong = if types[0] == "RA---TAN" { "CTYPE2" } else { "CTYPE1" };
-        return Err(refused(header, wrong, "on the sky only RA---TAN with DEC--TAN, without distortion, is drawn"));
+        let unsupported = if types[0] == "RA---TAN" { "CTYPE2" } else { "CTYPE1" };
+        return Err(refused(header, unsupported, "on the sky only RA---TAN with DEC--TAN, without distortion, is drawn"));
     }
     for keyword in ["A_ORDER", "B_ORDER", "PV1_5", "PV2_1"] {
         if !header.text(keyword).is_empty() {
