@@ -259,7 +259,7 @@ pub(crate) fn foreign_write_access(folder: &Path, is_parent: bool) -> Option<Str
 }
 
 #[cfg(not(unix))]
-pub(crate) fn foreign_write_access(_folder: &Path, _is_above: bool) -> Option<String> {
+pub(crate) fn foreign_write_access(_folder: &Path, _is_parent: bool) -> Option<String> {
     None
 }
 

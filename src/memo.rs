@@ -1,8 +1,8 @@
-//! Small caches of values that are expensive to compute: [`Memo`] for those that stay the same from frame to frame, [`RecentMap`] for those that come back.
+//! Small caches of values that are expensive to compute: [`Memo`], which computes a missing value itself, and [`RecentMap`].
 //!
-//! In: a key and a function that computes its value. Out: the value, computed once. Always: keys are compared in full, not by hash; the number of values
-//! is limited and the oldest is dropped first; while one thread computes a value, other threads wait only if they need the same key. There is no
-//! process-wide cache: each lives as long as its owner.
+//! In: a key (and for [`Memo`] a function that computes its value). Out: the value. Always: keys are compared in full, not by hash; the number of values
+//! is limited, and [`Memo`] drops the oldest first, [`RecentMap`] the least recently used. While one thread computes a value of a [`Memo`], other threads
+//! wait only if they need the same key. There is no process-wide cache: each lives as long as its owner.
 
 use parking_lot::Mutex;
 use std::collections::{HashMap, VecDeque};

@@ -21,10 +21,10 @@ pub(crate) fn catch_panic<T>(read: impl FnOnce() -> T) -> Option<T> {
             }
         }));
     });
-    let before = IS_QUIET.replace(true);
-    let answer = catch_unwind(AssertUnwindSafe(read)).ok();
-    IS_QUIET.set(before);
-    answer
+    let was_quiet = IS_QUIET.replace(true);
+    let result = catch_unwind(AssertUnwindSafe(read)).ok();
+    IS_QUIET.set(was_quiet);
+    result
 }
 
 #[cfg(test)]

@@ -74,9 +74,9 @@ pub(crate) fn json_error_text(error: &serde_json::Error) -> String {
     let full_text = error.to_string();
     let end = full_text.rfind(" at line ").filter(|_| error.line() > 0).unwrap_or(full_text.len());
     let text = &full_text[..end];
-    for (prefix, length) in [("invalid type: ", false), ("invalid value: ", false), ("invalid length ", true)] {
+    for (prefix, is_length) in [("invalid type: ", false), ("invalid value: ", false), ("invalid length ", true)] {
         if let Some((found, wanted)) = text.strip_prefix(prefix).and_then(|rest| rest.rsplit_once(", expected ")) {
-            let found = if length { format!("{found} values") } else { json_kind_name(found) };
+            let found = if is_length { format!("{found} values") } else { json_kind_name(found) };
             return format!("expected {}, found {found}", expected_type_name(wanted));
         }
     }

@@ -5,8 +5,10 @@
 use super::heavy::UNIFORMS;
 use std::arch::x86_64::*;
 
+/// The values of eight pixels.
 type V = __m256;
 
+/// A constant for all eight pixels.
 #[target_feature(enable = "avx2,fma")]
 fn k(x: f32) -> V {
     _mm256_set1_ps(x)
@@ -97,6 +99,7 @@ fn atan2(y: V, x: V) -> V {
     _mm256_or_ps(a, _mm256_and_ps(y, k(-0.0)))
 }
 
+/// Column of air from a height in a direction, as in heavy.wgsl; `x`: the body's radius in scale heights.
 #[target_feature(enable = "avx2,fma")]
 fn column(height: V, cosine: V, x: f32) -> V {
     let c = (std::f32::consts::FRAC_PI_2 * x).sqrt();
@@ -118,6 +121,7 @@ pub struct Texels {
     pub linear: Vec<[f32; 4]>,
 }
 
+/// Bilinear filtering at the finest level: u repeats, v is clamped.
 #[target_feature(enable = "avx2,fma")]
 fn sample(map: &Texels, u: V, v: V) -> [V; 3] {
     let x = fma(u, k(map.width as f32), k(-0.5));
@@ -196,9 +200,9 @@ pub unsafe fn draw(size: usize, map: &Texels, out: &mut [[f32; 4]]) {
                 let cosine = div(dot_sun(p), radius);
                 let depth = mul(column(height, cosine, x), k(air[0]));
                 passed = add(passed, density);
-                let (way, arriving) = (add(passed, depth), mul(density, shadow(p)));
+                let (optical_path, arriving) = (add(passed, depth), mul(density, shadow(p)));
                 for c in 0..3 {
-                    let seen = exp(mul(k(-air[c + 1]), way));
+                    let seen = exp(mul(k(-air[c + 1]), optical_path));
                     light[c] = fma(mul(k(air[c + 1]), seen), arriving, light[c]);
                 }
             }

@@ -26,7 +26,7 @@ fn vertex_main(@builtin(vertex_index) index: u32) -> Varyings {
     return Varyings(vec4f(x, y, 0.0, 1.0), vec2f(x, y) * 1.2);
 }
 
-// Column of air from a height in a direction given by the cosine of its zenith angle, in scale heights.
+// Column of air from a height in a direction given by the cosine of its zenith angle, in scale heights. `x`: the body's radius in scale heights.
 fn column(height: f32, cosine: f32, x: f32) -> f32 {
     let c = sqrt(1.5707963 * x);
     if cosine >= 0.0 {

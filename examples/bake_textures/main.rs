@@ -310,17 +310,17 @@ fn flatten(map: &RgbImage, contrast: f64) -> RgbImage {
 /// compressed smoothly.
 fn natural_water(map: &RgbImage) -> RgbImage {
     // 5 % of green light, in the map's linear texels, whose gain in the catalog is 0.53.
-    const MOST: f64 = 0.05 / 0.53;
+    const MAX_WATER: f64 = 0.05 / 0.53;
     let mut map = map.clone();
     for p in map.pixels_mut() {
         let c: Colour = std::array::from_fn(|k| to_linear(p[k]));
         // In water both green and blue are well above red; leaves have no blue, ice has red.
         let water = smooth(1.15, 1.45, c[1].min(c[2]) / c[0].max(1e-3));
         let bright = c[1].max(c[2]);
-        let cut = MOST * (1.0 - (-bright / MOST).exp());
+        let cut = MAX_WATER * (1.0 - (-bright / MAX_WATER).exp());
         let factor = 1.0 + water * (cut / bright.max(1e-9) - 1.0);
         // Murky water is greener and greyer than the turquoise of the map.
-        let grey = 0.35 * water * smooth(MOST, 3.0 * MOST, bright);
+        let grey = 0.35 * water * smooth(MAX_WATER, 3.0 * MAX_WATER, bright);
         let mean = (c[0] + c[1] + c[2]) / 3.0;
         *p = Rgb(c.map(|v| to_byte((v + grey * (mean - v)) * factor)));
     }
@@ -331,8 +331,8 @@ fn natural_water(map: &RgbImage) -> RgbImage {
 fn normals_from_elevation((w, h): (u32, u32), metres: impl Fn(u32, u32) -> f64, radius_m: f64, exaggeration: f64) -> RgbImage {
     // Beyond a pole the meridian continues half a turn away.
     let height = |x: i64, y: i64| {
-        let over = y < 0 || y >= i64::from(h);
-        let x = if over { x + i64::from(w / 2) } else { x };
+        let beyond_pole = y < 0 || y >= i64::from(h);
+        let x = if beyond_pole { x + i64::from(w / 2) } else { x };
         let y = if y < 0 { -1 - y } else { y.min(2 * i64::from(h) - 1 - y) };
         metres(x.rem_euclid(i64::from(w)) as u32, y as u32)
     };

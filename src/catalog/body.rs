@@ -169,7 +169,7 @@ pub struct MeanElements {
     pub argument_of_periapsis_deg: f64,
     /// Mean anomaly at the epoch.
     pub mean_anomaly_deg: f64,
-    /// Mean motion: rate of the mean anomaly.
+    /// Mean motion: rate of the mean longitude at the epoch. The mean anomaly's rate is less by the rates of node and argument (catalogs/README.md).
     pub mean_motion_deg_day: f64,
     /// Precession period of the node, Julian years; 0: none.
     pub node_period_yr: f64,
@@ -279,7 +279,7 @@ pub enum OverlayProjection {
 /// An image blended over a body's ground by its alpha.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Overlay {
-    /// Name by which users switch it; unique within its body.
+    /// Name by which users switch it on and off; unique within its body.
     pub name: String,
     /// File name inside `--textures` or textures/.
     pub file: String,
@@ -380,7 +380,7 @@ pub struct Body {
 impl Body {
     /// The estimated values of the body and their effect on an image, one line per value.
     pub fn estimate_notes(&self) -> Vec<Message> {
-        // The larger of the two changes: a decrease by a given percentage changes the magnitude more than an increase.
+        // The change for a decrease, which is larger than that for an increase by the same percentage.
         let magnitudes = |percent: f64| -2.5 * (1.0 - percent / 100.0).log10();
         let albedo = self.estimates.albedo_percent.map(|p| {
             let change = magnitudes(p);

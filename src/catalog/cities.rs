@@ -1,6 +1,7 @@
 //! Cities of the Earth by name, with their coordinates.
 //!
-//! In: the embedded table cities.csv. Out: cities that match a text; cities whose name starts with the text come first. Always: coordinates are those of
+//! In: the embedded table cities.csv, and the beginning of a name. Out: the cities whose name, or a word of it, starts so; matches of the whole name
+//! come first. Always: coordinates are those of
 //! the table, accurate to two kilometres. The table lists the cities after which time zones are named and some sixty other large cities. Any other
 //! place can be given by latitude and longitude.
 
@@ -18,8 +19,8 @@ pub struct City {
 
 impl City {
     fn of_line(line: &'static str) -> Option<Self> {
-        let mut parts = line.splitn(4, ',');
-        let (name, latitude, longitude, country) = (parts.next()?, parts.next()?, parts.next()?, parts.next()?);
+        let mut fields = line.splitn(4, ',');
+        let (name, latitude, longitude, country) = (fields.next()?, fields.next()?, fields.next()?, fields.next()?);
         Some(Self { name, country, latitude_deg: latitude.parse().ok()?, longitude_deg: longitude.parse().ok()? })
     }
 }
@@ -69,8 +70,8 @@ mod tests {
             let found = named(&name.to_lowercase(), 1);
             let [city] = found[..] else { panic!("{name}: {found:?}") };
             assert_eq!((city.name, city.country), (name, country));
-            let off = (city.latitude_deg - latitude_deg).abs().max((city.longitude_deg - longitude_deg).abs());
-            assert!(off < 0.2, "{name} is off by {off} degrees");
+            let difference_deg = (city.latitude_deg - latitude_deg).abs().max((city.longitude_deg - longitude_deg).abs());
+            assert!(difference_deg < 0.2, "{name} is off by {difference_deg} degrees");
         }
     }
 

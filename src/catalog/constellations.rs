@@ -41,7 +41,8 @@ pub struct Constellations {
     pub borders: Vec<Border>,
 }
 
-/// Angle within which a vertex is identified with a star: the files have four decimals of a degree, and other epochs, which matter for the fastest stars.
+/// Angle within which a vertex is identified with a star. The files have four decimals of a degree, and their epoch may differ, which matters for the
+/// fastest stars.
 const SAME_STAR_RAD: f64 = 0.01 * std::f64::consts::PI / 180.0;
 
 #[derive(Deserialize)]
@@ -65,12 +66,12 @@ fn direction([longitude_deg, latitude_deg]: [f64; 2]) -> DVec3 {
     DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
 }
 
-/// The mean equator and equinox of B1875.0, columns in ICRF: precession by Lieske's angles (1977, A&A 58, 1) over -1.2500 Julian centuries from J2000. The frame of the
-/// FK4 itself differs by up to an arc second, which is invisible in a border.
+/// Rotation from the mean equator and equinox of B1875.0 to ICRF: precession by Lieske's angles (1977, A&A 58, 1) over -1.2500 Julian centuries from
+/// J2000. The frame of the FK4 itself differs by up to an arcsecond, which is invisible in a border.
 pub fn icrf_from_b1875() -> glam::DMat3 {
     /// B1875.0 is JD 2405889.258.
-    const CENTURIES: f64 = (2_405_889.258 - crate::units::JD_J2000) / crate::units::DAYS_PER_JULIAN_CENTURY;
-    let t = CENTURIES;
+    const CENTURIES_FROM_J2000: f64 = (2_405_889.258 - crate::units::JD_J2000) / crate::units::DAYS_PER_JULIAN_CENTURY;
+    let t = CENTURIES_FROM_J2000;
     let angle = |a: f64, b: f64, c: f64| (a * t + b * t * t + c * t * t * t) * crate::units::RAD_PER_ARCSEC;
     let zeta = angle(2306.2181, 0.301_88, 0.017_998);
     let z = angle(2306.2181, 1.094_68, 0.018_203);
@@ -104,8 +105,8 @@ impl Constellations {
             let near = |cell: &&super::stars::SkyCell| cell.axis.dot(direction) > (cell.radius_rad + 2.0 * SAME_STAR_RAD).cos();
             let indices = stars.cells().iter().filter(near).flat_map(|cell| cell.stars.clone());
             // If the vertex is a double star, its brighter component.
-            let same = indices.filter(|index| distance(*index) < SAME_STAR_RAD);
-            let star = same.min_by(|a, b| stars.stars()[*a].v_magnitude.total_cmp(&stars.stars()[*b].v_magnitude));
+            let at_vertex = indices.filter(|index| distance(*index) < SAME_STAR_RAD);
+            let star = at_vertex.min_by(|a, b| stars.stars()[*a].v_magnitude.total_cmp(&stars.stars()[*b].v_magnitude));
             FigureVertex { direction, star }
         };
         // Serpens has two parts, each with a name entry. The first entry gets the figure of both parts.
@@ -143,7 +144,7 @@ mod tests {
         assert!(abbreviations.len() >= 88, "{}", abbreviations.len());
         let vertices: Vec<&FigureVertex> = sky.all.iter().flat_map(|c| &c.figure).flatten().collect();
         let stars = vertices.iter().filter(|c| c.star.is_some()).count();
-        println!("{stars} of {} corners are stars", vertices.len());
+        println!("{stars} of {} vertices are stars", vertices.len());
         assert!(vertices.len() > 700 && 100 * stars > 97 * vertices.len(), "{stars} of {}", vertices.len());
         let orion = sky.all.iter().find(|c| c.abbreviation == "Ori").expect("Orion");
         let hips: Vec<u32> = orion.figure.iter().flatten().filter_map(|c| Some(StarCatalog::embedded().stars()[c.star?].hip)).collect();

@@ -54,13 +54,13 @@ pub(super) fn overlay(mut s: TableReader) -> Option<(WithLine<String>, Overlay)>
 }
 
 /// Adds an overlay, or replaces the overlay of the same name. The error states why it cannot be added.
-pub(super) fn add(over: &mut Vec<Overlay>, new: Overlay) -> Result<(), String> {
-    if let Some(same) = over.iter_mut().find(|o| o.name == new.name) {
-        *same = new;
-    } else if over.len() < usize::from(MAX_OVERLAYS) {
-        over.push(new);
+pub(super) fn add(overlays: &mut Vec<Overlay>, new: Overlay) -> Result<(), String> {
+    if let Some(same_name) = overlays.iter_mut().find(|o| o.name == new.name) {
+        *same_name = new;
+    } else if overlays.len() < usize::from(MAX_OVERLAYS) {
+        overlays.push(new);
     } else {
-        let names: Vec<_> = over.iter().map(|o| format!("\"{}\"", o.name)).collect();
+        let names: Vec<_> = overlays.iter().map(|o| format!("\"{}\"", o.name)).collect();
         return Err(format!("overlay \"{}\" is one too many: a body takes {MAX_OVERLAYS}, here {}", new.name, names.join(" and ")));
     }
     Ok(())

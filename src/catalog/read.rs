@@ -92,7 +92,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let mut rings: Vec<(WithLine<String>, Vec<Ring>)> = Vec::new();
     let mut atmospheres = Vec::new();
     let mut overlays = Vec::new();
-    let mut moments_drafts = Vec::new();
+    let mut moment_drafts = Vec::new();
     let mut layers = Vec::new();
     let mut instruments: Vec<Instrument> = Vec::new();
     for (file, text) in files {
@@ -101,18 +101,18 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
         for s in root.sections("body") {
             body(s, &mut drafts);
         }
-        let mut of_file: Vec<(WithLine<String>, Vec<Ring>)> = Vec::new();
+        let mut rings_of_file: Vec<(WithLine<String>, Vec<Ring>)> = Vec::new();
         for (body_name, ring) in root.sections("ring").into_iter().filter_map(ring) {
-            match of_file.iter_mut().find(|(b, _)| b.value == body_name.value) {
+            match rings_of_file.iter_mut().find(|(b, _)| b.value == body_name.value) {
                 Some((_, list)) => list.push(ring),
-                None => of_file.push((body_name, vec![ring])),
+                None => rings_of_file.push((body_name, vec![ring])),
             }
         }
-        for (body_name, list) in of_file.iter().filter(|(_, list)| list.len() > MAX_RINGS) {
+        for (body_name, list) in rings_of_file.iter().filter(|(_, list)| list.len() > MAX_RINGS) {
             let (body, count) = (echo_within(&body_name.value, 60), list.len());
             problems.add(&body_name.source_line, format!("{body} has {count} rings: expected at most {MAX_RINGS}"));
         }
-        rings.extend(of_file);
+        rings.extend(rings_of_file);
         overlays.extend(root.sections("overlay").into_iter().filter_map(overlay::overlay));
         atmospheres.extend(root.sections("atmosphere").into_iter().filter_map(atmosphere));
         layers.extend(root.sections("layer").into_iter().filter_map(data_layer::layer));
@@ -121,12 +121,12 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
             instruments.retain(|listed| listed.name != new.name);
             instruments.push(new);
         }
-        moments_drafts.extend(root.sections("moment").into_iter().filter_map(moments::draft));
+        moment_drafts.extend(root.sections("moment").into_iter().filter_map(moments::draft));
         root.finish();
     }
     let field_lines = drafts.iter().flat_map(lines_of).collect();
     let bodies = assemble(drafts, rings, atmospheres, overlays, &problems);
-    let moments = moments::assemble(moments_drafts, &bodies, &problems);
+    let moments = moments::assemble(moment_drafts, &bodies, &problems);
     let mut data_layers = Vec::new();
     for (body_name, mut layer) in layers {
         layer.body = body_name.as_ref().and_then(|body_name| body_named(&bodies, body_name, &problems));
@@ -270,12 +270,12 @@ fn assemble(
             continue;
         };
         if let Some(mesh) = &d.mesh {
-            let wrong = |what: &str| problems.add(&mesh.source_line, format!("{name}.mesh: {what}"));
+            let add_problem = |what: &str| problems.add(&mesh.source_line, format!("{name}.mesh: {what}"));
             if mesh.value.alpha && d.maps.albedo.is_none() {
-                wrong("alpha = true needs an albedo map, whose alpha cuts the mesh out");
+                add_problem("alpha = true needs an albedo map, whose alpha cuts the mesh out");
             }
             if with_air.contains(&id) || d.clouds.is_some() {
-                wrong("a body with an atmosphere or clouds takes none: they lie over an ellipsoid");
+                add_problem("a body with an atmosphere or clouds takes none: they lie over an ellipsoid");
             }
         }
         bodies.push(Body {
@@ -319,14 +319,15 @@ fn assemble(
     }
     for (body_name, new) in overlays {
         if let Some(b) = resolve(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id))
-            && let Err(wrong) = overlay::add(&mut b.overlays, new)
+            && let Err(why) = overlay::add(&mut b.overlays, new)
         {
-            problems.add(&body_name.source_line, format!("{}: {wrong}", b.name));
+            problems.add(&body_name.source_line, format!("{}: {why}", b.name));
         }
     }
     bodies
 }
 
+/// The colour scaled to luminance 1.
 fn of_luminance_1(rgb: [f64; 3]) -> Vec3 {
     Vec3::from_array(rgb.map(|x| (x / crate::units::luminance(rgb)) as f32))
 }

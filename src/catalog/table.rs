@@ -27,9 +27,9 @@ pub(super) struct WithLine<T> {
 }
 
 /// Number of problems after which no more suggestions are made.
-const MAX_HINTS: usize = 200;
+const MAX_PROBLEMS_WITH_HINT: usize = 200;
 
-/// All problems found so far, in the order of the files.
+/// All problems found so far, in the order in which they were found.
 #[derive(Default)]
 pub(super) struct Problems(RefCell<Vec<Problem>>);
 
@@ -41,8 +41,8 @@ impl Problems {
     /// The known word that was probably meant, if one is similar. A file can have a hundred thousand problems, of which only the first are shown: the others
     /// get no hint.
     pub fn nearest<'k>(&self, word: &str, known: &[&'k str]) -> Option<&'k str> {
-        let is_early = self.0.borrow().len() < MAX_HINTS;
-        is_early.then(|| crate::wording::nearest(word, known.iter().copied()).first().copied()).flatten()
+        let gets_hint = self.0.borrow().len() < MAX_PROBLEMS_WITH_HINT;
+        gets_hint.then(|| crate::wording::nearest(word, known.iter().copied()).first().copied()).flatten()
     }
 
     /// Reports a name that no body has, with the most similar of the known names.
@@ -112,6 +112,7 @@ pub(super) struct TableReader<'a> {
     name: String,
     pub source_line: SourceLine,
     table: DeTable<'a>,
+    /// Fields requested so far.
     known: Vec<&'static str>,
 }
 

@@ -49,8 +49,8 @@ impl RaDec {
 /// Tenths of a second in an hour or a degree.
 const TENTHS: u64 = 36_000;
 
-fn tenths_of_seconds(value: f64) -> u64 {
-    (value * TENTHS as f64).round() as u64
+fn tenths_of_seconds(hours_or_degrees: f64) -> u64 {
+    (hours_or_degrees * TENTHS as f64).round() as u64
 }
 
 /// Hours or degrees, minutes and seconds.
@@ -71,7 +71,7 @@ pub struct ApparentPlace {
     pub light_time_s: f64,
     /// The least accurate theory that took part.
     pub source: Source,
-    /// The ephemeris' upper limit of error as an angle.
+    /// Upper limit of the ephemeris' position error, as an angle.
     pub error_arcsec: f64,
 }
 
@@ -132,8 +132,8 @@ pub struct SurfacePoint {
     pub lon_east_deg: f64,
     /// Planetocentric latitude, north.
     pub lat_centric_deg: f64,
-    /// Planetographic longitude: it grows with time for a distant observer (west for direct rotation, east for
-    /// retrograde); by custom east for the Sun, the Earth and the Moon.
+    /// Planetographic longitude, 0 to 360: counted so that the sub-observer longitude of a distant observer grows with time (west for direct
+    /// rotation, east for retrograde); by custom east for the Sun, the Earth and the Moon.
     pub lon_graphic_deg: f64,
     /// Planetographic latitude, that of the normal, north.
     pub lat_graphic_deg: f64,
@@ -197,12 +197,12 @@ fn surface_point(direction_in_body: DVec3, radii_km: DVec3, east_is_positive: bo
     // Latitude on the spheroid with the mean equatorial radius; a planet has only one equatorial radius.
     let equatorial_km = 0.5 * (radii_km.x + radii_km.y);
     let equator_over_pole = equatorial_km / radii_km.z;
-    let across = direction_in_body.truncate().length();
+    let from_axis = direction_in_body.truncate().length();
     SurfacePoint {
         lon_east_deg,
         lat_centric_deg,
         lon_graphic_deg: if east_is_positive { lon_east_deg } else { (-lon_east_deg).rem_euclid(360.0) },
-        lat_graphic_deg: (direction_in_body.z * equator_over_pole * equator_over_pole).atan2(across).to_degrees(),
+        lat_graphic_deg: (direction_in_body.z * equator_over_pole * equator_over_pole).atan2(from_axis).to_degrees(),
     }
 }
 

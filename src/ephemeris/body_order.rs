@@ -7,8 +7,8 @@ use super::Ephemeris;
 use crate::catalog::{Body, BodyKind, Catalog, Motion, NaifId};
 use crate::time::Instant;
 
-/// Semi-major axis about the parent: the catalog's, else by the vis-viva equation from the state at J2000. `None` for a body without a parent
-/// or one that the ephemeris cannot place.
+/// Semi-major axis about the parent: the catalog's, else by the vis-viva equation from the state at J2000, else (no GM, or an unbound orbit) the
+/// distance at J2000. `None` for a body without a parent in the catalog or one that the ephemeris cannot place.
 pub fn semi_major_axis_km(catalog: &Catalog, ephemeris: &Ephemeris, body: &Body) -> Option<f64> {
     if let Motion::MeanElements(elements) = &body.motion {
         return Some(elements.semi_major_axis_km);

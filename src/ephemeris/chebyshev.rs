@@ -1,7 +1,7 @@
 //! Chebyshev series, as in kernels and in the cache of slow theories.
 //!
 //! In: coefficients and an argument in -1..=1, or a function on that interval. Out: value and derivative, or the coefficients of the polynomial that
-//! interpolates the function at the Chebyshev nodes. Its error is within a small factor of that of the best polynomial of its degree.
+//! interpolates the function at the Chebyshev nodes. The interpolant's error is within a small factor of that of the best polynomial of its degree.
 
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -17,10 +17,10 @@ pub fn value_and_slope(c: &[f64], u: f64) -> (f64, f64) {
     (c[0] + u * b1 - b2, b1 + u * d1 - d2)
 }
 
-/// The coefficients by axis of the polynomial of `terms` terms that interpolates `at` (called with arguments in -1..=1) at as many nodes.
-pub fn fit_nodes(terms: usize, at: impl Fn(f64) -> DVec3) -> [Vec<f64>; 3] {
+/// The coefficients, by axis, of the polynomial of `terms` terms that interpolates `position` (called with arguments in -1..=1) at as many nodes.
+pub fn fit_nodes(terms: usize, position: impl Fn(f64) -> DVec3) -> [Vec<f64>; 3] {
     let angle = |k: usize, j: usize| PI * k as f64 * (j as f64 + 0.5) / terms as f64;
-    let values: Vec<DVec3> = (0..terms).map(|j| at(angle(1, j).cos())).collect();
+    let values: Vec<DVec3> = (0..terms).map(|j| position(angle(1, j).cos())).collect();
     std::array::from_fn(|axis| {
         (0..terms)
             .map(|k| {
@@ -42,8 +42,8 @@ mod tests {
             let theta = 0.01 + f64::from(i) / 20.0 * 3.1;
             let value: f64 = c.iter().enumerate().map(|(k, c)| c * (k as f64 * theta).cos()).sum();
             let slope: f64 = c.iter().enumerate().map(|(k, c)| c * k as f64 * (k as f64 * theta).sin() / theta.sin()).sum();
-            let got = value_and_slope(&c, theta.cos());
-            assert!((got.0 - value).abs() < 1e-14 && (got.1 - slope).abs() < 1e-11, "{theta}: {got:?}");
+            let found = value_and_slope(&c, theta.cos());
+            assert!((found.0 - value).abs() < 1e-14 && (found.1 - slope).abs() < 1e-11, "{theta}: {found:?}");
         }
     }
 

@@ -8,12 +8,13 @@ use crate::catalog::small_bodies::{GAUSS_CONSTANT, HeliocentricOrbit};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// Stumpff's c0 to c3 at `x`, accurate to rounding: the series for an argument divided by four until it is small, then double-angle formulas.
+/// Stumpff's c0 to c3 at `x`, accurate to rounding: `x` is divided by four until it is small, the series are summed there, and double-angle formulas
+/// lead back to `x`.
 pub fn stumpff(x: f64) -> [f64; 4] {
-    let (mut x, mut halvings) = (x, 0);
-    while x.abs() > 0.1 && halvings < 64 {
+    let (mut x, mut quarterings) = (x, 0);
+    while x.abs() > 0.1 && quarterings < 64 {
         x *= 0.25;
-        halvings += 1;
+        quarterings += 1;
     }
     // The next terms are 0.1^7 / 16! and smaller.
     let series = |first: f64| {
@@ -21,7 +22,7 @@ pub fn stumpff(x: f64) -> [f64; 4] {
     };
     let (mut c2, mut c3) = (0.5 * series(2.0), series(3.0) / 6.0);
     let (mut c0, mut c1) = (1.0 - x * c2, 1.0 - x * c3);
-    for _ in 0..halvings {
+    for _ in 0..quarterings {
         // Writing 1 + c0 as 2 - x c2 preserves the precision of c2, which is (1 - cos E) / E squared.
         c3 = 0.25 * (c2 + c0 * c3);
         c2 *= 0.5 * (2.0 - x * c2);
@@ -50,6 +51,7 @@ impl ConicState {
     /// The state after a time span, which may be negative.
     #[must_use]
     pub fn after(&self, gm: f64, span: f64) -> Self {
+        // Danby's names: sigma is the dot product of position and velocity, alpha is GM over the semi-major axis, s the universal variable.
         let (r0, sigma) = (self.position.length(), self.position.dot(self.velocity));
         let alpha = self.inverse_axis_gm(gm);
         let period = if alpha > 0.0 { TAU * gm / alpha.powf(1.5) } else { f64::INFINITY };
@@ -63,8 +65,8 @@ impl ConicState {
             let [g0, g1, g2, g3] = universal_functions(s);
             (r0 * g1 + sigma * g2 + gm * g3 - span, r0 * g0 + sigma * g1 + gm * g2)
         };
-        // The time increases with s at the rate of the distance: Newton's method inside a bracket.
-        // The bracket starts small, because the functions of a hyperbola overflow far beyond the root.
+        // dt/ds is the distance r > 0, so the residual is monotonic: Newton's method, safeguarded by a bracket. The bracket starts small, because
+        // the functions of a hyperbola overflow far beyond the root.
         let first = (span.abs() / r0).min(alpha.abs().sqrt().recip()).max(f64::MIN_POSITIVE);
         let (mut low, mut high) = (0.0_f64, span.signum() * first);
         for _ in 0..200 {

@@ -13,7 +13,7 @@ use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CoverageFault {
     pub body: NaifId,
-    /// The line or key in the body's table of the catalog.
+    /// Key in the body's table of the catalog: `motion`, `parent` or `rotation`.
     pub field: &'static str,
     pub why: String,
 }

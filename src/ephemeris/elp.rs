@@ -40,7 +40,8 @@ const WITH_LUNAR_LONGITUDE: [usize; 3] = [0, 2, 3];
 /// Ratio of the theory's distance unit to the one that its mean motion defines.
 const DISTANCE_RATIO: f64 = 384_747.980_644_895_4 / 384_747.980_674_316_5;
 
-/// Laskar (1986), the mean ecliptic of date in that of J2000: sin(π/2) sin Π and sin(π/2) cos Π by powers of centuries from 1.
+/// Laskar (1986): sin(π_A/2) sin Π_A and sin(π_A/2) cos Π_A, where the mean ecliptic of date is inclined by π_A to that of J2000 and Π_A is the
+/// longitude of its node. Coefficients of T to T⁵, T in Julian centuries from J2000.
 const ECLIPTIC_P: [f64; 5] = [0.101_803_91e-4, 0.470_204_39e-6, -0.541_736_7e-9, -0.250_794_8e-11, 0.463_486e-14];
 const ECLIPTIC_Q: [f64; 5] = [-0.113_469_002e-3, 0.123_726_74e-6, 0.126_541_7e-8, -0.137_180_8e-11, -0.320_334e-14];
 
@@ -102,10 +103,11 @@ impl LunarSeries {
         let (r, r_rate) = (sums[2].0 * DISTANCE_RATIO, sums[2].1 * DISTANCE_RATIO);
         let ((sin_v, cos_v), (sin_u, cos_u)) = (v.sin_cos(), u.sin_cos());
         let outward = DVec3::new(cos_u * cos_v, cos_u * sin_v, sin_u);
-        let along = DVec3::new(-cos_u * sin_v, cos_u * cos_v, 0.0) * v_rate + DVec3::new(-sin_u * cos_v, -sin_u * sin_v, cos_u) * u_rate;
+        let outward_rate =
+            DVec3::new(-cos_u * sin_v, cos_u * cos_v, 0.0) * v_rate + DVec3::new(-sin_u * cos_v, -sin_u * sin_v, cos_u) * u_rate;
         // The ecliptic itself rotates by 47 arcsec per century: 0.03 mm/s at the Moon, left out of the velocity.
         let icrf_from_date = frames::icrf_from_ecliptic() * j2000_from_ecliptic_of_date(t);
-        State { pos_km: icrf_from_date * (outward * r), vel_km_s: icrf_from_date * (outward * r_rate + along * r) / CENTURY_S }
+        State { pos_km: icrf_from_date * (outward * r), vel_km_s: icrf_from_date * (outward * r_rate + outward_rate * r) / CENTURY_S }
     }
 }
 
@@ -119,7 +121,7 @@ fn j2000_from_ecliptic_of_date(t: f64) -> glam::DMat3 {
     )
 }
 
-/// Value and slope.
+/// Value and derivative.
 fn polynomial(c: &[f64], t: f64) -> (f64, f64) {
     c.iter().rev().fold((0.0, 0.0), |(value, slope), c| (value * t + c, slope * t + value))
 }

@@ -40,7 +40,7 @@ impl LimbProfile {
             .into_par_iter()
             .map(|k| {
                 let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
-                silhouette_km(map, distance_km, towards, across[0] * cos + across[1] * sin)
+                silhouette_height_km(map, distance_km, towards, across[0] * cos + across[1] * sin)
             })
             .collect();
         Self { heights_km, across, towards, sphere_km: map.sphere_km() }
@@ -90,29 +90,30 @@ impl LimbProfile {
 /// Iterations of the ternary search for the summit: (2/3)^13 = 0.005.
 const REFINEMENTS: usize = 13;
 
-/// The greatest distance from the Moon's centre of a view ray that meets ground in the half plane towards `limb_direction`, less the sphere's radius.
-fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, limb_direction: DVec3) -> f64 {
+/// Height of the silhouette above the sphere in the half plane towards `limb_direction`: of the view rays that meet ground there, the greatest distance
+/// from the Moon's centre, less the sphere's radius.
+fn silhouette_height_km(map: &HeightMap, distance_km: f64, towards: DVec3, limb_direction: DVec3) -> f64 {
     let [_, greatest_km] = map.range_km();
     let sphere_km = map.sphere_km();
-    // Distance from the centre of the view ray through a point at `angle` from the direction to the place.
+    // Distance of the view ray from the Moon's centre; the ray passes through the point at `radius_km` and at `angle` from the direction to the place.
     let ray_km = |radius_km: f64, angle: f64| {
-        let (across, ahead) = (radius_km * angle.sin(), distance_km - radius_km * angle.cos());
-        distance_km * across / across.hypot(ahead)
+        let (sideways, ahead) = (radius_km * angle.sin(), distance_km - radius_km * angle.cos());
+        distance_km * sideways / sideways.hypot(ahead)
     };
-    let limb = (sphere_km / distance_km).min(1.0).acos();
-    let ground_km = |angle: f64| ray_km(sphere_km + map.height_km(towards * angle.cos() + limb_direction * angle.sin()), angle);
+    let limb_angle = (sphere_km / distance_km).min(1.0).acos();
+    let ground_ray_km = |angle: f64| ray_km(sphere_km + map.height_km(towards * angle.cos() + limb_direction * angle.sin()), angle);
     let step = 0.5 * map.step_rad();
-    let (mut best_km, mut best_angle) = (ground_km(limb), limb);
+    let (mut best_km, mut best_angle) = (ground_ray_km(limb_angle), limb_angle);
     // Away from the sphere's limb on both sides, until even the map's maximum could not exceed the highest sample.
     for sign in [-1.0, 1.0] {
         for k in 1.. {
-            let angle = limb + sign * step * f64::from(k);
-            if angle <= 0.0 || angle >= limb + FRAC_PI_2 || ray_km(sphere_km + greatest_km, angle) <= best_km {
+            let angle = limb_angle + sign * step * f64::from(k);
+            if angle <= 0.0 || angle >= limb_angle + FRAC_PI_2 || ray_km(sphere_km + greatest_km, angle) <= best_km {
                 break;
             }
-            let km = ground_km(angle);
-            if km > best_km {
-                (best_km, best_angle) = (km, angle);
+            let grazing_km = ground_ray_km(angle);
+            if grazing_km > best_km {
+                (best_km, best_angle) = (grazing_km, angle);
             }
         }
     }
@@ -120,7 +121,7 @@ fn silhouette_km(map: &HeightMap, distance_km: f64, towards: DVec3, limb_directi
     let (mut low_angle, mut high_angle) = (best_angle - step, best_angle + step);
     for _ in 0..REFINEMENTS {
         let third = (high_angle - low_angle) / 3.0;
-        let [low, high] = [ground_km(low_angle + third), ground_km(high_angle - third)];
+        let [low, high] = [ground_ray_km(low_angle + third), ground_ray_km(high_angle - third)];
         best_km = best_km.max(low).max(high);
         if low < high { low_angle += third } else { high_angle -= third }
     }
@@ -135,16 +136,17 @@ mod tests {
     const COLUMNS: usize = 1440;
 
     fn map(height: impl Fn(f64, f64) -> f64) -> HeightMap {
-        let place = |k: usize, of: usize, span: f64| (k as f64 + 0.5) / of as f64 * span;
+        let cell_centre = |k: usize, cells: usize, span: f64| (k as f64 + 0.5) / cells as f64 * span;
         let km = (0..COLUMNS / 2).flat_map(|row| {
-            let latitude = 90.0 - place(row, COLUMNS / 2, 180.0);
-            (0..COLUMNS).map(move |column| (latitude, place(column, COLUMNS, 360.0) - 180.0)).collect::<Vec<_>>()
+            let latitude = 90.0 - cell_centre(row, COLUMNS / 2, 180.0);
+            (0..COLUMNS).map(move |column| (latitude, cell_centre(column, COLUMNS, 360.0) - 180.0)).collect::<Vec<_>>()
         });
         let km = km.map(|(latitude, longitude)| height(latitude, longitude) as f32).collect();
         HeightMap::new("made", COLUMNS, km, -180.0, DEFAULT_SPHERE_KM).expect("a map")
     }
 
-    fn from(latitude_deg: f64, longitude_deg: f64, distance_km: f64) -> DVec3 {
+    /// A place in the Moon's axes.
+    fn place_at(latitude_deg: f64, longitude_deg: f64, distance_km: f64) -> DVec3 {
         let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
         DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat) * distance_km
     }
@@ -152,7 +154,7 @@ mod tests {
     #[test]
     fn level_ground_has_a_level_limb() {
         for km in [-2.0, 0.0, 3.5] {
-            let profile = LimbProfile::seen_from(&map(|_, _| km), from(5.0, -7.0, 370_000.0));
+            let profile = LimbProfile::seen_from(&map(|_, _| km), place_at(5.0, -7.0, 370_000.0));
             let [lowest, highest] = profile.range_km();
             // The samples start at the sphere's limb, not at that of the ground, so the sampled view ray may pass slightly lower.
             assert!((lowest - km).abs() < 2e-3 && (highest - km).abs() < 2e-3, "{km}: {lowest} to {highest}");
@@ -173,7 +175,7 @@ mod tests {
                 let beside_deg = ((latitude - 0.125).abs() - 0.5).max(0.0);
                 (9.0 - 9.0 * beside_deg.hypot(longitude - summit_deg)).max(0.0)
             };
-            let profile = LimbProfile::seen_from(&map(hill), from(0.125, 0.0, 370_000.0));
+            let profile = LimbProfile::seen_from(&map(hill), place_at(0.125, 0.0, 370_000.0));
             let beyond_limb_rad = (summit_deg - limb_deg).to_radians();
             let expected = (DEFAULT_SPHERE_KM + 9.0) * beyond_limb_rad.cos() - DEFAULT_SPHERE_KM;
             let [_, highest] = profile.range_km();
@@ -192,7 +194,7 @@ mod tests {
     /// Directions are those of rays at the silhouette's distance from the centre, and heights between points are linear.
     #[test]
     fn directions_graze_the_silhouette() {
-        let place = from(3.0, 4.0, 380_000.0);
+        let place = place_at(3.0, 4.0, 380_000.0);
         let profile = LimbProfile::seen_from(&map(|latitude, longitude| (latitude / 9.0).sin() + (longitude / 7.0).cos()), place);
         for k in (0..LIMB_POINTS).step_by(97) {
             let ray = profile.direction(k, place.length());

@@ -1,8 +1,9 @@
 //! Positions, velocities and orientations of bodies: f64, kilometres, TDB, ICRF.
 //!
-//! In: a catalog and an instant. Out: states. Each target, a body or a barycentre, has a state relative to another target (Moon to Earth, Earth to the Earth-Moon barycentre, and so on
-//! to the solar system's); the state of a body relative to a centre is the difference of two such chains up to their first common target. Always: the result names the least accurate source that it
-//! used and an upper limit of its error. No file is read here: the caller passes bytes.
+//! In: a catalog and an instant. Out: states. Each target, a body or a barycentre, has a state relative to an origin that is a target too (Moon from Earth,
+//! Earth from the Earth-Moon barycentre, and so on to the solar system's barycentre). The state of a body relative to a centre is the difference of two
+//! such chains up to their first common target. Always: the result names the least accurate source that it used and an upper limit of its error. No
+//! file is read here: the caller passes bytes.
 
 pub mod apparent;
 #[doc(hidden)]
@@ -68,12 +69,12 @@ impl State {
     /// At rest in the origin.
     pub const REST: Self = Self { pos_km: DVec3::ZERO, vel_km_s: DVec3::ZERO };
 
-    /// This state relative to the origin of `other`, which is the state of this state's own origin.
+    /// Chains two states: if `other` is the state of this one's origin, the sum is this state relative to the origin of `other`.
     pub fn plus(self, other: Self) -> Self {
         Self { pos_km: self.pos_km + other.pos_km, vel_km_s: self.vel_km_s + other.vel_km_s }
     }
 
-    /// This state relative to another one.
+    /// This state relative to `other`; both must have the same origin.
     pub fn minus(self, other: Self) -> Self {
         Self { pos_km: self.pos_km - other.pos_km, vel_km_s: self.vel_km_s - other.vel_km_s }
     }
@@ -125,7 +126,7 @@ enum Theory<'a> {
     },
     Series,
     Mean,
-    /// A planet's centre relative to its system's barycentre, from the masses of its moons.
+    /// A planet's centre relative to its system's barycentre, from the masses and states of its moons.
     MassCentre,
     Orbit(&'a Motion),
 }
@@ -134,7 +135,8 @@ enum Theory<'a> {
 #[derive(Clone, Copy)]
 struct ChainLink<'a> {
     target: NaifId,
-    from: NaifId,
+    /// The target relative to which the theory gives states.
+    origin: NaifId,
     theory: Theory<'a>,
 }
 
@@ -145,7 +147,8 @@ struct Orbit {
     motion: Motion,
 }
 
-/// Maximum length of a chain: moon, planet, barycentre, Sun, solar system.
+/// Largest number of links of a chain. A shipped moon needs four (moon, planet, its barycentre, Sun, solar system barycentre); a user's catalog may nest
+/// more bodies.
 const LONGEST_CHAIN: usize = 8;
 
 /// All theories behind one interface. Results never depend on earlier calls; threads may share it.
@@ -267,7 +270,7 @@ impl Ephemeris {
         unreachable!("the loop returns in its sixth round")
     }
 
-    /// The steps from `target` towards the solar system barycentre, as far as the theories go.
+    /// The links from `target` towards the solar system barycentre, as far as the theories go.
     fn chain(&self, target: NaifId, t: Instant, source: Option<Source>) -> StateChain<'_> {
         let mut chain = StateChain { first: target, links: [None; LONGEST_CHAIN] };
         let mut current = target;
@@ -276,7 +279,7 @@ impl Ephemeris {
                 break;
             }
             let Some(link) = self.link(current, t, source) else { break };
-            current = link.from;
+            current = link.origin;
             *next = Some(link);
         }
         chain
@@ -285,7 +288,7 @@ impl Ephemeris {
     /// The best source for `target` at `t`, and its origin.
     fn link(&self, target: NaifId, t: Instant, source: Option<Source>) -> Option<ChainLink<'_>> {
         let tdb_s = t.tdb_seconds_past_j2000();
-        let link = |from: i32, theory| Some(ChainLink { target, from: NaifId(from), theory });
+        let link = |origin: i32, theory| Some(ChainLink { target, origin: NaifId(origin), theory });
         if source.is_none_or(|s| s == Source::Kernel)
             && let Some((index, segment)) = self.kernels.iter().enumerate().find_map(|(i, k)| Some((i, k.segment(target.0, tdb_s)?)))
         {
@@ -295,15 +298,15 @@ impl Ephemeris {
         }
         if source.is_none_or(|s| s == Source::Series)
             && in_years(t, SERIES_YEARS)
-            && let Some(from) = self.series.origin_of(target.0, tdb_s)
+            && let Some(origin) = self.series.origin_of(target.0, tdb_s)
         {
-            return link(from, Theory::Series);
+            return link(origin, Theory::Series);
         }
         if source.is_none_or(|s| s == Source::Mean)
             && in_years(t, MEAN_YEARS)
-            && let Some(from) = mean_elements::origin_of(target.0)
+            && let Some(origin) = mean_elements::origin_of(target.0)
         {
-            return link(from, Theory::Mean);
+            return link(origin, Theory::Mean);
         }
         if has_massive_moons(target) {
             return link(target.0 / 100, Theory::MassCentre);
@@ -321,7 +324,7 @@ impl Ephemeris {
             Theory::Series => (self.series.state(target.0, tdb_s)?, Source::Series, series::error_km(target.0, tdb_s)),
             Theory::Mean => (self.mean_state(target.0, tdb_s)?, Source::Mean, mean_elements::error_km(target.0, tdb_s)),
             Theory::MassCentre => return self.centre_from_barycentre(target, t),
-            Theory::Orbit(motion) => return self.orbit_step(target, motion, t),
+            Theory::Orbit(motion) => return self.orbit_link(target, motion, t),
         };
         Some(LinkState { state, source, error_km })
     }
@@ -337,7 +340,7 @@ impl Ephemeris {
     }
 
     /// A body relative to its parent, by its theory. The theories of moons and asteroids serve every `source`, because there are no others.
-    fn orbit_step(&self, target: NaifId, motion: &Motion, t: Instant) -> Option<LinkState> {
+    fn orbit_link(&self, target: NaifId, motion: &Motion, t: Instant) -> Option<LinkState> {
         if !in_years(t, ORBIT_YEARS) {
             return None;
         }
@@ -354,12 +357,12 @@ impl Ephemeris {
     /// the planet, so this needs no position of the planet.
     fn centre_from_barycentre(&self, planet: NaifId, t: Instant) -> Option<LinkState> {
         let mut recent_centres = self.recent_centres.lock();
-        if let Some((.., known)) = recent_centres.iter().find(|(of, at, _)| *of == planet && *at == t) {
+        if let Some((.., known)) = recent_centres.iter().find(|(cached_planet, at, _)| *cached_planet == planet && *at == t) {
             return Some(*known);
         }
         let mut centre = LinkState { state: State::REST, source: Source::Kernel, error_km: OMITTED_MOONS_KM };
         for share in self.mass_shares.get(&planet).map_or(&[][..], Vec::as_slice) {
-            let moon = self.orbit_step(share.moon, &self.orbits.get(&share.moon)?.motion, t)?;
+            let moon = self.orbit_link(share.moon, &self.orbits.get(&share.moon)?.motion, t)?;
             centre.state.pos_km -= moon.state.pos_km * share.mass_share;
             centre.state.vel_km_s -= moon.state.vel_km_s * share.mass_share;
             centre.source = centre.source.min(moon.source);
@@ -414,7 +417,7 @@ fn mass_shares(catalog: &Catalog) -> HashMap<NaifId, Vec<MassShare>> {
     mass_shares
 }
 
-/// A chain of targets without an allocation; absent links come last.
+/// A chain of links without a heap allocation; unused entries come last.
 struct StateChain<'a> {
     first: NaifId,
     links: [Option<ChainLink<'a>>; LONGEST_CHAIN],
@@ -428,11 +431,12 @@ impl<'a> StateChain<'a> {
 
     /// Each target with the number of links that lead to it.
     fn targets(&self) -> impl Iterator<Item = (usize, NaifId)> {
-        std::iter::once(self.first).chain(self.links(LONGEST_CHAIN).map(|link| link.from)).enumerate()
+        std::iter::once(self.first).chain(self.links(LONGEST_CHAIN).map(|link| link.origin)).enumerate()
     }
 
+    /// The target at which the theories end.
     fn end(&self) -> NaifId {
-        self.links(LONGEST_CHAIN).last().map_or(self.first, |link| link.from)
+        self.links(LONGEST_CHAIN).last().map_or(self.first, |link| link.origin)
     }
 }
 

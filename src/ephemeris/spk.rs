@@ -58,7 +58,9 @@ pub struct Segment {
     /// Covered span, TDB seconds past J2000.
     pub start_s: f64,
     pub end_s: f64,
+    /// Start of the first record.
     first_s: f64,
+    /// Length of each record.
     length_s: f64,
     /// Doubles in a record: midpoint, radius, then one row of coefficients per component.
     record_len: usize,
@@ -103,28 +105,28 @@ impl Spk {
     }
 
     fn read(name: &str, bytes: &[u8]) -> Result<Self, EphemerisError> {
-        let wrong = |what: String| EphemerisError::other(format!("kernel {name}: {}", what.replace('\n', " ")));
+        let kernel_error = |what: String| EphemerisError::other(format!("kernel {name}: {}", what.replace('\n', " ")));
         if !bytes.starts_with(b"DAF/SPK") {
-            return Err(wrong("not an SPK file (it does not begin with DAF/SPK); give a file such as de440.bsp".into()));
+            return Err(kernel_error("not an SPK file (it does not begin with DAF/SPK); give a file such as de440.bsp".into()));
         }
         if bytes.get(88..96) == Some(b"BIG-IEEE") {
-            return Err(wrong("its numbers are big-endian; NAIF's program bingo makes a little-endian file of it".into()));
+            return Err(kernel_error("its numbers are big-endian; NAIF's program bingo makes a little-endian file of it".into()));
         }
-        check_summary_records(bytes).map_err(wrong)?;
+        check_summary_records(bytes).map_err(kernel_error)?;
         let mut by_target: HashMap<i32, Vec<Segment>> = HashMap::new();
-        let spk = SPK::parse(bytes).map_err(|e| wrong(e.to_string()))?;
+        let spk = SPK::parse(bytes).map_err(|e| kernel_error(e.to_string()))?;
         let mut doubles_left = bytes.len() / size_of::<f64>();
         let mut block = None;
         loop {
-            for (index, summary) in spk.data_summaries(block).map_err(|e| wrong(e.to_string()))?.iter().enumerate() {
+            for (index, summary) in spk.data_summaries(block).map_err(|e| kernel_error(e.to_string()))?.iter().enumerate() {
                 if summary.is_empty() {
                     continue;
                 }
                 let (target, center, frame) = (summary.target_id, summary.center_id, summary.frame_id);
                 if frame != 1 {
-                    return Err(wrong(format!("segment of {target}: frame {frame}; only ICRF (1) is read")));
+                    return Err(kernel_error(format!("segment of {target}: frame {frame}; only ICRF (1) is read")));
                 }
-                let segment_error = |e: &dyn std::fmt::Display| wrong(format!("segment of {target}: {e}"));
+                let segment_error = |e: &dyn std::fmt::Display| kernel_error(format!("segment of {target}: {e}"));
                 let (record_len, components, data) = match summary.data_type().map_err(|e| segment_error(&e))? {
                     DafDataType::Type2ChebyshevTriplet => {
                         let set: Type2ChebyshevSet = spk.nth_data(block, index).map_err(|e| segment_error(&e))?;
@@ -134,12 +136,12 @@ impl Spk {
                         let set: Type3ChebyshevSet = spk.nth_data(block, index).map_err(|e| segment_error(&e))?;
                         (set.rsize, 6, set.record_data.get(..set.rsize * set.num_records).unwrap_or(&[]))
                     }
-                    other => return Err(wrong(format!("segment of {target}: data of kind {other:?}; types 2 and 3 are read"))),
+                    other => return Err(kernel_error(format!("segment of {target}: data of kind {other:?}; types 2 and 3 are read"))),
                 };
                 // Segments that share their records would let a small file allocate any amount of memory.
-                doubles_left = doubles_left
-                    .checked_sub(data.len())
-                    .ok_or_else(|| wrong(format!("segment of {target}: the segments hold more than the file; fetch the file again")))?;
+                doubles_left = doubles_left.checked_sub(data.len()).ok_or_else(|| {
+                    kernel_error(format!("segment of {target}: the segments hold more than the file; fetch the file again"))
+                })?;
                 let segment = Segment {
                     target,
                     center,
@@ -153,19 +155,19 @@ impl Spk {
                 };
                 let is_complete = record_len >= 2 + components && (record_len - 2).is_multiple_of(components) && data.len() >= record_len;
                 if !is_complete || !segment.length_s.is_finite() || segment.length_s <= 0.0 || data.iter().any(|d| !d.is_finite()) {
-                    return Err(wrong(format!("segment of {target}: broken records; fetch the file again")));
+                    return Err(kernel_error(format!("segment of {target}: broken records; fetch the file again")));
                 }
                 // A later segment of a file has precedence over an earlier one (SPK Required Reading).
                 by_target.entry(target).or_default().insert(0, segment);
             }
-            let summary = spk.daf_summary(block).map_err(|e| wrong(e.to_string()))?;
+            let summary = spk.daf_summary(block).map_err(|e| kernel_error(e.to_string()))?;
             if summary.is_final_record() || summary.is_corrupt() {
                 break;
             }
             block = Some(summary.next_record());
         }
         if by_target.is_empty() {
-            return Err(wrong("no segments".into()));
+            return Err(kernel_error("no segments".into()));
         }
         Ok(Self { name: name.to_owned(), by_target })
     }
@@ -290,14 +292,14 @@ mod tests {
         big[88..96].copy_from_slice(b"BIG-IEEE");
         let mut other_frame = file_of(2, &record);
         other_frame[1024 + 48..1024 + 52].copy_from_slice(&17_i32.to_le_bytes());
-        let mut no_number = record;
-        no_number[3] = f64::NAN;
+        let mut with_nan = record;
+        with_nan[3] = f64::NAN;
         for (bytes, word) in [
             (big, "big-endian"),
             (other_frame, "frame 17"),
             (file_of(13, &record), "types 2 and 3 are read"),
             (file_of(99, &record), "segment of 399"),
-            (file_of(2, &no_number), "segment of 399"),
+            (file_of(2, &with_nan), "segment of 399"),
             (file_of(2, &record[..7]), "segment of 399"),
         ] {
             let error = Spk::parse("x.bsp", &bytes).expect_err(word).to_string();

@@ -20,22 +20,22 @@ mod tests {
     use crate::ephemeris::angle_rad;
     use crate::units::RAD_PER_ARCSEC;
 
-    /// In half a year the nearest bright star moves by twice its parallax, 0.742 arcsec (alpha Centauri A, HIP 71683, parallax 754.81 mas). Seen from half way
-    /// to the star, it is four times as bright.
+    /// Between opposite points of the Earth's orbit the nearest bright star (alpha Centauri A, HIP 71683) shifts by twice its parallax of 754.81 mas. From half
+    /// way to the star, its distance is half that at the epoch.
     #[test]
     fn parallax_is_the_angle_of_an_au() {
         let catalog = StarCatalog::embedded();
         let star = catalog.hip(71_683).expect("alpha Centauri A");
         let abeam = star.direction.any_orthonormal_vector();
-        let [one, other] = [abeam, -abeam].map(|place| star_from_viewer(star, 0.0, place));
-        let shift_arcsec = angle_rad(one, other) / RAD_PER_ARCSEC;
+        let [first, second] = [abeam, -abeam].map(|viewer_au| star_from_viewer(star, 0.0, viewer_au));
+        let shift_arcsec = angle_rad(first, second) / RAD_PER_ARCSEC;
         assert!((shift_arcsec - 2.0 * star.parallax_rad / RAD_PER_ARCSEC).abs() < 1e-6, "{shift_arcsec}");
         assert!((1.4..1.6).contains(&shift_arcsec));
         let half_way = star_from_viewer(star, 0.0, star.direction * (0.5 / star.parallax_rad));
         assert!((half_way.length() - 0.5).abs() < 1e-12 && angle_rad(half_way, star.direction) < 1e-12);
     }
 
-    /// Arcturus (2.28 arcsec a year) was 3.1 degrees away in 3000 BC. Motion along a straight line never turns its direction by a right angle.
+    /// Arcturus (2.28 arcsec a year) was 3.16 degrees away in 3000 BC. Motion along a straight line turns the direction by less than a right angle.
     #[test]
     fn proper_motion_is_straight() {
         let catalog = StarCatalog::embedded();

@@ -1,8 +1,8 @@
-//! Caches of slow, smooth functions of time on a fixed grid: [`GridCache`] for what belongs to an interval or a node, [`TimeGrid`] for values at nodes, from which the
-//! caller interpolates or extrapolates.
+//! Caches of slow, smooth functions of time on a fixed grid: [`GridCache`] for values by interval or by node, [`TimeGrid`] for values at nodes, from which
+//! the caller interpolates or extrapolates.
 //!
-//! In: a key, an instant, the function. Out: its values at the two nodes around the instant and the weight of the later one, or its value at the nearest node and the
-//! seconds from there. Always: the nodes are multiples of one step from J2000, so that a result does not depend on earlier calls. A frame asks for a
+//! In: a key, an instant, the function. Out: its values at the two nodes around the instant and the weight of the later one, or its value at the nearest
+//! node and the seconds from there. Always: the nodes are multiples of one step from J2000, so that a result does not depend on earlier calls. A frame asks for a
 //! planet's moons at dozens of instants that are light-seconds apart: they share a few nodes, and the frames that follow at the same time need no others.
 
 use parking_lot::Mutex;
@@ -13,7 +13,7 @@ use std::hash::Hash;
 /// Largest number of nodes of a [`TimeGrid`].
 const MAX_NODES: usize = 4096;
 
-/// Values by key and number on the grid.
+/// Values by key and index of the node or interval.
 pub(crate) struct GridCache<K, V> {
     values: Mutex<FxHashMap<(K, i64), V>>,
     capacity: usize,
@@ -105,7 +105,7 @@ mod tests {
             // A chord of a parabola is at most a quarter of the squared step above it.
             assert!((-1e-3..=16.0 + 1e-3).contains(&(value - s * s)) || s.abs() > 1e6, "{s}: {value}");
         }
-        // Another key has its own values.
+        // Another key has its own values: two more evaluations, after six by each grid.
         forward.around(1, 0.0, square);
         assert_eq!(evaluations.load(Ordering::Relaxed), 14);
         for k in 0..=MAX_NODES {

@@ -2,7 +2,7 @@
 //!
 //! In: a place on a body, a target, an instant. Out: degrees and instants. Altitudes are without refraction; rising and setting on the Earth include the
 //! conventional 34 arcmin of refraction and the semidiameter (Explanatory Supplement, 3rd ed., section 12.1.3). Light time is included.
-//! Stellar aberration is left out: it changes altitudes by 20 arcsec and risings by 1.4 s, and shifts two neighbouring discs together. The horizon is that
+//! Stellar aberration is left out: it changes altitudes by up to 20 arcsec and risings by up to 1.4 s, and shifts two neighbouring discs together. The horizon is that
 //! of the ellipsoid.
 
 use super::{Ephemeris, EphemerisError, angle_rad};
@@ -73,7 +73,7 @@ pub struct DiscPassage {
     pub inner: Option<(Instant, Instant)>,
     /// The instant of greatest obscuration.
     pub greatest: Instant,
-    /// Largest covered part of the target's diameter; if one disc lies within the other, the ratio of their sizes.
+    /// Largest covered part of the target's diameter; if one disc lies within the other, the near disc's diameter over the target's.
     pub magnitude: f64,
     /// The target's altitude at the greatest obscuration.
     pub altitude_deg: f64,
@@ -114,23 +114,24 @@ impl ObserverSky<'_> {
         let to_target = self.ephemeris.light_time_position(target, viewer_km, t)?.0 - viewer_km;
         let distance_km = to_target.length();
         let direction = to_target / distance_km;
-        let local = icrf_from_body.transpose() * direction;
+        // The direction in the body's axes, like `normal`.
+        let in_body = icrf_from_body.transpose() * direction;
         let east = DVec3::Z.cross(normal).try_normalize().unwrap_or(DVec3::Y);
         let north = normal.cross(east);
-        let azimuth_deg = local.dot(east).atan2(local.dot(north)).to_degrees().rem_euclid(360.0);
+        let azimuth_deg = in_body.dot(east).atan2(in_body.dot(north)).to_degrees().rem_euclid(360.0);
         // The arc sine alone is imprecise near the zenith.
-        let across = local.dot(east).hypot(local.dot(north));
+        let in_horizon_plane = in_body.dot(east).hypot(in_body.dot(north));
         Ok(Horizontal {
             azimuth_deg,
-            altitude_deg: local.dot(normal).atan2(across).to_degrees(),
-            hour_angle_deg: (normal.y * local.x - normal.x * local.y).atan2(normal.x * local.x + normal.y * local.y).to_degrees(),
+            altitude_deg: in_body.dot(normal).atan2(in_horizon_plane).to_degrees(),
+            hour_angle_deg: (normal.y * in_body.x - normal.x * in_body.y).atan2(normal.x * in_body.x + normal.y * in_body.y).to_degrees(),
             distance_km,
             semidiameter_deg: (body.radii_km.element_sum() / 3.0 / distance_km).min(1.0).asin().to_degrees(),
             direction,
         })
     }
 
-    /// Altitude of the target's upper limb above the apparent horizon, degrees.
+    /// Altitude of the target's upper limb above the horizon, with refraction (on the Earth), degrees.
     fn upper_limb_altitude_deg(&self, target: NaifId, t: Instant) -> Result<f64, EphemerisError> {
         let horizontal = self.topocentric(target, t)?;
         let refraction = if self.place.body == NaifId::EARTH { REFRACTION_DEG } else { 0.0 };
@@ -203,15 +204,16 @@ impl ObserverSky<'_> {
             Ok(overlap(s)? + near.semidiameter_deg * (penumbral_ratio - 1.0))
         };
         let steps = (length_s / CONTACT_STEP_S).ceil().max(1.0) as usize;
+        // Time and overlap of the deepest sample.
         let mut best: Option<(f64, f64)> = None;
         for i in 0..=steps {
             let s = i as f64 * CONTACT_STEP_S;
-            let o = overlap(s)?;
+            let sampled = overlap(s)?;
             match best {
-                Some((_, deepest)) if o > deepest => best = Some((s, o)),
+                Some((_, deepest)) if sampled > deepest => best = Some((s, sampled)),
                 // The passage is over; later overlaps belong to another one.
-                Some((_, deepest)) if deepest > 0.0 && o <= 0.0 => break,
-                None => best = Some((s, o)),
+                Some((_, deepest)) if deepest > 0.0 && sampled <= 0.0 => break,
+                None => best = Some((s, sampled)),
                 _ => {}
             }
         }
@@ -292,7 +294,7 @@ fn root(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) 
     Ok(0.5 * (a + b))
 }
 
-/// The maximum of `f` between `a` and `b`, if it has one peak, by golden-section search.
+/// Where `f` is greatest between `a` and `b`, if it has one peak, by golden-section search.
 fn time_of_maximum(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<f64, EphemerisError> {
     const SECTION: f64 = 0.618_033_988_749_895;
     while b - a > ROOT_TOLERANCE_S {

@@ -64,8 +64,9 @@ pub fn icrf_from_pole_frame(pole_ra_deg: f64, pole_dec_deg: f64) -> DMat3 {
 
 /// State relative to the parent, ICRF, from a catalog's mean elements.
 ///
-/// The node regresses for inclinations under 90 degrees and advances above; the periapsis advances. The table's mean motion is the rate of the mean
-/// longitude at the epoch, so the anomaly's rate is that rate less those of node and periapsis; a tidal term in T² is added to longitude and anomaly.
+/// The node regresses for inclinations under 90 degrees and advances above; the argument of the periapsis advances. The catalog's mean motion is the rate of
+/// the mean longitude at the epoch, so the anomaly's rate is that rate less those of node and argument (in a retrograde orbit, plus that of the node). A
+/// tidal term in T² is added to the anomaly, and so to the longitude.
 pub fn state(elements: &MeanElements, t: Instant) -> State {
     let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY - (elements.epoch_jd_tt - JD_J2000);
     let per_day = |period_yr: f64| if period_yr == 0.0 { 0.0 } else { 360.0 / (period_yr * DAYS_PER_JULIAN_YEAR) };

@@ -34,19 +34,19 @@ impl Spheroid {
 
     /// How deep the line through `point_km` along the unit vector `direction` passes below its surface, in squared Earth radii; negative outside.
     pub(crate) fn depth_of_line(&self, point_km: DVec3, direction: DVec3) -> f64 {
-        let (p, d) = self.unit_sphere(point_km, direction);
+        let (p, d) = self.in_unit_sphere_frame(point_km, direction);
         under_unit_sphere(p, d).1
     }
 
     /// Where that line meets the surface: of the two points the one farther along `direction`.
     pub(crate) fn meets_line_km(&self, point_km: DVec3, direction: DVec3) -> Option<DVec3> {
-        let (p, d) = self.unit_sphere(point_km, direction);
+        let (p, d) = self.in_unit_sphere_frame(point_km, direction);
         let (foot, half_squared) = under_unit_sphere(p, d);
         (half_squared >= 0.0).then(|| self.scaled(foot + d * half_squared.sqrt(), self.equatorial_km, self.polar_km))
     }
 
-    /// The line in the unit-sphere frame.
-    fn unit_sphere(&self, point_km: DVec3, direction: DVec3) -> (DVec3, DVec3) {
+    /// The line in the frame in which the spheroid is the unit sphere.
+    fn in_unit_sphere_frame(&self, point_km: DVec3, direction: DVec3) -> (DVec3, DVec3) {
         let scaled = |v| self.scaled(v, 1.0 / self.equatorial_km, 1.0 / self.polar_km);
         (scaled(point_km), scaled(direction).normalize())
     }
@@ -74,8 +74,8 @@ impl Cone {
         let (to_sun, distance_km) = axis(sun_km, moon_km);
         let sin_half = (sun_radius_km - moon_radius_km) / distance_km;
         let apex_km = moon_km - to_sun * (moon_radius_km / sin_half);
-        let is_total = apex_km.dot(to_sun) < 0.0;
-        Self { apex_km, axis_direction: if is_total { to_sun } else { -to_sun }, sin_half }
+        let apex_is_behind_earth = apex_km.dot(to_sun) < 0.0;
+        Self { apex_km, axis_direction: if apex_is_behind_earth { to_sun } else { -to_sun }, sin_half }
     }
 
     /// The axis as a cone without width.
@@ -93,8 +93,8 @@ impl Cone {
         let normal = |angle: f64| (across * angle.cos() + other * angle.sin()) * cos_half - self.axis_direction * self.sin_half;
         let gap = |n: DVec3| to_centre.dot(n) - earth.support_km(n);
         // The flattening rotates the nearest side by 0.2 degrees at most where the cone grazes.
-        let best = normal(minimum(-0.05, 0.05, 1e-7, |angle| -gap(normal(angle))));
-        (gap(best), best)
+        let nearest_side = normal(minimum(-0.05, 0.05, 1e-7, |angle| -gap(normal(angle))));
+        (gap(nearest_side), nearest_side)
     }
 }
 

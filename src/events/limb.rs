@@ -1,9 +1,10 @@
 //! Contacts of a solar eclipse and Baily's beads with the lunar limb profile.
 //!
-//! In: an eclipse, a place, the ephemeris for the Moon's libration and a map of its heights. Out: instants at which the Sun's disc and the Moon's true silhouette touch, where on the limb, and
-//! by how much they are later than those of the mean limb. The last bead before totality goes out at C2 and the first one after it shines at C3; in an annular eclipse the
-//! last mountain leaves the Sun's limb at C2 and the first one reaches it at C3. Always: the silhouette is a [`LimbProfile`], computed again at each contact; if the Sun
-//! shines through a valley even at maximum, there is no C2 and no C3. Not included: refraction and the Sun's irregular limb. Magnitude and obscuration remain those of the mean limb.
+//! In: an eclipse, a place, the ephemeris for the Moon's libration and a map of its heights. Out: the instants at which the Sun's disc and the Moon's true
+//! silhouette touch, where on the limb, and the delay after the contact of the mean limb. In a total eclipse, the last bead goes out at C2 and the first
+//! one shines at C3; in an annular eclipse, the last mountain leaves the Sun's limb at C2 and the first one reaches it at C3. Always: the silhouette is a
+//! [`LimbProfile`], computed again at each contact; if the Sun shines through a valley even at maximum, there is no C2 and no C3. Not included:
+//! refraction and the Sun's irregular limb. Magnitude and obscuration remain those of the mean limb.
 
 use super::local::{GeodeticPosition, Station};
 use super::numeric::zero_crossing;
@@ -132,7 +133,7 @@ impl SolarEclipse {
         // Outside is positive before C1 and after C4.
         found.extend(first("C1", Touch::Any, c1, [c1 - SEARCH_S, c1 + SEARCH_S], -1.0)?);
         if let Some((c2, c3)) = mean_limb.inner {
-            // From the middle outwards: totality ends when a point of the silhouette lies on the Sun, annularity when one lies off the Sun.
+            // Searched from the middle outwards: totality ends when a point of the silhouette lies on the Sun, annularity when one lies off the Sun.
             let (touch, sign) = if mean_limb.is_annular { (Touch::All, 1.0) } else { (Touch::Any, -1.0) };
             let middle = 0.5 * (c2 + c3);
             let (start, end) = ((c2 + SEARCH_S).min(middle), (c3 - SEARCH_S).max(middle));

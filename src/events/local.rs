@@ -101,6 +101,7 @@ impl Discs {
         self.separation - (self.sun - self.moon).abs()
     }
 
+    /// (L1 - m) / (L1 + L2) of the Besselian method: 1 when the Moon just covers the Sun. If one disc lies within the other, the ratio of their radii.
     pub(crate) fn magnitude(&self) -> f64 {
         if self.distance_from_internal_tangency() < 0.0 {
             return self.moon / self.sun;
@@ -127,7 +128,7 @@ impl Discs {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeanContacts {
     /// When the separation is least.
-    pub deepest: f64,
+    pub deepest_s: f64,
     /// First and last contact.
     pub outer: (f64, f64),
     /// Second and third contact; `None` if no disc comes to lie within the other.
@@ -174,13 +175,13 @@ impl<'a> Station<'a> {
         self.bodies
     }
 
-    /// Altitude and azimuth of a body, radians.
+    /// Altitude and azimuth, radians, of a body at `body_km` from the Earth's centre, GCRS.
     fn horizontal(&self, body_km: DVec3, s: f64) -> (f64, f64) {
-        let local = self.sky.itrs_from_gcrs(s) * body_km - self.point_km;
+        let from_station_km = self.sky.itrs_from_gcrs(s) * body_km - self.point_km;
         let east = DVec3::Z.cross(self.normal).try_normalize().unwrap_or(DVec3::Y);
         let north = self.normal.cross(east);
-        let (e, n) = (local.dot(east), local.dot(north));
-        (local.dot(self.normal).atan2(e.hypot(n)), e.atan2(n).rem_euclid(TAU))
+        let (e, n) = (from_station_km.dot(east), from_station_km.dot(north));
+        (from_station_km.dot(self.normal).atan2(e.hypot(n)), e.atan2(n).rem_euclid(TAU))
     }
 
     fn contact(&self, name: &'static str, s: f64, body: impl Fn(f64) -> DVec3) -> LocalContact {
@@ -204,32 +205,33 @@ impl<'a> Station<'a> {
 
     /// Second and third contact around the least separation; `None` if no disc comes to lie within the other.
     pub(crate) fn central_span(&self, near_s: f64) -> Option<(f64, f64)> {
-        let deepest = self.deepest(near_s);
+        let deepest_s = self.deepest(near_s);
         let outside = |s: f64| self.discs(s).distance_from_internal_tangency();
-        (outside(deepest) < 0.0)
-            .then(|| (zero_crossing(deepest, deepest - SEARCH_S, outside), zero_crossing(deepest, deepest + SEARCH_S, outside)))
+        (outside(deepest_s) < 0.0)
+            .then(|| (zero_crossing(deepest_s, deepest_s - SEARCH_S, outside), zero_crossing(deepest_s, deepest_s + SEARCH_S, outside)))
     }
 
     /// Whether one disc lies within the other at the least separation, which must be within half an hour of `near_s`.
     pub(crate) fn is_central_near(&self, near_s: f64) -> bool {
-        let deepest = time_of_minimum(near_s - 1800.0, near_s + 1800.0, |s| self.discs(s).separation);
-        self.discs(deepest).distance_from_internal_tangency() < 0.0
+        let deepest_s = time_of_minimum(near_s - 1800.0, near_s + 1800.0, |s| self.discs(s).separation);
+        self.discs(deepest_s).distance_from_internal_tangency() < 0.0
     }
 
     /// Contacts of the mean limbs around the least separation, which is searched around `near_s`; `None` if the discs never meet.
     pub(crate) fn mean_contacts(&self, near_s: f64) -> Option<MeanContacts> {
-        let deepest = self.deepest(near_s);
+        let deepest_s = self.deepest(near_s);
         let limb_gap = |s: f64| self.discs(s).limb_gap();
-        (limb_gap(deepest) < 0.0).then(|| {
-            let discs = self.discs(deepest);
-            let outer = (zero_crossing(deepest, deepest - SEARCH_S, limb_gap), zero_crossing(deepest, deepest + SEARCH_S, limb_gap));
-            MeanContacts { deepest, outer, inner: self.central_span(near_s), is_annular: discs.moon < discs.sun }
+        (limb_gap(deepest_s) < 0.0).then(|| {
+            let discs = self.discs(deepest_s);
+            let outer =
+                (zero_crossing(deepest_s, deepest_s - SEARCH_S, limb_gap), zero_crossing(deepest_s, deepest_s + SEARCH_S, limb_gap));
+            MeanContacts { deepest_s, outer, inner: self.central_span(near_s), is_annular: discs.moon < discs.sun }
         })
     }
 
     /// Circumstances at the place of an eclipse of the Sun, or of a transit, that is greatest near `near_s`; `None` if the discs never meet.
     pub(crate) fn solar(&self, near_s: f64) -> Option<LocalCircumstances> {
-        let MeanContacts { deepest, outer: (first, last), inner: central, .. } = self.mean_contacts(near_s)?;
+        let MeanContacts { deepest_s, outer: (first, last), inner: central, .. } = self.mean_contacts(near_s)?;
         let sun = |s: f64| self.sky.sun_km(s);
         let mut contacts = vec![self.contact("C1", first, sun), self.contact("C4", last, sun)];
         if let Some((second, third)) = central {
@@ -239,13 +241,13 @@ impl<'a> Station<'a> {
         let magnitude = |s: f64| self.discs(s).magnitude();
         // The separation increases monotonically on either side of the maximum; if the maximum is below the horizon, the best instant is a rising
         // or a setting.
-        let best = above_horizon.best(deepest, magnitude);
+        let best = above_horizon.best(deepest_s, magnitude);
         Some(LocalCircumstances {
             visible: best.is_some(),
             contacts,
-            maximum: self.contact("maximum", best.unwrap_or(deepest), sun),
-            magnitude: magnitude(best.unwrap_or(deepest)),
-            obscuration: Some(self.discs(best.unwrap_or(deepest)).obscuration()),
+            maximum: self.contact("maximum", best.unwrap_or(deepest_s), sun),
+            magnitude: magnitude(best.unwrap_or(deepest_s)),
+            obscuration: Some(self.discs(best.unwrap_or(deepest_s)).obscuration()),
             rise: above_horizon.rise.map(|s| self.sky.instant(s)),
             set: above_horizon.set.map(|s| self.sky.instant(s)),
             central_s: central.map(|(a, b)| b - a),
@@ -306,8 +308,8 @@ struct AboveHorizon {
 
 impl AboveHorizon {
     /// The instant of the largest magnitude above the horizon.
-    fn best(&self, deepest: f64, magnitude: impl Fn(f64) -> f64) -> Option<f64> {
-        let nearest = self.spans.iter().map(|(from, to)| deepest.clamp(*from, *to));
+    fn best(&self, deepest_s: f64, magnitude: impl Fn(f64) -> f64) -> Option<f64> {
+        let nearest = self.spans.iter().map(|(from, to)| deepest_s.clamp(*from, *to));
         nearest.max_by(|a, b| magnitude(*a).total_cmp(&magnitude(*b)))
     }
 }

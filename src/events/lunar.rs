@@ -88,7 +88,7 @@ struct InShadow {
 }
 
 impl LunarEclipseGeometry {
-    /// The Moon's radius in eclipses.
+    /// The Moon's radius in eclipses of the Moon: the one that the penumbra of a solar eclipse has.
     fn penumbral_moon_radius_km(&self) -> f64 {
         self.bodies.penumbral_moon_radius_km
     }
@@ -97,17 +97,17 @@ impl LunarEclipseGeometry {
         let moon_km = self.sky.near_body_km(s);
         let sun_km = self.sky.sun_km(s - 2.0 * moon_km.length() / SPEED_OF_LIGHT_KM_S);
         let distance_km = sun_km.length();
-        let along = -sun_km / distance_km;
-        let behind_km = moon_km.dot(along);
+        let antisolar = -sun_km / distance_km;
+        let behind_km = moon_km.dot(antisolar);
         let (earth_radius_km, sun_radius_km) = (self.bodies.earth_radii_km.x, self.bodies.sun_radius_km);
-        // Radius of a cone with this half angle at the Moon's distance.
+        // Radius, at the Moon's distance, of a cone with this half angle. `sign`: 1 if the cone widens away from the Sun, -1 if it narrows.
         let radius_km = |sin_half: f64, sign: f64| {
             let cos_half = (1.0 - sin_half * sin_half).sqrt();
             (earth_radius_km + sign * behind_km * sin_half) / cos_half
         };
         let enlarged_km = if self.bodies.radii == EclipseRadii::Almanac { DANJON * earth_radius_km } else { 0.0 };
         InShadow {
-            offset_from_axis: moon_km - along * behind_km,
+            offset_from_axis: moon_km - antisolar * behind_km,
             umbra_km: radius_km((sun_radius_km - earth_radius_km) / distance_km, -1.0) + enlarged_km,
             penumbra_km: radius_km((sun_radius_km + earth_radius_km) / distance_km, 1.0) + enlarged_km,
         }

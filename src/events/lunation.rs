@@ -26,7 +26,7 @@ pub(super) struct Syzygy {
 }
 
 impl Syzygy {
-    /// The last syzygy whose mean instant is not after `t`.
+    /// The last syzygy whose mean instant is not after `t`. The quadratic terms of the mean instant are ignored: half a day in 3000 BC.
     pub(crate) fn before(phase: Phase, t: Instant) -> Self {
         let offset = if phase == Phase::New { 0.0 } else { 0.5 };
         let lunation = ((t.jd_tt() - FIRST_JD_TT) / SYNODIC_MONTH_DAYS - offset).floor() as i64;
@@ -79,8 +79,8 @@ mod tests {
 
     #[test]
     fn series_numbers_agree_with_the_canons() {
-        // Espenak and Meeus, Five Millennium Canons: (an instant two days before the eclipse, phase, series).
-        for (before, phase, series) in [
+        // Espenak and Meeus, Five Millennium Canons: (the day before the eclipse, phase, series).
+        for (day_before, phase, series) in [
             ("2017-08-20", Phase::New, 145),
             ("2024-04-07", Phase::New, 139),
             ("1999-08-10", Phase::New, 145),
@@ -93,13 +93,13 @@ mod tests {
             ("2019-01-20", Phase::Full, 134),
             ("2025-03-13", Phase::Full, 123),
         ] {
-            let mut at = Syzygy::before(phase, Instant::parse(before).expect("a day"));
-            if at.mean_instant() < Instant::parse(before).expect("a day").plus_seconds(-86_400.0) {
+            let mut at = Syzygy::before(phase, Instant::parse(day_before).expect("a day"));
+            if at.mean_instant() < Instant::parse(day_before).expect("a day").plus_seconds(-86_400.0) {
                 at = at.next();
             }
-            assert_eq!(at.saros(), series, "{before}");
+            assert_eq!(at.saros(), series, "{day_before}");
             // One lunation on is another series.
-            assert_ne!(at.next().saros(), series, "{before}");
+            assert_ne!(at.next().saros(), series, "{day_before}");
         }
     }
 

@@ -110,6 +110,7 @@ impl MoonAndPlanet<'_> {
     /// When the moon crosses the line from the planet to a body, as time at the planet to some seconds, and whether it is in front of the planet.
     fn conjunctions(&self, source: NaifId, from: Instant, to: Instant) -> Result<Vec<(Instant, bool)>, EphemerisError> {
         let system = NaifId(self.planet.id.0 / 100);
+        // Distance sideways from the line, in the plane of the orbit, km; and a number that is positive in front of the planet.
         let offsets = |t: Instant| -> Result<(f64, f64), EphemerisError> {
             let (pos_km, vel_km_s) = self.moon_from_planet(t)?;
             let towards = self.ephemeris.state(source, system, t, None)?.state.pos_km;

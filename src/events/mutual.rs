@@ -83,8 +83,11 @@ struct MutualConjunction<'a> {
 
 /// Position of the nearer moon relative to the line from the farther moon's centre to the source, km.
 struct Offset {
+    /// Distance from the line.
     offset_km: f64,
+    /// Distance from the farther moon along the line.
     depth_km: f64,
+    /// Distance of the source from the farther moon.
     source_km: f64,
 }
 
@@ -129,7 +132,7 @@ impl<'a> MutualConjunction<'a> {
         Offset { offset_km: near_km.cross(towards).length(), depth_km: near_km.dot(towards), source_km }
     }
 
-    /// Distance of the farther moon from a region behind the nearer one, negative if it touches the region.
+    /// Distance of the farther moon from a region behind the nearer one, km; negative if it touches the region.
     fn distance_outside_km(&self, s: f64, region: Region) -> f64 {
         let offset = self.offset(s);
         let (near_radius_km, far_radius_km) = (self.near.radii_km.x, self.far.radii_km.x);

@@ -11,7 +11,8 @@ use std::f64::consts::FRAC_PI_2;
 
 /// Steps along the centre line.
 const POINTS: i32 = 120;
-/// Largest distance from the centre line at which a limit is searched, degrees of arc: antumbrae that graze the ground are over 1000 km wide.
+/// The search for a limit doubles its distance from the centre line and gives up above this, degrees of arc: antumbrae that graze the ground are over
+/// 1000 km wide.
 const MAX_WIDTH_DEG: f64 = 20.0;
 
 /// A path on the ground, in the direction in which the shadow moves.
@@ -51,7 +52,8 @@ impl SolarEclipse {
         Some(path)
     }
 
-    /// The farthest place from the centre line on a great circle that still has a central phase with the Sun up.
+    /// The farthest place from `centre` on the great circle in this direction that still has a central phase; `None` if the Sun is more than a degree below
+    /// its horizon, or if the place is too far away.
     fn limit(&self, s: f64, centre: GeodeticPosition, bearing_rad: f64) -> Option<GeodeticPosition> {
         let geometry = &self.geometry;
         let is_central = |distance_deg: f64| geometry.station(destination(centre, bearing_rad, distance_deg)).is_central_near(s);
@@ -82,15 +84,15 @@ fn bearing_rad(from: GeodeticPosition, to: GeodeticPosition) -> f64 {
 /// The place at a distance on the sphere.
 fn destination(from: GeodeticPosition, bearing_rad: f64, distance_deg: f64) -> GeodeticPosition {
     let (lat, d) = (from.latitude_deg.to_radians(), distance_deg.to_radians());
-    let sine = (lat.sin() * d.cos() + lat.cos() * d.sin() * bearing_rad.cos()).clamp(-1.0, 1.0);
-    let east = (bearing_rad.sin() * d.sin() * lat.cos()).atan2(d.cos() - lat.sin() * sine);
+    let sin_lat = (lat.sin() * d.cos() + lat.cos() * d.sin() * bearing_rad.cos()).clamp(-1.0, 1.0);
+    let east = (bearing_rad.sin() * d.sin() * lat.cos()).atan2(d.cos() - lat.sin() * sin_lat);
     let longitude_deg = (from.longitude_deg + east.to_degrees() + 540.0).rem_euclid(360.0) - 180.0;
-    GeodeticPosition { latitude_deg: sine.asin().to_degrees(), longitude_deg, height_km: 0.0 }
+    GeodeticPosition { latitude_deg: sin_lat.asin().to_degrees(), longitude_deg, height_km: 0.0 }
 }
 
 /// A line of places as (longitude, latitude), cut where it crosses the date line, as GeoJSON requires (RFC 7946, section 3.1.9).
 pub fn cut_at_date_line(places: &[GeodeticPosition]) -> Vec<Vec<[f64; 2]>> {
-    let mut parts: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
+    let mut lines: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
     for pair in places
         .iter()
         .map(|p| [p.longitude_deg, p.latitude_deg])
@@ -102,13 +104,13 @@ pub fn cut_at_date_line(places: &[GeodeticPosition]) -> Vec<Vec<[f64; 2]>> {
             // Degrees of longitude from the earlier place to the date line, and to the later place.
             let (to_date_line, whole) = ((edge - before[0]).abs(), 360.0 - (before[0] - at[0]).abs());
             let latitude = before[1] + (at[1] - before[1]) * if whole > 0.0 { to_date_line / whole } else { 0.0 };
-            parts.last_mut().into_iter().for_each(|part| part.push([edge, latitude]));
-            parts.push(vec![[-edge, latitude]]);
+            lines.last_mut().into_iter().for_each(|line| line.push([edge, latitude]));
+            lines.push(vec![[-edge, latitude]]);
         }
-        parts.last_mut().into_iter().for_each(|part| part.push(at));
+        lines.last_mut().into_iter().for_each(|line| line.push(at));
     }
-    parts.retain(|part| part.len() > 1);
-    parts
+    lines.retain(|line| line.len() > 1);
+    lines
 }
 
 #[cfg(test)]

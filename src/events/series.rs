@@ -61,10 +61,10 @@ mod tests {
         };
         let mut starts = SeriesStarts::default();
         assert_eq!(starts.member(at(300), exists), Ok(30));
-        let once = calls.get();
-        assert!(once < 9);
+        let calls_of_one_search = calls.get();
+        assert!(calls_of_one_search < 9);
         assert_eq!(starts.member(at(300 + SAROS_LUNATIONS), exists), Ok(31));
-        assert_eq!(calls.get(), once, "the series is known");
+        assert_eq!(calls.get(), calls_of_one_search, "the series is known");
         assert_eq!(SeriesStarts::default().member(at(300), |_| Err::<bool, _>("too early")), Err("too early"));
     }
 }

@@ -20,7 +20,7 @@ const SHADOW_S: f64 = 4.0 * 3600.0;
 /// Number of places along the centre line that are tested for umbra or antumbra.
 const LINE_SAMPLES: i32 = 24;
 
-/// The type of a solar eclipse: what is seen at the place of greatest eclipse.
+/// The type of a solar eclipse: along the centre line if there is one, else at the place of greatest eclipse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SolarType {
     Partial,
@@ -123,7 +123,7 @@ impl SolarEclipseGeometry {
         })
     }
 
-    /// Whether the Moon covers the Sun at a place and instant at which both are concentric.
+    /// Whether the Moon's disc is larger than the Sun's at a place.
     fn is_total(&self, s: f64, place: GeodeticPosition) -> bool {
         let discs = self.station(place).discs(s);
         discs.moon > discs.sun
@@ -168,10 +168,10 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy)
     };
     let penumbra = span(&|s| geometry.penumbra_gap_km(s));
     let umbra = (geometry.umbra_gap_km(greatest_s) < 0.0).then(|| span(&|s| geometry.umbra_gap_km(s)));
-    let line = geometry.central_span();
+    let central_span = geometry.central_span();
     let place = geometry.centre(greatest_s).unwrap_or_else(|| geometry.nearest_place(greatest_s));
-    let class = match (line, umbra) {
-        (Some(line), _) => geometry.type_along_line(line),
+    let class = match (central_span, umbra) {
+        (Some(span), _) => geometry.type_along_line(span),
         (None, Some(_)) if geometry.is_total(greatest_s, place) => SolarType::Total,
         (None, Some(_)) => SolarType::Annular,
         (None, None) => SolarType::Partial,
@@ -184,7 +184,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy)
     let station = geometry.station(place);
     Ok(Some(SolarEclipse {
         class,
-        central: line.is_some(),
+        central: central_span.is_some(),
         greatest: instant(greatest_s),
         gamma,
         magnitude: station.discs(greatest_s).magnitude(),

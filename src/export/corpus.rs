@@ -1,7 +1,7 @@
 //! The conformance corpus: modules with their inputs, expected outputs and tolerances, for other executors of WGSL.
 //!
 //! In: a revision and keys. Out: a folder per key with `module.wgsl` and `case.json`, and `data/` with blobs that cases share, each file
-//! named by its SHA-256. Always: the files contain everything that the draw needs; expected outputs are those of the software renderer in
+//! named by the first 16 bytes of its SHA-256. Always: the files contain everything that the draw needs; expected outputs are those of the software renderer in
 //! f64, rounded to f32; the same modules give the same bytes. docs/corpus.md describes the format. Not included: modules that draw no body.
 
 use super::revision::{Revision, RevisionError};
@@ -46,7 +46,7 @@ pub enum CorpusError {
     Case { key: String, why: String },
 }
 
-/// Binary data to which cases refer by digest.
+/// Binary data to which cases refer by its file name.
 struct Blob {
     name: String,
     bytes: Vec<u8>,
@@ -102,8 +102,8 @@ fn attribute(location: usize, attribute: &Attribute, blobs: &mut Vec<Blob>) -> V
     value
 }
 
-fn vertices(of: &Vertices, blobs: &mut Vec<Blob>) -> Value {
-    match of {
+fn vertices(input: &Vertices, blobs: &mut Vec<Blob>) -> Value {
+    match input {
         Vertices::Count(count) => json!({ "count": count }),
         Vertices::Mesh { attributes, indices } => {
             let attributes: Vec<Value> = attributes.iter().enumerate().map(|(k, a)| attribute(k, a, blobs)).collect();

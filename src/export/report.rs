@@ -173,7 +173,7 @@ impl Report {
     ) -> Result<Self, SessionError> {
         let ids = ids(revisions, default_ids);
         on_start(ids.len());
-        // One sampler per work item, because each sampler has one thread.
+        // Each of rayon's jobs has its own sampler, because a sampler has one thread.
         let samplers = || SampleRenderer::new(SIDE).map_err(|e| e.to_string());
         let compare_module = |sampler: &mut Result<SampleRenderer, String>, id: &ModuleId| {
             let built = revisions.map(|r| r.module(id, lowering).map_err(|e| format!("{}: {e}", r.name)));
@@ -202,7 +202,7 @@ impl Report {
         Ok(report)
     }
 
-    /// Whether both revisions have the same modules.
+    /// Whether both revisions have the same modules with equal text and tape, and none failed.
     pub fn is_equal(&self) -> bool {
         self.changed.is_empty() && self.only_first.is_empty() && self.only_second.is_empty() && self.failures.is_empty()
     }

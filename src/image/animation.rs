@@ -60,8 +60,9 @@ pub struct AnimationWriter<W: Write> {
     encoder: Encoder<W>,
     width: u32,
     height: u32,
+    /// Frames per second.
     rate: u32,
-    written: u32,
+    frames_written: u32,
 }
 
 fn failed(e: impl std::fmt::Display) -> ImageError {
@@ -96,7 +97,7 @@ impl<W: Write> AnimationWriter<W> {
                 Encoder::Gif(Box::new(encoder))
             }
         };
-        Ok(Self { encoder, width, height, rate, written: 0 })
+        Ok(Self { encoder, width, height, rate, frames_written: 0 })
     }
 
     /// Adds a frame.
@@ -109,18 +110,19 @@ impl<W: Write> AnimationWriter<W> {
             return Err(ImageError::Size { width, height, given: display.len().saturating_mul(4) });
         }
         let rgb: Vec<u8> = display.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
+        // Hundredths of a second.
         let start = |frame: u32| (f64::from(frame) * 100.0 / f64::from(self.rate)).round();
-        let hundredths = start(self.written + 1) - start(self.written);
+        let delay = start(self.frames_written + 1) - start(self.frames_written);
         match &mut self.encoder {
             Encoder::Apng(writer) => writer.write_image_data(&rgb).map_err(failed)?,
             Encoder::Gif(writer) => {
                 // Width and height were checked against 65535 at the start.
                 let mut frame = gif::Frame::from_rgb_speed(width as u16, height as u16, &rgb, PALETTE_SEARCH_SPEED);
-                frame.delay = hundredths as u16;
+                frame.delay = delay as u16;
                 writer.write_frame(&frame).map_err(failed)?;
             }
         }
-        self.written += 1;
+        self.frames_written += 1;
         Ok(())
     }
 
@@ -178,8 +180,8 @@ mod tests {
             while let Some(frame) = decoder.read_next_frame().expect("a frame") {
                 hundredths += u32::from(frame.delay);
                 for (p, expected) in frame.buffer.chunks(4).zip(&frames()[count]) {
-                    let off = (0..3).map(|c| p[c].abs_diff(expected[c])).max();
-                    assert!(off <= Some(8), "{p:?} {expected:?}");
+                    let difference = (0..3).map(|c| p[c].abs_diff(expected[c])).max();
+                    assert!(difference <= Some(8), "{p:?} {expected:?}");
                 }
                 count += 1;
             }

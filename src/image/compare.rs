@@ -40,7 +40,7 @@ impl DisplayImage {
         self.rgba.iter().any(|p| p[3] != u8::MAX)
     }
 
-    fn matches(&self, other: &Self) -> Result<(), ImageError> {
+    fn check_same_size(&self, other: &Self) -> Result<(), ImageError> {
         let has_all_pixels = |p: &Self| u64::from(p.width) * u64::from(p.height) == p.rgba.len() as u64 && !p.rgba.is_empty();
         if (self.width, self.height) != (other.width, other.height) {
             let (a, b) = ((self.width, self.height), (other.width, other.height));
@@ -57,7 +57,7 @@ impl DisplayImage {
     /// # Errors
     /// Different sizes.
     pub fn difference(&self, other: &Self) -> Result<Difference, ImageError> {
-        self.matches(other)?;
+        self.check_same_size(other)?;
         let channels = if self.has_alpha() || other.has_alpha() { 4 } else { 3 };
         let mut level_counts = [0_u64; 256];
         for (p, q) in self.rgba.iter().zip(&other.rgba) {
@@ -83,8 +83,8 @@ impl DisplayImage {
     /// # Errors
     /// Different sizes.
     pub(crate) fn fraction_within(&self, other: &Self, bound: &Self) -> Result<f64, ImageError> {
-        self.matches(other)?;
-        self.matches(bound)?;
+        self.check_same_size(other)?;
+        self.check_same_size(bound)?;
         let is_within = |((p, q), b): &((&[u8; 4], &[u8; 4]), &[u8; 4])| (0..3).all(|c| p[c].abs_diff(q[c]) <= b[c]);
         let within = self.rgba.iter().zip(&other.rgba).zip(&bound.rgba).filter(is_within).count();
         Ok(within as f64 / self.rgba.len() as f64)

@@ -71,12 +71,12 @@ fn rasterised(font: &FontRef<'_>, character: char, size_px: f32) -> GlyphBitmap 
 const POINTS_PER_PX: f32 = 0.75;
 
 /// A ring around the pen position, antialiased by the distance from its edges.
-fn ring(radius_px: f32, line_height_px: f32) -> GlyphBitmap {
-    let half_side = (radius_px + 0.5 * line_height_px + 1.0).ceil() as i32;
+fn ring(radius_px: f32, stroke_px: f32) -> GlyphBitmap {
+    let half_side = (radius_px + 0.5 * stroke_px + 1.0).ceil() as i32;
     let side = (2 * half_side + 1) as u32;
     let of_texel = |k: u32| {
         let (x, y) = ((k % side) as f32 - half_side as f32, (k / side) as f32 - half_side as f32);
-        (0.5 * line_height_px + 0.5 - (x.hypot(y) - radius_px).abs()).clamp(0.0, 1.0)
+        (0.5 * stroke_px + 0.5 - (x.hypot(y) - radius_px).abs()).clamp(0.0, 1.0)
     };
     GlyphBitmap { size: [side, side], bearing: [-half_side, -half_side], advance: 0.0, coverage: (0..side * side).map(of_texel).collect() }
 }
@@ -105,18 +105,18 @@ impl GlyphAtlas {
         let widest = drawn.iter().map(|(_, d)| d.size[0]).max().unwrap_or(0);
         let width = ((TEXTURE_WIDTH_EMS * size_px) as u32).max(widest + 2);
         // Rows of cells, each as high as its highest glyph, with a border of one empty texel.
-        let (mut pen, mut row_height) = ([1_u32, 1_u32], 0_u32);
+        let (mut corner, mut row_height) = ([1_u32, 1_u32], 0_u32);
         let mut positions = Vec::new();
         for (_, d) in &drawn {
-            if pen[0] + d.size[0] + 1 > width {
-                pen = [1, pen[1] + row_height + 1];
+            if corner[0] + d.size[0] + 1 > width {
+                corner = [1, corner[1] + row_height + 1];
                 row_height = 0;
             }
-            positions.push(pen);
-            pen[0] += d.size[0] + 1;
+            positions.push(corner);
+            corner[0] += d.size[0] + 1;
             row_height = row_height.max(d.size[1]);
         }
-        let height = pen[1] + row_height + 1;
+        let height = corner[1] + row_height + 1;
         let mut bytes = vec![0_u8; width as usize * height as usize * 4];
         for ((_, d), at) in drawn.iter().zip(&positions) {
             for (y, row) in d.coverage.chunks(d.size[0].max(1) as usize).enumerate() {
@@ -182,8 +182,8 @@ mod tests {
         let ratio = ink(&large) / ink(&small);
         assert!((3.8..4.2).contains(&ratio), "twice the size has {ratio} times the ink");
         let ring_px = covered(&large, &large.marker);
-        let line_height_px = f64::from(MARKER_STROKE_EMS) * 40.0;
-        let expected = std::f64::consts::TAU * 16.0 * line_height_px;
+        let stroke_px = f64::from(MARKER_STROKE_EMS) * 40.0;
+        let expected = std::f64::consts::TAU * 16.0 * stroke_px;
         assert!((ring_px / expected - 1.0).abs() < 0.02, "{ring_px} texels, {expected}");
         let end = |l: &GlyphAtlas| l.layout("Saturn").last().map_or(0.0, |(at, c)| at + c.advance);
         assert!((end(&large) / end(&small) - 2.0).abs() < 0.02);

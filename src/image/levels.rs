@@ -40,24 +40,24 @@ mod tests {
     #[test]
     fn a_value_that_is_finite_in_only_one_image_is_a_difference() {
         let grey = [[0.2, 0.2, 0.2, 1.0]];
-        fn of(light: &[[f32; 4]]) -> ExposedPixels<'_> {
+        fn exposed(light: &[[f32; 4]]) -> ExposedPixels<'_> {
             ExposedPixels { light, exposure_factor: 1.0 }
         }
-        assert_eq!(level_differences(of(&grey), of(&grey)), [0.0]);
+        assert_eq!(level_differences(exposed(&grey), exposed(&grey)), [0.0]);
         for broken in [f32::NAN, f32::INFINITY] {
             let broken = [[0.2, broken, 0.2, 1.0]];
-            assert_eq!(level_differences(of(&grey), of(&broken)), [255.0]);
-            assert_eq!(level_differences(of(&broken), of(&grey)), [255.0]);
+            assert_eq!(level_differences(exposed(&grey), exposed(&broken)), [255.0]);
+            assert_eq!(level_differences(exposed(&broken), exposed(&grey)), [255.0]);
         }
     }
 
     #[test]
     fn levels_follow_the_display_encoding_and_end_at_white() {
-        let of = |light, exposure_factor| ExposedPixels { light, exposure_factor };
+        let exposed = |light, exposure_factor| ExposedPixels { light, exposure_factor };
         let (black, bright) = ([[0.0, 0.0, 0.0, 1.0]; 2], [[0.0, 0.0, 0.0, 1.0], [0.0, 3.0, 0.0, 1.0]]);
-        let apart = level_differences(of(&black, 1.0), of(&bright, 1.0));
+        let apart = level_differences(exposed(&black, 1.0), exposed(&bright, 1.0));
         assert!(apart[0] == 0.0 && (apart[1] - 255.0).abs() < 1e-9, "{apart:?}");
-        assert_eq!(level_differences(of(&black, 1.0), of(&bright, 0.0)), [0.0, 0.0]);
+        assert_eq!(level_differences(exposed(&black, 1.0), exposed(&bright, 0.0)), [0.0, 0.0]);
         // IEC 61966-2-1: a linear 0.5 is 187.5 of 255.
         assert!((display_level(0.5, 1.0) - 187.5).abs() < 0.05 && (display_level(0.25, 2.0) - 187.5).abs() < 0.05);
     }

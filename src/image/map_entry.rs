@@ -1,12 +1,13 @@
 //! The file format of a stored map: a head with a checksum, then the mip levels, each with its own checksum, so that one can be read without the others.
 //!
-//! In: a mip chain, or the bytes of a file. Out: the file, or levels. Always: a file that was cut or changed anywhere by accident gives no level, except by a chance of 2^-128;
-//! the levels have the sizes of a complete chain. Opaque texels are kept without alpha, grey ones as one channel.
+//! In: a mip chain, or the bytes of a file. Out: the file, or levels. Always: a damaged head gives no level, and damaged texels do not give theirs, except by a
+//! chance of 2^-128; the levels have the sizes of a complete chain. A level whose texels are all opaque is kept without alpha, a grey one as one channel.
 //!
 //! Layout: [`MAGIC`]; the key of the map; width and height of level 0, u32; for each level its number of channels, u8, and the XXH3 (128 bits) of its packed
 //! texels; the XXH3 of all before. Then the packed texels of all levels. Integers are little-endian.
 //!
-//! XXH3 and not SHA-256: a start reads megabytes of levels, and on processors without SHA instructions three quarters of its time were checksums.
+//! The checksums are XXH3 and not SHA-256, which took three quarters of the time of a start on processors without SHA instructions: megabytes of levels are
+//! read then.
 
 use super::mip_level::Level;
 use twox_hash::XxHash3_128;
@@ -70,8 +71,8 @@ impl Entry {
         }
         let level = |[channels, sum @ ..]: &[u8; LEVEL_BYTES]| matches!(channels, 1 | 3 | 4).then_some((*channels, *sum));
         let entry = Self { key: *key, size, levels: levels.iter().map(level).collect::<Option<_>>()? };
-        let (last, count) = entry.place(sizes.len() - 1);
-        (last.checked_add(count as u64) == Some(file_bytes)).then_some(entry)
+        let (start_of_last, count) = entry.place(sizes.len() - 1);
+        (start_of_last.checked_add(count as u64) == Some(file_bytes)).then_some(entry)
     }
 
     pub(super) fn sizes(&self) -> Vec<(u32, u32)> {
@@ -105,7 +106,7 @@ impl Entry {
     }
 }
 
-/// The first channels of each texel that are kept: red alone, or all but alpha, where the others follow from them.
+/// How many channels of each texel are kept, from which the others follow: 1 (grey and opaque), 3 (opaque) or 4.
 fn kept_channels(rgba: &[u8]) -> u8 {
     let texels = rgba.as_chunks::<4>().0;
     if !texels.iter().all(|t| t[3] == u8::MAX) {

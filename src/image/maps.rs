@@ -69,6 +69,7 @@ pub struct MapStore {
     folder: Option<PathBuf>,
     max_megapixels: u32,
     decoded: Mutex<HashMap<(String, MapDecoding), CachedMap>>,
+    /// Images with premultiplied alpha, by name; never dropped.
     premultiplied: Mutex<HashMap<String, SharedTexture>>,
     /// What earlier runs decoded.
     stored: Option<Arc<StoredMaps>>,

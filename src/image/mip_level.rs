@@ -1,8 +1,7 @@
 //! One mip level of a texture, in memory or read from a store when its texels are first needed.
 //!
-//! In: texels, or a [`LevelSource`] and the level's place in its chain. Out: size and bytes. Always: a level has the same bytes whenever and by whomever it is
-//! read first; threads that need it meanwhile wait for the one that reads it. A source never waits for another thread, so that it can be used
-//! inside a parallel computation.
+//! In: texels, or a [`LevelSource`] and the level's place in its chain. Out: size and bytes. Always: a level has the same bytes whichever thread reads it
+//! first; other threads that need it wait for that one. A source never waits for another thread, so that it can be used inside a parallel computation.
 
 use std::fmt::Debug;
 use std::sync::{Arc, OnceLock};

@@ -21,7 +21,7 @@ pub(super) enum RowOrder {
 }
 
 impl RowOrder {
-    /// Fewest rows that are not divided among threads.
+    /// Fewest rows of one task, which one thread computes.
     fn min_rows(self) -> usize {
         match self {
             Self::Parallel => 1,
@@ -30,6 +30,7 @@ impl RowOrder {
     }
 }
 
+/// Linear values of sRGB bytes, and of bytes that are linear already.
 static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0) as f32));
 static UNORM: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| i as f32 / 255.0));
 
@@ -47,9 +48,9 @@ fn encode(v: f32, srgb: bool) -> u8 {
     if srgb { ENCODE[(v.clamp(0.0, 1.0) * STEPS as f32 + 0.5) as usize] } else { (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8 }
 }
 
-/// For output cell `i` of `n`: the first source cell of `from`, and the weights of it and its two successors (sum 1).
-fn taps(i: usize, n: usize, from: usize) -> (usize, [f32; 3]) {
-    let (start, end) = (i as f64 * from as f64 / n as f64, (i + 1) as f64 * from as f64 / n as f64);
+/// For output cell `i` of `n`: the first of the `sources` source cells that it covers, and the weights of it and its two successors (sum 1).
+fn taps(i: usize, n: usize, sources: usize) -> (usize, [f32; 3]) {
+    let (start, end) = (i as f64 * sources as f64 / n as f64, (i + 1) as f64 * sources as f64 / n as f64);
     let first = start as usize;
     let weight = |k: usize| ((end.min((first + k + 1) as f64) - start.max((first + k) as f64)).max(0.0) / (end - start)) as f32;
     (first, [weight(0), weight(1), weight(2)])
@@ -267,15 +268,15 @@ mod tests {
         let rgba: Vec<u8> = (0..w * h).flat_map(|i| [(i * 7 % 256) as u8, (i * 31 % 251) as u8, (i / 97 % 256) as u8, 255]).collect();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
         for poles in [PoleFilter::None, PoleFilter::Values, PoleFilter::Slopes] {
-            let of = |order| chain(w, h, rgba.clone(), TexelFormat::Rgba8Srgb, poles, order);
-            let parallel = of(RowOrder::Parallel);
+            let levels_by = |order| chain(w, h, rgba.clone(), TexelFormat::Rgba8Srgb, poles, order);
+            let parallel = levels_by(RowOrder::Parallel);
             let working = Mutex::new(None);
             pool.scope(|scope| {
                 for _ in 0..1000 {
                     scope.spawn(|_| assert_ne!(*working.lock(), Some(std::thread::current().id()), "{poles:?}"));
                 }
                 *working.lock() = Some(std::thread::current().id());
-                let one_by_one = of(RowOrder::OneByOne);
+                let one_by_one = levels_by(RowOrder::OneByOne);
                 *working.lock() = None;
                 assert!(one_by_one == parallel, "{poles:?}");
             });

@@ -119,7 +119,7 @@ fn decode_rgba8(name: &str, encoded: &[u8], max_megapixels: u32, max_side: u32) 
     Ok(decode_any(name, encoded, &[ImageFormat::Png, ImageFormat::Jpeg], max_megapixels, max_side)?.into_rgba8())
 }
 
-/// Width and height that the head of a PNG states. Its decoder reads colour profiles before it says them.
+/// Width and height that the head of a PNG states. Needed for the memory limit, because the decoder reads colour profiles before it reports the size.
 fn stated_png_size(encoded: &[u8]) -> Option<(u32, u32)> {
     let number = |at: usize| Some(u32::from_be_bytes(encoded.get(at..at + 4)?.try_into().ok()?));
     Some((number(16)?, number(20)?))
@@ -203,7 +203,7 @@ impl Texture {
     pub fn mean_over_sphere(&self) -> [f64; 3] {
         let Some(level) = self.levels.first().filter(|_| self.format != TexelFormat::Rgba32Float) else { return [0.0; 3] };
         let decode = mips::decode_table(self.format);
-        let (mut sum, mut weight) = ([0.0; 3], 0.0);
+        let (mut sum, mut weight_sum) = ([0.0; 3], 0.0);
         for (y, row) in level.bytes().chunks_exact(level.width as usize * 4).enumerate() {
             let w = ((y as f64 + 0.5) / f64::from(level.height) * std::f64::consts::PI).sin();
             let mut row_sum = [0.0_f64; 3];
@@ -215,8 +215,8 @@ impl Texture {
             for c in 0..3 {
                 sum[c] += w * row_sum[c];
             }
-            weight += w * f64::from(level.width);
+            weight_sum += w * f64::from(level.width);
         }
-        sum.map(|s| s / weight)
+        sum.map(|s| s / weight_sum)
     }
 }

@@ -1,8 +1,9 @@
 //! Panoramas of the entire sky: one equirectangular image, or the six faces of a cube, as one texture.
 //!
-//! In: a PNG, JPEG or EXR, or a folder or a pattern with `*` for six of them. Out: an equirectangular texture, longitude 0 in the middle and increasing to the left, north up, and the
-//! luminance of its value 1. Always: 8-bit sRGB, which every device can filter; the brightest ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`,
-//! `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from inside: `pz` has longitude 0 at its centre, `px` is to its right, `py` contains the north pole.
+//! In: a PNG, JPEG or EXR; or a folder of six faces, or a file pattern in which `*` stands for a face's name. Out: an equirectangular texture, longitude 0
+//! in the middle and increasing to the left, north up, and the luminance of its value 1. Always: 8-bit sRGB, which every device can filter; the brightest
+//! ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from inside: `pz` has
+//! longitude 0 at its centre, `px` is to its right, `py` contains the north pole.
 
 use super::mips::RowOrder;
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, MAX_MAP_SIDE, MapDecoding, PoleFilter, TexelFormat, Texture, decode_any};
@@ -68,10 +69,10 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
             return Err(unreadable(&face, size));
         }
         let (side, max) = (u64::from(image.width()), u64::from(max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS)));
-        let together = (6 * side * side).div_ceil(1_000_000);
-        if together > max {
+        let total_megapixels = (6 * side * side).div_ceil(1_000_000);
+        if total_megapixels > max {
             let size = format!(
-                "six faces of {side}x{side} pixels are {together} megapixels, more than {max}; --max-megapixels {together} allows them"
+                "six faces of {side}x{side} pixels are {total_megapixels} megapixels, more than {max}; --max-megapixels {total_megapixels} allows them"
             );
             return Err(unreadable(&face, size));
         }
@@ -181,7 +182,7 @@ fn texture(path: &Path, image: Linear) -> Result<Panorama, ImageError> {
     panorama(path, size, bytes, unit_cd_m2)
 }
 
-/// An image that is encoded in sRGB stays so: half the memory and time of the way through linear light.
+/// The panorama of an image in sRGB, whose bytes are kept: decoding to linear light and back would take twice the memory and time.
 fn encoded_texture(path: &Path, image: DynamicImage) -> Result<Panorama, ImageError> {
     let mut rgba = image.into_rgba8();
     rgba.pixels_mut().for_each(|p| p.0[3] = 255);
@@ -246,8 +247,8 @@ mod tests {
             (9, 0, DVec3::Y),
             (77, 127, DVec3::NEG_Y),
         ] {
-            let off = (sky.texel(x, y) - paint(d)).abs().max_element();
-            assert!(off < 0.02, "{x}, {y}: {off}");
+            let difference = (sky.texel(x, y) - paint(d)).abs().max_element();
+            assert!(difference < 0.02, "{x}, {y}: {difference}");
         }
     }
 }

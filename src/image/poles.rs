@@ -4,13 +4,13 @@
 //! blocks, paint, slopes along the rows) is narrow in longitude and long in latitude: on the sphere it forms a star of streaks around the
 //! pole. A function that is smooth at the pole has no such structure, because fewer waves fit on circles closer to the pole.
 //!
-//! In: linear texels of one level. Out: each row beyond 45 degrees, averaged along its circle by a Gaussian of sigma = 0.6 sqrt(tan² phi - 1) texels. The finest spot that the
-//! map can hold (sigma 0.6 texels in both directions, the scale at which the maps in textures/ become isotropic) is then at most sqrt 2 times as long as it is wide, as at 45 degrees.
-//! Always: each row keeps its mean, rows within 45 degrees of the equator keep their texels, and at the pole one value is left. Detail below that scale is lost;
-//! streaks that are long on the sphere itself remain.
+//! In: linear texels of one level. Out: each row beyond 45 degrees, averaged along its circle by a Gaussian of sigma = 0.6 sqrt(tan² phi - 1) texels.
+//! The finest spot that the map can hold (sigma 0.6 texels in both directions, the scale at which the maps in textures/ become isotropic) is then at
+//! most sqrt 2 times as long as it is wide, as at 45 degrees. Always: each row keeps its mean, rows within 45 degrees of the equator keep their
+//! texels, and at the pole one value is left. Detail below that scale is lost; streaks that are long on the sphere itself remain.
 //!
-//! Slopes rotate with their meridian, so they are averaged as vectors in one frame over the pole: a row that slopes away from the pole all round, like a cone, has no
-//! mean slope. Mip levels are filtered again, since otherwise the next level would be finer in longitude.
+//! Slopes rotate with their meridian, so they are averaged as vectors in one frame over the pole: a row that slopes away from the pole all round,
+//! like a cone, has no mean slope. Mip levels are filtered again, since otherwise the next level would be finer in longitude.
 
 use std::f64::consts::{PI, TAU};
 
@@ -98,10 +98,10 @@ fn average(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
     let count = texels.len();
     // A box with `whole` texels on both sides has the variance whole (whole + 1) / 3; fractional weights on the next texels add the rest.
     let variance = sigma * sigma / 3.0;
-    let full = (((1.0 + 12.0 * variance).sqrt() - 1.0) / 2.0).floor();
+    let whole = (((1.0 + 12.0 * variance).sqrt() - 1.0) / 2.0).floor();
     let end_weight =
-        (variance * (2.0 * full + 1.0) - full * (full + 1.0) * (2.0 * full + 1.0) / 3.0) / (2.0 * ((full + 1.0).powi(2) - variance));
-    let length = 2.0 * (full + end_weight) + 1.0;
+        (variance * (2.0 * whole + 1.0) - whole * (whole + 1.0) * (2.0 * whole + 1.0) / 3.0) / (2.0 * ((whole + 1.0).powi(2) - variance));
+    let length = 2.0 * (whole + end_weight) + 1.0;
     if length >= count as f64 {
         let mut sum = [0.0_f64; 4];
         for t in texels.iter() {
@@ -112,7 +112,7 @@ fn average(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
         texels.fill(sum.map(|s| (s / count as f64) as f32));
         return;
     }
-    let filter = BoxFilter { whole: full as usize, end_weight, weight: 1.0 / length };
+    let filter = BoxFilter { whole: whole as usize, end_weight, weight: 1.0 / length };
     sums.resize(sums.len().max(count + 2 * filter.whole + 3), [0.0; 4]);
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
@@ -177,8 +177,8 @@ mod tests {
     const HEIGHT: usize = 64;
 
     /// Texels as a function of column and row.
-    fn level(of: impl Fn(usize, usize) -> [f32; 4]) -> Vec<Vec<[f32; 4]>> {
-        (0..HEIGHT).map(|y| (0..WIDTH).map(|x| of(x, y)).collect()).collect()
+    fn level(texel: impl Fn(usize, usize) -> [f32; 4]) -> Vec<Vec<[f32; 4]>> {
+        (0..HEIGHT).map(|y| (0..WIDTH).map(|x| texel(x, y)).collect()).collect()
     }
 
     fn smoothed(mut rows: Vec<Vec<[f32; 4]>>, poles: PoleFilter) -> Vec<Vec<[f32; 4]>> {
@@ -254,10 +254,10 @@ mod tests {
         let cone = smoothed(cone, PoleFilter::Slopes);
         for (y, north) in [(0, -1.0), (HEIGHT - 1, 1.0)] {
             let slope = smoothed(level(uniform_slope(north)), PoleFilter::Slopes);
-            let off = slope[y].iter().enumerate().map(|(x, t)| (t[1] - uniform_slope(north)(x, y)[1]).abs()).fold(0.0, f32::max);
-            assert!(off < 1e-5, "row {y}: {off}");
-            let left = cone[y].iter().map(|t| (t[1] - NO_SLOPE).abs()).fold(0.0, f32::max);
-            assert!(left < 0.17, "row {y}: the cone's tip slopes by {left} of 0.3");
+            let difference = slope[y].iter().enumerate().map(|(x, t)| (t[1] - uniform_slope(north)(x, y)[1]).abs()).fold(0.0, f32::max);
+            assert!(difference < 1e-5, "row {y}: {difference}");
+            let remaining = cone[y].iter().map(|t| (t[1] - NO_SLOPE).abs()).fold(0.0, f32::max);
+            assert!(remaining < 0.17, "row {y}: the cone's tip slopes by {remaining} of 0.3");
             let values = smoothed(level(|_, _| [NO_SLOPE, NO_SLOPE + 0.3, 0.8, 1.0]), PoleFilter::Values);
             assert!(values[y].iter().all(|t| (t[1] - NO_SLOPE) > 0.29), "as numbers the cone would stay");
         }
@@ -291,10 +291,10 @@ mod tests {
             let (mut one, mut other) = (row.clone(), row.clone());
             average(&mut one, sigma, &mut vec![[f64::NAN; 4]; 3 * WIDTH]);
             let variance: f64 = sigma * sigma / 3.0;
-            let full = (((1.0 + 12.0 * variance).sqrt() - 1.0) / 2.0).floor();
-            let rest = variance * (2.0 * full + 1.0) - full * (full + 1.0) * (2.0 * full + 1.0) / 3.0;
-            let end_weight = rest / (2.0 * ((full + 1.0).powi(2) - variance));
-            let filter = BoxFilter { whole: full as usize, end_weight, weight: 1.0 / (2.0 * (full + end_weight) + 1.0) };
+            let whole = (((1.0 + 12.0 * variance).sqrt() - 1.0) / 2.0).floor();
+            let rest = variance * (2.0 * whole + 1.0) - whole * (whole + 1.0) * (2.0 * whole + 1.0) / 3.0;
+            let end_weight = rest / (2.0 * ((whole + 1.0).powi(2) - variance));
+            let filter = BoxFilter { whole: whole as usize, end_weight, weight: 1.0 / (2.0 * (whole + end_weight) + 1.0) };
             filter.average(&mut other, &mut vec![[0.0; 4]; 3 * WIDTH]);
             assert!(one == other && one != row, "sigma {sigma}");
         }

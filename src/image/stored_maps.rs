@@ -18,7 +18,7 @@ use twox_hash::XxHash3_128;
 
 /// Most bytes of all entries: the 45 embedded maps take less than half of them.
 pub(crate) const BUDGET_BYTES: u64 = 256 << 20;
-/// Most bytes of one entry. A larger map is decoded in each run: coloured ones from 17 megapixels on.
+/// Most bytes of one entry. A larger map (in colour, from 17 megapixels on) is not stored, but decoded in each run.
 const MAX_ENTRY_BYTES: u64 = 64 << 20;
 /// The extension of entries.
 const EXTENSION: &str = "levels";
@@ -37,7 +37,7 @@ const DECODERS: [&str; 5] = ["image", "png", "fdeflate", "zune-core", "zune-jpeg
 const LOCK: &str = include_str!("../../Cargo.lock");
 
 /// The lock file's block of a library, with version and checksum.
-fn locked(name: &str) -> Option<&'static str> {
+fn lock_block(name: &str) -> Option<&'static str> {
     let line = format!("name = \"{name}\"\n");
     LOCK.split("\n\n").find(|block| block.contains(&line))
 }
@@ -47,7 +47,7 @@ static CODE: LazyLock<Key> = LazyLock::new(|| code_digest(&SOURCES));
 
 fn code_digest(sources: &[&str]) -> Key {
     let mut hash = XxHash3_128::new();
-    for text in sources.iter().copied().chain(DECODERS.iter().filter_map(|name| locked(name))) {
+    for text in sources.iter().copied().chain(DECODERS.iter().filter_map(|name| lock_block(name))) {
         // The length precedes each text, so that different lists of texts never give the same bytes.
         hash.write(&(text.len() as u64).to_le_bytes());
         hash.write(text.as_bytes());
@@ -360,7 +360,7 @@ mod tests {
         edited[2] = "// edited";
         assert_ne!(code_digest(&edited), code_digest(&SOURCES));
         for name in DECODERS {
-            assert!(locked(name).is_some_and(|block| block.contains("version = ")), "{name}");
+            assert!(lock_block(name).is_some_and(|block| block.contains("version = ")), "{name}");
         }
     }
 

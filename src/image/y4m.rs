@@ -201,8 +201,8 @@ mod tests {
     fn generic_code_gives_the_same_bytes() {
         let pixels: [[u8; 4]; BLOCK_PIXELS] = std::array::from_fn(|k| [k as u8, (3 * k) as u8, (255 - k) as u8, 255]);
         for pixels in [pixels, [[1, 2, 3, 4]; BLOCK_PIXELS]] {
-            let mut both = [[[0; BLOCK_PIXELS]; 3]; 2];
-            let [best, generic] = &mut both;
+            let mut results = [[[0; BLOCK_PIXELS]; 3]; 2];
+            let [best, generic] = &mut results;
             convert(&pixels, best.each_mut());
             convert_generic(&pixels, generic.each_mut());
             assert_eq!(best, generic);

@@ -53,9 +53,9 @@ pub enum ShapeError {
     NoArea,
 }
 
-/// Largest distance of a vertex from the centre, in the body's largest semi-axis; a larger file is in another unit.
+/// Allowed distance of the farthest vertex from the centre, in the body's largest semi-axis; outside this range the file is in another unit.
 pub(crate) const REACH: std::ops::RangeInclusive<f64> = 0.2..=4.0;
-/// Maximum number of boxes of triangles that a line through the shape's box may meet on average. A round shape has 3 of any number of triangles.
+/// Maximum number of boxes of triangles that a line through the shape's box may meet on average. For a round shape it is 3, whatever its number of triangles.
 const MAX_OVERLAP: f64 = 64.0;
 /// Distance from the axis, in radii, within which a corner is at the pole.
 const ON_AXIS: f64 = 1e-7;
@@ -254,7 +254,8 @@ impl Mesh {
             match pole_inside(corners.map(|c| c.position_km)).filter(|_| !from_file) {
                 None => builder.triangle(frame, corner_ids, corners, from_file),
                 Some(w) => {
-                    let interpolated = |of: fn(&Point) -> DVec3| of(&corners[0]) * w.x + of(&corners[1]) * w.y + of(&corners[2]) * w.z;
+                    let interpolated =
+                        |value: fn(&Point) -> DVec3| value(&corners[0]) * w.x + value(&corners[1]) * w.y + value(&corners[2]) * w.z;
                     let mut position_km = interpolated(|c| c.position_km);
                     (position_km.x, position_km.y) = (0.0, 0.0);
                     let normal = interpolated(|c| c.normal).try_normalize().unwrap_or(face_normal);
@@ -279,8 +280,8 @@ impl Mesh {
 
     /// Converts the vertices to arrays of f32.
     fn narrowed(builder: MeshBuilder, frame: &ShapeFrame, coloured: bool) -> Self {
-        let flat = |of: &dyn Fn(&Point) -> DVec3| -> Arc<Vec<f32>> {
-            Arc::new(builder.points.iter().flat_map(|p| of(p).as_vec3().to_array()).collect())
+        let flat = |value: &dyn Fn(&Point) -> DVec3| -> Arc<Vec<f32>> {
+            Arc::new(builder.points.iter().flat_map(|p| value(p).as_vec3().to_array()).collect())
         };
         let colours = coloured.then(|| Arc::new(builder.points.iter().flat_map(|p| p.colour.as_vec3().extend(1.0).to_array()).collect()));
         let max_radius = builder.points.iter().map(|p| (p.position_km / frame.radii_km).length()).fold(0.0, f64::max);
@@ -338,7 +339,11 @@ mod tests {
     fn a_face_over_a_pole_is_cut_there() {
         let text = "v 0.6 0 0.8\nv -0.3 0.5 0.8\nv -0.3 -0.5 0.8\nf 1 2 3\n";
         let model = Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a model");
-        assert_eq!((model.triangles(), model.vertices()), (3, 3 + 1 + 3), "the corner at 180 degrees lies on no seam");
+        assert_eq!(
+            (model.triangles(), model.vertices()),
+            (3, 3 + 1 + 3),
+            "one corner is doubled at the seam, and each triangle has its own pole"
+        );
         let poles = (0..model.vertices() as u32).filter(|k| vertex(&model.positions, 3, *k)[..2] == [0.0, 0.0]);
         assert!(poles.clone().count() == 3 && poles.into_iter().all(|k| vertex(&model.map_coordinates, 2, k)[1] == 0.0));
         let beside = text.replace("v -0.3", "v 0.3");

@@ -94,13 +94,13 @@ impl Obj {
 
     fn line(&mut self, word: &str, rest: &[&str], line: &str) -> Result<(), String> {
         let expected = |what: &str| format!("`{}`: expected {what}", shown(line));
-        let room = |length: usize, what: &str| match length < MAX_COUNT {
+        let check_room = |length: usize, what: &str| match length < MAX_COUNT {
             true => Ok(()),
             false => Err(format!("more than {MAX_COUNT} {what}, the most that are read")),
         };
         match word {
             "v" => {
-                room(self.positions.len(), "`v`")?;
+                check_room(self.positions.len(), "`v`")?;
                 let coloured = rest.len() == 6;
                 let position = numbers::<3>(rest.get(..3).filter(|_| coloured || rest.len() == 3).unwrap_or_default())
                     .ok_or_else(|| expected("v x y z, or v x y z r g b, below 1e12"))?;
@@ -114,12 +114,12 @@ impl Obj {
                 self.positions.push(DVec3::from_array(position));
             }
             "vt" => {
-                room(self.textures.len(), "`vt`")?;
+                check_room(self.textures.len(), "`vt`")?;
                 let flat = if rest.len() == 3 { &rest[..2] } else { rest };
                 self.textures.push(DVec2::from_array(numbers::<2>(flat).ok_or_else(|| expected("vt u v"))?));
             }
             "vn" => {
-                room(self.normals.len(), "`vn`")?;
+                check_room(self.normals.len(), "`vn`")?;
                 let normal = numbers::<3>(rest).map(DVec3::from_array).and_then(DVec3::try_normalize);
                 self.normals.push(normal.ok_or_else(|| expected("vn x y z, not all 0"))?);
             }
@@ -129,7 +129,7 @@ impl Obj {
                 }
                 let corners = rest.iter().map(|w| self.corner(w)).collect::<Result<Vec<_>, _>>()?;
                 for pair in corners[1..].windows(2) {
-                    room(self.triangles.len(), "triangles")?;
+                    check_room(self.triangles.len(), "triangles")?;
                     self.triangles.push([corners[0], pair[0], pair[1]]);
                 }
             }

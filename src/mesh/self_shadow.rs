@@ -227,14 +227,18 @@ mod tests {
         for altitude_deg in [2.0_f64, 10.0, 15.0, 25.0, 60.0] {
             let altitude = altitude_deg.to_radians();
             let heights = solid.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), RADIUS);
-            let mut lit = [0, 0];
+            let mut shadowed_and_lit = [0, 0];
             for (k, height) in heights.iter().enumerate().take(((n + 1) * (n + 1)) as usize) {
-                let over = (altitude - (high / (wall - solid.points[k].0.x)).atan()).clamp(-MAX_RAD, MAX_RAD);
-                let allowed = 0.26 + 0.11 * (over / RADIUS).abs();
-                assert!((f64::from(*height) - over / RADIUS).abs() < allowed, "{altitude_deg}: {height} against {}", over / RADIUS);
-                lit[usize::from(over > 0.0)] += 1;
+                let height_rad = (altitude - (high / (wall - solid.points[k].0.x)).atan()).clamp(-MAX_RAD, MAX_RAD);
+                let allowed = 0.26 + 0.11 * (height_rad / RADIUS).abs();
+                assert!(
+                    (f64::from(*height) - height_rad / RADIUS).abs() < allowed,
+                    "{altitude_deg}: {height} against {}",
+                    height_rad / RADIUS
+                );
+                shadowed_and_lit[usize::from(height_rad > 0.0)] += 1;
             }
-            assert!(altitude_deg != 15.0 || lit.iter().all(|n| *n > 8), "both light and shadow: {lit:?}");
+            assert!(altitude_deg != 15.0 || shadowed_and_lit.iter().all(|n| *n > 8), "both light and shadow: {shadowed_and_lit:?}");
         }
     }
 

@@ -2,9 +2,9 @@
 //!
 //! | dates | model | error |
 //! |---|---|---|
-//! | 1973.0 to 2027.8 | IERS finals2000A (Bulletin A, from the package astropy-iers-data 0.2026.11.2) every 73 days, cubic interpolation | 0.013 s at the worst against the daily series, 0.004 s rms; after November 2026 IERS's own prediction, some 0.05 s |
-//! | -720 to 1973 | spline of Stephenson, Morrison and Hohenkerk, Proc. R. Soc. A 472 (2016), table S15 as revised in 2020 | a few minutes before -500, some 30 s around 500, 10 s in 1500, 0.3 s from 1900 |
-//! | before -720, after 2500 | their long-term parabola -320 + 32.5 ((year - 1825) / 100)² s, joined by cubics over -1720 to -720 and over 2027.8 to 2500 | see [`delta_t_error_s`] |
+//! | 1973.2 to 2027.6 | IERS finals2000A (Bulletin A, from the package astropy-iers-data 0.2026.11.2) every 73 days, cubic interpolation | 0.013 s at the worst against the daily series, 0.004 s rms; after November 2026 IERS's own prediction, some 0.05 s |
+//! | -720 to 1973.2 | spline of Stephenson, Morrison and Hohenkerk, Proc. R. Soc. A 472 (2016), table S15 as revised in 2020 | a few minutes before -500, some 30 s around 500, 10 s in 1500, 0.3 s from 1900 |
+//! | before -720, after 2027.6 | their long-term parabola -320 + 32.5 ((year - 1825) / 100)² s before -1720 and after 2500, joined by cubics | see [`delta_t_error_s`] |
 
 use super::delta_t_table::{MEASURED_FIRST_MJD, MEASURED_MS, MEASURED_STEP_DAYS, SPLINE};
 use crate::units::{DAYS_PER_JULIAN_YEAR, JD_J2000, SECONDS_PER_DAY};
@@ -12,7 +12,7 @@ use crate::units::{DAYS_PER_JULIAN_YEAR, JD_J2000, SECONDS_PER_DAY};
 /// Julian date of the origin of the modified Julian date.
 const MJD_ORIGIN_JD: f64 = 2_400_000.5;
 const JULIAN_YEAR_S: f64 = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
-/// Years before and after which the long-term parabola applies.
+/// The long-term parabola applies up to the first of these years and from the second on.
 const PARABOLA_UNTIL: f64 = -1720.0;
 const PARABOLA_FROM: f64 = 2500.0;
 /// The year from which the spline is corrected linearly, so that it meets the measured table.

@@ -125,7 +125,7 @@ impl Instant {
         if utc_s < UTC_START_S {
             return Self::from_ut1_seconds(utc_s);
         }
-        let tai_minus_utc_s = leap_seconds().rev().find(|l| utc_s + J2000_PAST_1900_S >= l.timestamp_tai_s - TAI_STAMP_IS_UTC_S);
+        let tai_minus_utc_s = leap_seconds().rev().find(|l| utc_s + J2000_PAST_1900_S >= l.timestamp_tai_s - LEAP_STAMP_MINUS_UTC_S);
         Self::from_tt_seconds(utc_s + tai_minus_utc_s.map_or(FIRST_TAI_MINUS_UTC_S, |l| l.delta_at) + TT_MINUS_TAI_S)
     }
 
@@ -138,7 +138,8 @@ impl Instant {
         Self::from_tt_seconds(tt_s)
     }
 
-    /// UTC seconds (86 400 to a day) past 2000-01-01T12:00, and for an instant within a leap second the seconds since that leap second began. The count then stays at its start.
+    /// UTC seconds (86 400 to a day) past 2000-01-01T12:00. Within a leap second the count is that of the following midnight, and the second value is the
+    /// seconds since the leap second began.
     fn utc_seconds(self) -> (f64, Option<f64>) {
         let tt_s = self.tt_seconds_past_j2000();
         let tai_s = tt_s - TT_MINUS_TAI_S;
@@ -147,7 +148,7 @@ impl Instant {
         }
         let mut offset_s = FIRST_TAI_MINUS_UTC_S;
         for leap in leap_seconds() {
-            let new_day_utc_s = leap.timestamp_tai_s - TAI_STAMP_IS_UTC_S - J2000_PAST_1900_S;
+            let new_day_utc_s = leap.timestamp_tai_s - LEAP_STAMP_MINUS_UTC_S - J2000_PAST_1900_S;
             if tai_s >= new_day_utc_s + leap.delta_at {
                 offset_s = leap.delta_at;
             } else if tai_s >= new_day_utc_s + offset_s {
@@ -162,8 +163,9 @@ impl Instant {
 
 /// TAI - UTC on 1972-01-01.
 const FIRST_TAI_MINUS_UTC_S: f64 = 10.0;
-/// hifitime gives a leap second the UTC count of the following day; the test against known dates verifies this.
-const TAI_STAMP_IS_UTC_S: f64 = 0.0;
+/// hifitime's `timestamp_tai_s` of a leap second, less the UTC count (86 400 s a day since 1900) at the start of the following day. In spite of its name it is
+/// that count, so the difference is 0; `leap_seconds_count_as_published` verifies this.
+const LEAP_STAMP_MINUS_UTC_S: f64 = 0.0;
 
 fn leap_seconds() -> impl DoubleEndedIterator<Item = LeapSecond> {
     LatestLeapSeconds::default().filter(|l| l.announced_by_iers)

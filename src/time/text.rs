@@ -9,13 +9,13 @@ use crate::wording::echo_within;
 const ALLOWED: &str = "give ISO 8601 UTC such as 2024-04-08T18:17:16Z, or jd_tdb:2460409.262";
 
 pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
-    let wrong = |what: &str| TimeError(format!("time `{}`: {what}; {ALLOWED}", echo_within(text, 120)));
+    let time_error = |what: &str| TimeError(format!("time `{}`: {what}; {ALLOWED}", echo_within(text, 120)));
     let trimmed = text.trim();
     if let Some(number) = trimmed.strip_prefix("jd_tdb:") {
-        let jd: f64 = number.trim().parse().map_err(|_| wrong("no number after jd_tdb:"))?;
+        let jd: f64 = number.trim().parse().map_err(|_| time_error("no number after jd_tdb:"))?;
         // No theory here covers times beyond these dates (10000 BC to AD 10000).
         if !(-2_000_000.0..=5_400_000.0).contains(&jd) {
-            return Err(wrong("a Julian date outside -2000000 to 5400000"));
+            return Err(time_error("a Julian date outside -2000000 to 5400000"));
         }
         return Ok(Instant::from_jd_tdb(jd));
     }
@@ -27,35 +27,37 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
         Some(rest) => (true, rest),
         None => (false, date.strip_prefix('+').unwrap_or(date)),
     };
-    let mut parts = date.split('-');
+    let mut date_parts = date.split('-');
     let mut field = |name: &str, digits: usize| -> Result<i64, TimeError> {
-        let part = parts.next().ok_or_else(|| wrong(&format!("the {name} is missing")))?;
-        whole(part, digits).ok_or_else(|| wrong(&format!("the {name} `{}` is not {digits} digits", echo_within(part, 40))))
+        let part = date_parts.next().ok_or_else(|| time_error(&format!("the {name} is missing")))?;
+        exact_digits(part, digits).ok_or_else(|| time_error(&format!("the {name} `{}` is not {digits} digits", echo_within(part, 40))))
     };
     let (year, month, day) = (field("year", 4)?, field("month", 2)?, field("day", 2)?);
-    if parts.next().is_some() {
-        return Err(wrong("more than year, month and day"));
+    if date_parts.next().is_some() {
+        return Err(time_error("more than year, month and day"));
     }
     let year = if negative { -year } else { year };
     if !(1..=12).contains(&month) {
-        return Err(wrong("the month is not 01 to 12"));
+        return Err(time_error("the month is not 01 to 12"));
     }
     if day < 1 || day > days_in_month(year, month) {
-        return Err(wrong("no such day in that month"));
+        return Err(time_error("no such day in that month"));
     }
     let clock = clock.strip_suffix(['Z', 'z']).unwrap_or(clock);
     if clock.contains(['+', '-']) {
-        return Err(wrong("an offset from UTC"));
+        return Err(time_error("an offset from UTC"));
     }
-    let mut parts = clock.split(':');
-    let hour = parts.next().and_then(|p| whole(p, 2)).filter(|h| *h < 24).ok_or_else(|| wrong("the hour is not 00 to 23"))?;
-    let minute = parts.next().and_then(|p| whole(p, 2)).filter(|m| *m < 60).ok_or_else(|| wrong("the minute is not 00 to 59"))?;
-    let second = match parts.next() {
+    let mut clock_parts = clock.split(':');
+    let hour =
+        clock_parts.next().and_then(|p| exact_digits(p, 2)).filter(|h| *h < 24).ok_or_else(|| time_error("the hour is not 00 to 23"))?;
+    let minute =
+        clock_parts.next().and_then(|p| exact_digits(p, 2)).filter(|m| *m < 60).ok_or_else(|| time_error("the minute is not 00 to 59"))?;
+    let second = match clock_parts.next() {
         None => 0.0,
-        Some(p) => seconds(p).filter(|s| *s < 61.0).ok_or_else(|| wrong("the second is not 00 to 60"))?,
+        Some(p) => seconds(p).filter(|s| *s < 61.0).ok_or_else(|| time_error("the second is not 00 to 60"))?,
     };
-    if parts.next().is_some() {
-        return Err(wrong("more than hours, minutes and seconds"));
+    if clock_parts.next().is_some() {
+        return Err(time_error("more than hours, minutes and seconds"));
     }
     let start_of_minute_s = (days_past_j2000_noon(year, month, day) - 0.5) * SECONDS_PER_DAY + (hour * 3600 + minute * 60) as f64;
     if second >= 60.0 {
@@ -63,7 +65,7 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
         let begin = Instant::from_utc_seconds(start_of_minute_s);
         let length_s = Instant::from_utc_seconds(start_of_minute_s + 60.0).tt_seconds_past_j2000() - begin.tt_seconds_past_j2000();
         if start_of_minute_s < super::UTC_START_S || length_s < 60.5 {
-            return Err(wrong("that minute has no leap second"));
+            return Err(time_error("that minute has no leap second"));
         }
         return Ok(begin.plus_seconds(second));
     }
@@ -71,14 +73,14 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
 }
 
 /// Parses exactly `digits` ASCII digits.
-fn whole(part: &str, digits: usize) -> Option<i64> {
+fn exact_digits(part: &str, digits: usize) -> Option<i64> {
     (part.len() == digits && part.bytes().all(|b| b.is_ascii_digit())).then(|| part.parse().ok()).flatten()
 }
 
 /// Parses `SS` or `SS.fff`.
 fn seconds(part: &str) -> Option<f64> {
     let (whole_part, fraction) = part.split_once('.').unwrap_or((part, "0"));
-    whole(whole_part, 2)?;
+    exact_digits(whole_part, 2)?;
     (!fraction.is_empty() && fraction.bytes().all(|b| b.is_ascii_digit())).then(|| part.parse().ok()).flatten()
 }
 
@@ -101,11 +103,11 @@ pub(super) fn format_tt(t: Instant) -> String {
 /// A million years, below the overflow of the calendar's integers.
 const LAST_CALENDAR_S: f64 = 3.2e13;
 
-/// Date and time of day of a count of seconds past 2000-01-01T12:00, to the millisecond; `leap`: seconds into a leap second that begins there.
+/// Date and time of day of a count of seconds past 2000-01-01T12:00, to the millisecond; `leap`: seconds into the leap second that ends at this count.
 fn calendar_text(count_s: f64, leap: Option<f64>) -> String {
     // Rounded to milliseconds first, so that a carry reaches every field.
     let (start_ms, leap_ms) = match leap {
-        Some(part) if (part * 1e3).round() < 1000.0 => ((count_s * 1e3).round() - 1000.0, Some((part * 1e3).round())),
+        Some(leap_s) if (leap_s * 1e3).round() < 1000.0 => ((count_s * 1e3).round() - 1000.0, Some((leap_s * 1e3).round())),
         _ => ((count_s * 1e3).round(), None),
     };
     let past_midnight_ms = start_ms + 0.5 * SECONDS_PER_DAY * 1e3;

@@ -6,7 +6,7 @@ use super::layer::{DataPoint, hex_colour};
 use crate::time::Instant;
 use crate::wording::echo_within;
 
-/// The columns of latitude, longitude, time, size and colour in a table.
+/// The columns of latitude (or declination), longitude (or right ascension), time, size and colour in a table, in this order.
 pub(super) struct Columns {
     indices: [Option<usize>; 5],
     count: usize,
@@ -48,12 +48,12 @@ impl Columns {
         }
         let bad = |field: &str, value: &str, allowed: &str| format!("field {field}: `{}` is not {allowed}", echo_within(value, 40));
         let [lat, lon, time, size, colour] = self.indices;
-        let given = |at: Option<usize>| at.map(|at| values[at].as_str()).filter(|v| !v.is_empty());
+        let given = |column: Option<usize>| column.map(|c| values[c].as_str()).filter(|v| !v.is_empty());
         let within = |field: &str, value: &str, [min, max]: [f64; 2], allowed: &str| {
             value.parse().ok().filter(|v| (min..=max).contains(v)).ok_or_else(|| bad(field, value, allowed))
         };
-        let coordinate = |k: usize, at: Option<usize>, max: f64| {
-            let value = at.map_or("", |at| values[at].as_str());
+        let coordinate = |k: usize, column: Option<usize>, max: f64| {
+            let value = column.map_or("", |c| values[c].as_str());
             within(self.coordinate_names[k], value, [-max, max], &format!("degrees from -{max} to {max}"))
         };
         let time = given(time).map(|v| Instant::parse(v).map_err(|_| bad("time", v, "ISO 8601 UTC or jd_tdb:DAY")));

@@ -1,8 +1,8 @@
 //! Points and outlines of a GeoJSON file (RFC 7946): every geometry of a FeatureCollection, a Feature, or alone, with the feature's `time` property.
 //!
-//! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are ignored; a polygon is read as the outlines of its rings. `time` is
-//! text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogues of earthquakes, milliseconds since 1970. Ignored: other properties. Rejected: a `crs` member that names another coordinate
-//! system than that of the standard.
+//! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are ignored; a polygon is read as
+//! the outlines of its rings. `time` is text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogues of earthquakes, milliseconds since 1970. Ignored: other
+//! properties. Rejected: a `crs` member that names another coordinate system than that of the standard.
 
 use super::layer::{Content, checked_position};
 use crate::time::Instant;
@@ -73,7 +73,7 @@ impl Geometries {
     }
 
     fn lines(list: Vec<Coordinates>) -> Option<Vec<Vec<[f64; 2]>>> {
-        list.into_iter().map(|c| if let Coordinates::List(of) = c { Self::positions(of) } else { None }).collect()
+        list.into_iter().map(|c| if let Coordinates::List(items) = c { Self::positions(items) } else { None }).collect()
     }
 
     fn of(kind: &str, coordinates: Coordinates) -> Option<Self> {
@@ -85,7 +85,7 @@ impl Geometries {
             ("LineString", Coordinates::List(l)) => Self::positions(l).map(|line| lines(vec![line])),
             ("MultiLineString" | "Polygon", Coordinates::List(l)) => Self::lines(l).map(lines),
             ("MultiPolygon", Coordinates::List(l)) => {
-                let polygons = l.into_iter().map(|c| if let Coordinates::List(of) = c { Self::lines(of) } else { None });
+                let polygons = l.into_iter().map(|c| if let Coordinates::List(items) = c { Self::lines(items) } else { None });
                 polygons.collect::<Option<Vec<_>>>().map(|all| lines(all.into_iter().flatten().collect()))
             }
             _ => None,
@@ -100,7 +100,7 @@ impl Geometries {
 
 const GEOMETRIES: &str = "Point, MultiPoint, LineString, MultiLineString, Polygon, MultiPolygon, GeometryCollection";
 
-/// Any object of the format: the document, a feature, a geometry.
+/// A document or a feature, with the content of all its geometries.
 #[derive(Default)]
 struct Object {
     content: Content,
@@ -116,18 +116,18 @@ struct Properties {
 /// Reads a time from text or milliseconds.
 fn time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Instant>, D::Error> {
     let value = serde_json::Value::deserialize(deserializer)?;
-    let wrong = |shown: &str| {
+    let invalid = |shown: &str| {
         D::Error::custom(format!("field time: `{}` is not ISO 8601 UTC, jd_tdb:DAY or milliseconds since 1970", echo_within(shown, 40)))
     };
     match &value {
         serde_json::Value::Null => Ok(None),
         serde_json::Value::String(text) if text.trim().is_empty() => Ok(None),
-        serde_json::Value::String(text) => Instant::parse(text).map(Some).map_err(|_| wrong(text)),
+        serde_json::Value::String(text) => Instant::parse(text).map(Some).map_err(|_| invalid(text)),
         serde_json::Value::Number(ms) => {
             let day = ms.as_f64().map(|ms| JD_1970 + ms / MS_PER_DAY).filter(|day| (0.0..LAST_JD).contains(day));
-            day.map(|day| Some(Instant::from_jd_utc(day))).ok_or_else(|| wrong(&ms.to_string()))
+            day.map(|day| Some(Instant::from_jd_utc(day))).ok_or_else(|| invalid(&ms.to_string()))
         }
-        other => Err(wrong(&other.to_string())),
+        other => Err(invalid(&other.to_string())),
     }
 }
 
@@ -205,8 +205,8 @@ fn members<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeometrie
                 ("FeatureCollection", None) if members.has_list => {}
                 ("Feature" | "GeometryCollection", None) => {}
                 (_, Some(coordinates)) => {
-                    let wrong = || format!("field coordinates: not those of a {}; geometries are {GEOMETRIES}", echo_within(&kind, 40));
-                    let geometries = Geometries::of(&kind, coordinates).ok_or_else(|| A::Error::custom(wrong()))?;
+                    let mismatch = || format!("field coordinates: not those of a {}; geometries are {GEOMETRIES}", echo_within(&kind, 40));
+                    let geometries = Geometries::of(&kind, coordinates).ok_or_else(|| A::Error::custom(mismatch()))?;
                     // Checked here because the reader is still in the line of the geometry, which the error then names.
                     if let Some(short) = geometries.lines.iter().find(|l| l.len() < 2) {
                         return Err(A::Error::custom(format!(

@@ -1,7 +1,8 @@
-//! Points and outlines of a KML file (OGC 2.3): each Point, LineString and LinearRing of its Placemarks, with the Placemark's TimeStamp or the start of its TimeSpan.
+//! Points and outlines of a KML file (OGC 2.3): each Point, LineString and LinearRing of its Placemarks, with the Placemark's TimeStamp or the start
+//! of its TimeSpan.
 //!
-//! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are ignored. Not read: styles, tracks, ground overlays,
-//! links to other files, and KMZ archives.
+//! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are ignored. Not read: styles,
+//! tracks, ground overlays, links to other files, and KMZ archives.
 
 use super::layer::{Content, checked_position};
 use super::xml::{Element, ElementHandler, walk};
@@ -53,8 +54,8 @@ impl ElementHandler for Document {
                     7 => format!("{text}-01"),
                     _ => text.to_owned(),
                 };
-                let wrong = || format!("field {}: `{}` is no date of ISO 8601", element.name, echo_within(text, 40));
-                self.time = Some(Instant::parse(&full_date).map_err(|_| wrong())?);
+                let invalid_date = || format!("field {}: `{}` is no date of ISO 8601", element.name, echo_within(text, 40));
+                self.time = Some(Instant::parse(&full_date).map_err(|_| invalid_date())?);
             }
             ("coordinates", "Point") => self.points.extend(positions(&element.text)?),
             ("coordinates", "LineString" | "LinearRing") => self.lines.push(positions(&element.text)?),

@@ -12,9 +12,8 @@ pub(super) const MAX_POSITIONS: usize = 1_000_000;
 /// Maximum number for all layers of a catalog together.
 const MAX_POSITIONS_OF_ALL_LAYERS: usize = 2 * MAX_POSITIONS;
 
-/// Maximum length of the lines of a layer, and of all layers, together, degrees of longitude and latitude: 4,000 times around a globe. Lines are drawn in short steps, and
-/// a file of a megabyte could go around tens of thousands of times, which took 6 GB
-/// of memory.
+/// Maximum total length of the lines of a layer, and of all layers, degrees of longitude and latitude: 4,000 times around a globe. Lines are drawn in short
+/// steps, and a file of a megabyte can go around tens of thousands of times, which would take 6 GB of memory.
 const MAX_LENGTH_DEG: f64 = 4000.0 * 360.0;
 
 /// A layer of data.
@@ -78,7 +77,7 @@ pub(super) struct Content {
 }
 
 impl Content {
-    /// Checks the number of positions before they are added.
+    /// Counts positions that are to be added; an error if there are too many.
     pub fn count(&mut self, positions: usize) -> Result<(), String> {
         self.positions += positions;
         if self.positions > MAX_POSITIONS { Err(format!("more than {MAX_POSITIONS} positions")) } else { Ok(()) }
@@ -96,7 +95,7 @@ impl Content {
         Ok(())
     }
 
-    /// Adds points and lines that were read into a content of their own.
+    /// Adds the points and lines of another content.
     pub fn append(&mut self, other: Self) -> Result<(), String> {
         self.count(other.positions)?;
         self.lengthen(other.length_deg)?;
@@ -105,7 +104,7 @@ impl Content {
         Ok(())
     }
 
-    /// Checks the length of the lines before they are added.
+    /// Adds to the total length of lines; an error if they are too long.
     fn lengthen(&mut self, length_deg: f64) -> Result<(), String> {
         self.length_deg += length_deg;
         match self.length_deg > MAX_LENGTH_DEG {
@@ -182,13 +181,13 @@ mod tests {
     use super::*;
     use crate::catalog::data_layer::geojson;
 
-    /// A line that goes to and fro between the poles, half a turn each time.
+    /// A line that goes to and fro between the poles, 180 degrees each time.
     fn line(segments: usize) -> String {
         let vertices: Vec<String> = (0..=segments).map(|k| format!("[0,{}]", if k % 2 == 0 { -90 } else { 90 })).collect();
         format!("{{\"type\":\"LineString\",\"coordinates\":[{}]}}", vertices.join(","))
     }
 
-    /// The limits hold for what a file holds in several features, and for several layers.
+    /// The limits apply to the sum over the features of a file, and to the sum over layers.
     #[test]
     fn lengths_of_features_and_of_layers_add_up() {
         let max_segments = (MAX_LENGTH_DEG / 180.0) as usize;

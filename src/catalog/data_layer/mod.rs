@@ -1,8 +1,9 @@
 //! User data on a body or in the sky: `[[layer]]` of a catalog file, and the file that it names.
 //!
-//! In: the table's section, then the bytes of its file. Out: a [`DataLayer`] with its points, lines or image, or the wrong line and field. The file name's ending determines the format: CSV
-//! and VOTable (points, on a body by `lat_deg` and `lon_deg`, planetographic, east; in the sky by `ra_deg` and `dec_deg`, ICRF; `time`, `size_px` and `colour` are optional), GeoJSON and
-//! KML (points and outlines on a body), FITS (an image on a body or in the sky). Always: a file with a wrong line is rejected entirely.
+//! In: the table's section, then the bytes of its file. Out: a [`DataLayer`] with its points, lines or image, or the wrong line and field. The file
+//! name's ending determines the format: CSV and VOTable (points, on a body by `lat_deg` and `lon_deg`, planetographic, east; in the sky by `ra_deg`
+//! and `dec_deg`, ICRF; `time`, `size_px` and `colour` are optional), GeoJSON and KML (points and outlines on a body), FITS (an image on a body or in
+//! the sky). Always: a file with a wrong line is rejected entirely.
 
 mod columns;
 mod csv;
@@ -120,17 +121,17 @@ impl DataLayer {
     /// # Errors
     /// Names the first wrong line, or the wrong card of a FITS file.
     pub fn with_content(mut self, file: &str, bytes: &[u8]) -> Result<Self, Problem> {
-        let wrong = |(line, message): (usize, String)| Problem { file: file.to_owned(), line, message };
+        let problem = |(line, message): (usize, String)| Problem { file: file.to_owned(), line, message };
         self.digest = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
         let format = format(&self.file);
         if format == Some(Format::Fits) {
             let image = fits::read(bytes, self.body.is_some(), &self.look);
-            self.image = Some(Arc::new(image.map_err(|(card, why)| wrong((card, format!("(card) {why}"))))?));
+            self.image = Some(Arc::new(image.map_err(|(card, why)| problem((card, format!("(card) {why}"))))?));
             return Ok(self);
         }
         let text = std::str::from_utf8(bytes).map_err(|e| {
             let line = 1 + bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count();
-            wrong((line, "not UTF-8 text".to_owned()))
+            problem((line, "not UTF-8 text".to_owned()))
         })?;
         let on_body = self.body.is_some();
         let on_body_only = |read: fn(&str) -> Result<Content, (usize, String)>| match on_body {
@@ -144,7 +145,7 @@ impl DataLayer {
             Some(Format::Kml) => on_body_only(kml::read),
             Some(Format::Fits) | None => Err((1, format!("`{}` ends in none of {}", echo_within(&self.file, 60), layer_extensions()))),
         };
-        let content = content.map_err(wrong)?;
+        let content = content.map_err(problem)?;
         (self.points, self.lines) = (Arc::new(content.points), Arc::new(content.lines));
         Ok(self)
     }

@@ -10,10 +10,11 @@ use tiff::decoder::{Decoder, DecodingResult, Limits};
 
 /// The hint for a file that does not state what its values mean.
 const GIVE_A_RANGE: &str = "add the heights of black and white in km, as FILE,-9.15,10.76";
-/// Unit and zero point of unsigned 16-bit values (<https://svs.gsfc.nasa.gov/4720>).
+/// Unsigned 16-bit values are half metres, and this value is height 0 (<https://svs.gsfc.nasa.gov/4720>).
 const HALF_METRE_KM: f64 = 0.0005;
-const ZERO: f64 = 20_000.0;
+const VALUE_OF_HEIGHT_0: f64 = 20_000.0;
 
+/// Number of columns, and kilometres.
 type Heights = (usize, Vec<f32>);
 
 pub(super) fn heights_km(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
@@ -33,7 +34,7 @@ fn scaled(range: HeightRange, [min, max]: [f64; 2]) -> impl Fn(f64) -> f32 {
 fn of_unsigned_16(range: Option<HeightRange>) -> Box<dyn Fn(f64) -> f32> {
     match range {
         Some(range) => Box::new(scaled(range, [0.0, 65_535.0])),
-        None => Box::new(|value| ((value - ZERO) * HALF_METRE_KM) as f32),
+        None => Box::new(|value| ((value - VALUE_OF_HEIGHT_0) * HALF_METRE_KM) as f32),
     }
 }
 
@@ -75,16 +76,16 @@ fn of_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> 
     if !matches!(decoder.colortype().map_err(|e| e.to_string())?, ColorType::Gray(_)) {
         return Err("a coloured TIFF: heights are one band".into());
     }
-    let wanted = |what: &str| range.ok_or(format!("{what} do not say what they mean: {GIVE_A_RANGE}"));
+    let required_range = |what: &str| range.ok_or(format!("{what} do not say what they mean: {GIVE_A_RANGE}"));
     fn each<T: Copy + Into<f64>>(values: &[T], km: impl Fn(f64) -> f32) -> Vec<f32> {
         values.iter().map(|v| km((*v).into())).collect()
     }
     let no_range =
         || if range.is_some() { Err("floating point is in km: leave out the heights of black and white".to_owned()) } else { Ok(()) };
     let km = match decoder.read_image().map_err(|e| e.to_string())? {
-        DecodingResult::U8(v) => each(&v, scaled(wanted("8 bits")?, [0.0, 255.0])),
+        DecodingResult::U8(v) => each(&v, scaled(required_range("8 bits")?, [0.0, 255.0])),
         DecodingResult::U16(v) => each(&v, of_unsigned_16(range)),
-        DecodingResult::I16(v) => each(&v, scaled(wanted("16 bits with a sign")?, [-32_768.0, 32_767.0])),
+        DecodingResult::I16(v) => each(&v, scaled(required_range("16 bits with a sign")?, [-32_768.0, 32_767.0])),
         DecodingResult::F32(v) => no_range().map(|()| v)?,
         DecodingResult::F64(v) => no_range().map(|()| each(&v, |km| km as f32))?,
         _ => return Err("heights are read of 8, 16 or 32 bits".into()),

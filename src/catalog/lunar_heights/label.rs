@@ -106,10 +106,10 @@ pub(super) fn heights(text: &str, image: &[u8]) -> Result<LabelledHeights, Strin
     if let Some(other) = value(text, "MAP_PROJECTION_TYPE").filter(|p| !["SIMPLE CYLINDRICAL", "EQUIRECTANGULAR"].contains(p)) {
         return Err(format!("MAP_PROJECTION_TYPE = {}: simple cylindrical maps of the whole Moon are read", echo(other)));
     }
-    let whole = [("MAXIMUM_LATITUDE", 90.0), ("MINIMUM_LATITUDE", -90.0)];
-    for (key, pole) in whole {
-        let latitude_deg = number_or(text, key, pole)?;
-        if (latitude_deg - pole).abs() > 1e-6 {
+    let poles_deg = [("MAXIMUM_LATITUDE", 90.0), ("MINIMUM_LATITUDE", -90.0)];
+    for (key, pole_deg) in poles_deg {
+        let latitude_deg = number_or(text, key, pole_deg)?;
+        if (latitude_deg - pole_deg).abs() > 1e-6 {
             return Err(format!("{key} = {latitude_deg}: maps of the whole Moon are read, from pole to pole"));
         }
     }

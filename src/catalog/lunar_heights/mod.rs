@@ -2,7 +2,7 @@
 //!
 //! In: bytes of a PNG, a TIFF, or a PDS label and its image ([`HeightMap::of_image`], [`HeightMap::of_pds`]). Out: [`HeightMap`], which gives the height
 //! in any direction. Always: every height is finite and within [`MAX_HEIGHT_KM`] of the sphere; each height belongs to the centre of its cell; between centres
-//! it is interpolated linearly in longitude and latitude; poleward of the first and last row it is constant. The program ships no height map.
+//! it is interpolated linearly in longitude and latitude; poleward of the first and last row it is constant along each meridian. The program ships no height map.
 //! Not supported: maps of a part of the Moon, other projections, other bodies.
 
 mod image_file;
@@ -49,7 +49,7 @@ pub struct HeightMap {
     /// Heights: rows from north to south, each row eastward.
     km: Vec<f32>,
     /// East longitude of the western edge of the first column, radians.
-    west: f64,
+    west_rad: f64,
     sphere_km: f64,
     min_km: f64,
     max_km: f64,
@@ -86,11 +86,12 @@ impl HeightMap {
         }
         let (min, max) = km.iter().fold((f32::MAX, f32::MIN), |(a, b), h| (a.min(*h), b.max(*h)));
         let (min_km, max_km) = (f64::from(min), f64::from(max));
-        Ok(Self { name: name.to_owned(), columns, rows, km, west: west_deg.to_radians(), sphere_km, min_km, max_km })
+        Ok(Self { name: name.to_owned(), columns, rows, km, west_rad: west_deg.to_radians(), sphere_km, min_km, max_km })
     }
 
-    /// Reads a grey PNG of 8 or 16 bits or a TIFF of 8, 16 or 32 bits, with longitude 0 in the middle. `range`: the heights of black and white. Without a range,
-    /// unsigned 16-bit values are half metres above -10 km, and floating-point values are kilometres, as in the CGI Moon Kit of NASA's Scientific Visualization Studio.
+    /// Reads a grey PNG of 8 or 16 bits, or a TIFF of 8 or 16 bits or floating point, with longitude 0 in the middle. `range`: the heights of black and white.
+    /// Without a range, unsigned 16-bit values are half metres above -10 km, and floating-point values are kilometres, as in the CGI Moon Kit of NASA's
+    /// Scientific Visualization Studio.
     ///
     /// # Errors
     /// States what is wrong with the file, and what to do.
@@ -153,7 +154,7 @@ impl HeightMap {
     pub fn height_km(&self, direction: DVec3) -> f64 {
         let longitude = direction.y.atan2(direction.x);
         let latitude = direction.z.atan2(direction.truncate().length());
-        let x = (longitude - self.west).rem_euclid(TAU) / TAU * self.columns as f64 - 0.5;
+        let x = (longitude - self.west_rad).rem_euclid(TAU) / TAU * self.columns as f64 - 0.5;
         let y = ((FRAC_PI_2 - latitude) / PI * self.rows as f64 - 0.5).clamp(0.0, (self.rows - 1) as f64);
         let (x0, y0) = (x.floor(), y.floor());
         let left = if x0 < 0.0 { self.columns - 1 } else { (x0 as usize).min(self.columns - 1) };
@@ -161,8 +162,8 @@ impl HeightMap {
         let upper = y0 as usize;
         let lower = (upper + 1).min(self.rows - 1);
         let at = |row: usize, column: usize| f64::from(self.km[row * self.columns + column]);
-        let along = |row: usize| at(row, left) + (at(row, right) - at(row, left)) * (x - x0);
-        along(upper) + (along(lower) - along(upper)) * (y - y0)
+        let in_row = |row: usize| at(row, left) + (at(row, right) - at(row, left)) * (x - x0);
+        in_row(upper) + (in_row(lower) - in_row(upper)) * (y - y0)
     }
 }
 

@@ -1,8 +1,8 @@
 //! Minor planets and comets: orbit and brightness of each.
 //!
-//! In: the text of a table (`read`). Out: [`SmallBodies`], in the order of the file. Always: every number is finite and in its range, orbits are about the Sun,
-//! the two directions of an orbit are perpendicular unit vectors of the ICRF. Orbits are osculating, without perturbations since the epoch. Not here: positions (`ephemeris::conic`), and the
-//! brightness in an image (scene).
+//! In: the text of a table (`read`). Out: [`SmallBodies`], in the order of the file. Always: every number is finite and in its range, orbits are about the
+//! Sun, the two directions of an orbit are perpendicular unit vectors of the ICRF. Orbits are osculating, without perturbations since the epoch. Not here:
+//! positions (`ephemeris::conic`), and the brightness in an image (scene).
 
 mod mpcorb;
 mod read;

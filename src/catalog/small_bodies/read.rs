@@ -30,17 +30,17 @@ impl Columns {
     fn of(names: &[String]) -> Result<Self, String> {
         let column_of = |known: &[&str]| names.iter().position(|n| known.contains(&n.as_str()));
         let of_field = FIELDS.each_ref().map(|f| column_of(f.columns));
-        let has = |any: &[usize]| any.iter().any(|k| of_field[*k].is_some());
-        let missing = |any: &[usize]| {
-            let names: Vec<_> = any.iter().map(|k| format!("`{}`", FIELDS[*k].name)).collect();
+        let has_any = |alternatives: &[usize]| alternatives.iter().any(|k| of_field[*k].is_some());
+        let missing = |alternatives: &[usize]| {
+            let names: Vec<_> = alternatives.iter().map(|k| format!("`{}`", FIELDS[*k].name)).collect();
             Err(format!("no column {}; the first line must name it", names.join(" or ")))
         };
-        for any in [&[E][..], &[I], &[NODE], &[ARGUMENT], &[A, Q], &[M, PASSAGE], &[H, M1]] {
-            if !has(any) {
-                return missing(any);
+        for alternatives in [&[E][..], &[I], &[NODE], &[ARGUMENT], &[A, Q], &[M, PASSAGE], &[H, M1]] {
+            if !has_any(alternatives) {
+                return missing(alternatives);
             }
         }
-        if !has(&[PASSAGE, EPOCH, EPOCH_MJD]) {
+        if !has_any(&[PASSAGE, EPOCH, EPOCH_MJD]) {
             return missing(&[EPOCH, EPOCH_MJD]);
         }
         let designation = column_of(&["number", "pdes", "designation", "desig"]);
@@ -135,7 +135,7 @@ fn of_table(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
 
 /// Reads a table in any of the three formats.
 pub(super) fn read(file: &str, text: &str) -> Result<Vec<SmallBody>, SmallBodyFileError> {
-    let wrong = |(line, message): (usize, String)| SmallBodyFileError { file: echo(file), line, message };
+    let file_error = |(line, message): (usize, String)| SmallBodyFileError { file: echo(file), line, message };
     let all = if text.trim_start().starts_with('{') {
         of_json(text)
     } else if mpcorb::is_mpcorb(text) {
@@ -143,11 +143,11 @@ pub(super) fn read(file: &str, text: &str) -> Result<Vec<SmallBody>, SmallBodyFi
     } else {
         of_table(text)
     }
-    .map_err(wrong)?;
+    .map_err(file_error)?;
     match all.len() {
-        0 => Err(wrong((1, "no bodies: the file has no row".into()))),
+        0 => Err(file_error((1, "no bodies: the file has no row".into()))),
         1..=MAX_BODIES => Ok(all),
-        n => Err(wrong((1, format!("{n} bodies; {MAX_BODIES} at most")))),
+        n => Err(file_error((1, format!("{n} bodies; {MAX_BODIES} at most")))),
     }
 }
 

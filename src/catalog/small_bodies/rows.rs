@@ -30,6 +30,7 @@ const fn field(name: &'static str, columns: &'static [&'static str], [min, max]:
     Field { name, columns, min, max, unit }
 }
 
+/// Indices of the fields in [`FIELDS`] and [`Values`].
 pub(super) const E: usize = 0;
 pub(super) const I: usize = 1;
 pub(super) const NODE: usize = 2;
@@ -71,8 +72,8 @@ pub(super) fn number(k: usize, text: &str) -> Result<Option<f64>, String> {
         return Ok(None);
     }
     let value = text.parse::<f64>().ok().filter(|v| (f.min..=f.max).contains(v));
-    let wrong = || format!("{} is `{}`; expected {} from {} to {}", f.name, echo_within(text, 40), f.unit, f.min, f.max);
-    value.map(Some).ok_or_else(wrong)
+    let out_of_range = || format!("{} is `{}`; expected {} from {} to {}", f.name, echo_within(text, 40), f.unit, f.min, f.max);
+    value.map(Some).ok_or_else(out_of_range)
 }
 
 /// Builds the body of a row.

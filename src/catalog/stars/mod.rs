@@ -79,10 +79,10 @@ const CELLS_PER_SIDE: usize = 16;
 /// The cell of a direction: the face of the cube that it meets, and the position on it.
 fn cell_of(direction: DVec3) -> usize {
     let size = direction.abs();
-    let (axis, along) = (0..3).map(|k| (k, size[k])).fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
+    let (axis, largest) = (0..3).map(|k| (k, size[k])).fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
     let face = 2 * axis + usize::from(direction[axis] < 0.0);
     let coordinate =
-        |k: usize| (((direction[(axis + k) % 3] / along + 1.0) / 2.0 * CELLS_PER_SIDE as f64) as usize).min(CELLS_PER_SIDE - 1);
+        |k: usize| (((direction[(axis + k) % 3] / largest + 1.0) / 2.0 * CELLS_PER_SIDE as f64) as usize).min(CELLS_PER_SIDE - 1);
     (face * CELLS_PER_SIDE + coordinate(1)) * CELLS_PER_SIDE + coordinate(2)
 }
 

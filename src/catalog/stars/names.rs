@@ -202,13 +202,13 @@ mod tests {
     #[test]
     fn each_name_belongs_to_the_star_at_its_place() {
         let catalog = StarCatalog::embedded();
-        for ((name, hip), (of, ra_hours, dec_deg)) in STAR_NAMES.into_iter().zip(PLACES) {
-            assert_eq!(name, of);
+        for ((name, hip), (place_name, ra_hours, dec_deg)) in STAR_NAMES.into_iter().zip(PLACES) {
+            assert_eq!(name, place_name);
             let star = catalog.hip(hip).unwrap_or_else(|| panic!("{name}: HIP {hip} is not in the catalogue"));
             let (ra, dec) = ((ra_hours * 15.0_f64).to_radians(), dec_deg.to_radians());
             let place = glam::DVec3::new(dec.cos() * ra.cos(), dec.cos() * ra.sin(), dec.sin());
-            let off_deg = place.cross(star.direction).length().atan2(place.dot(star.direction)).to_degrees();
-            assert!(off_deg < 0.6, "{name}: HIP {hip} is {off_deg:.1} degrees off");
+            let difference_deg = place.cross(star.direction).length().atan2(place.dot(star.direction)).to_degrees();
+            assert!(difference_deg < 0.6, "{name}: HIP {hip} is {difference_deg:.1} degrees off");
         }
         assert!(STAR_NAMES.windows(2).all(|pair| pair[0].0 < pair[1].0), "not sorted by name");
     }

@@ -29,6 +29,7 @@ const fn field(name: &'static str, columns: &'static [&'static str], [min, max]:
     Field { name, columns, min, max, unit }
 }
 
+/// Indices of the fields in [`FIELDS`].
 const RA: usize = 0;
 const DEC: usize = 1;
 const V: usize = 2;
@@ -175,23 +176,23 @@ fn star_of_hip2(line: &str) -> Result<Star, String> {
 
 /// Reads a catalogue: its epoch as a Julian date (TT), and its stars.
 pub(super) fn read(file: &str, text: &str) -> Result<(f64, Vec<Star>), StarFileError> {
-    let wrong = |line: usize, message: String| StarFileError { file: echo(file), line, message };
+    let file_error = |line: usize, message: String| StarFileError { file: echo(file), line, message };
     let mut lines = text.lines().enumerate().map(|(k, line)| (k + 1, line)).filter(|(_, line)| !line.trim().is_empty()).peekable();
-    let Some((first, line)) = lines.peek().copied() else { return Err(wrong(1, "no stars: the file is empty".into())) };
-    let columns = Columns::named(line.trim_start_matches(['#', '\u{feff}'])).transpose().map_err(|e| wrong(first, e))?;
+    let Some((first, line)) = lines.peek().copied() else { return Err(file_error(1, "no stars: the file is empty".into())) };
+    let columns = Columns::named(line.trim_start_matches(['#', '\u{feff}'])).transpose().map_err(|e| file_error(first, e))?;
     if columns.is_some() {
         lines.next();
     }
     let mut stars = Vec::new();
     for (number, line) in lines.filter(|(_, line)| !line.starts_with('#')) {
         if stars.len() == MAX_STARS {
-            return Err(wrong(number, format!("more than {MAX_STARS} stars")));
+            return Err(file_error(number, format!("more than {MAX_STARS} stars")));
         }
         let star = columns.as_ref().map_or_else(|| star_of_hip2(line), |columns| star_of_table(line, columns));
-        stars.push(star.map_err(|e| wrong(number, e))?);
+        stars.push(star.map_err(|e| file_error(number, e))?);
     }
     if stars.is_empty() {
-        return Err(wrong(first, "no stars below the line that names the columns".into()));
+        return Err(file_error(first, "no stars below the line that names the columns".into()));
     }
     Ok((julian_epoch(columns.map_or(HIPPARCOS_EPOCH, |c| c.epoch)), stars))
 }

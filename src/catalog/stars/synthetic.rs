@@ -7,7 +7,7 @@ use crate::random::Random;
 /// (Hog et al. 2000, Astron. Astrophys. 355, L27: 99 % complete to 11).
 const DECADES_PER_MAGNITUDE: f64 = 0.48;
 /// Limiting magnitude of the embedded stars.
-const SHIPPED_TO: f64 = 7.0;
+const EMBEDDED_MAGNITUDE_LIMIT: f64 = 7.0;
 
 impl StarCatalog {
     /// The embedded stars and fainter invented stars, `count` in total. Invented stars are uniform over the sky, at rest, without distance, with embedded stars' colours.
@@ -15,11 +15,11 @@ impl StarCatalog {
         let embedded = Self::embedded();
         let mut stars = embedded.stars.clone();
         let mut random = Random::new(0);
-        let decades_beyond_shipped = (count.max(1) as f64 / embedded.stars.len() as f64).log10().max(0.0);
+        let decades_beyond_embedded = (count.max(1) as f64 / embedded.stars.len() as f64).log10().max(0.0);
         while stars.len() < count {
             // Inverse transform sampling of N(m), which grows as 10^(0.48 m), beyond the limit of the embedded stars.
-            let (min, max) = (1.0, 10_f64.powf(decades_beyond_shipped));
-            let v_magnitude = SHIPPED_TO + random.between(min, max).log10() / DECADES_PER_MAGNITUDE;
+            let (min, max) = (1.0, 10_f64.powf(decades_beyond_embedded));
+            let v_magnitude = EMBEDDED_MAGNITUDE_LIMIT + random.between(min, max).log10() / DECADES_PER_MAGNITUDE;
             let b_v = random.choose(&embedded.stars).b_v;
             stars.push(Star {
                 hip: 0,
@@ -42,11 +42,11 @@ mod tests {
     fn star_counts_grow_by_the_stated_decades_per_magnitude() {
         let sky = StarCatalog::synthetic(200_000);
         assert_eq!(sky.stars().len(), 200_000);
-        let to = |limit: f32| sky.stars().iter().filter(|s| s.v_magnitude <= limit).count() as f64;
+        let count_to = |limit: f32| sky.stars().iter().filter(|s| s.v_magnitude <= limit).count() as f64;
         // Poisson noise of 38 000 stars is half a per cent.
-        let slope = (to(9.0) / to(8.0)).log10();
+        let slope = (count_to(9.0) / count_to(8.0)).log10();
         assert!((slope - DECADES_PER_MAGNITUDE).abs() < 0.02, "{slope}");
-        assert_eq!(to(6.5), StarCatalog::embedded().stars().iter().filter(|s| s.v_magnitude <= 6.5).count() as f64);
+        assert_eq!(count_to(6.5), StarCatalog::embedded().stars().iter().filter(|s| s.v_magnitude <= 6.5).count() as f64);
         assert!(sky.stars().iter().any(|s| s.hip == 32349), "Sirius is in it");
     }
 }

@@ -30,8 +30,9 @@ pub struct PoleAndMeridian {
 struct Model {
     pole_ra: Vec<f64>,
     pole_dec: Vec<f64>,
-    /// Polynomial in days; the others are in Julian centuries.
+    /// In days; the polynomials of the pole are in Julian centuries.
     w: Vec<f64>,
+    /// Amplitudes in degrees, one for each angle of the system.
     ra_terms: Vec<f64>,
     dec_terms: Vec<f64>,
     w_terms: Vec<f64>,
@@ -60,9 +61,9 @@ fn assignments(text: &str) -> Result<HashMap<&str, Vec<f64>>, PckError> {
         }
         let mut rest = line;
         if let Some((left, right)) = line.split_once('=') {
-            let added = left.trim_end().ends_with('+');
+            let appends = left.trim_end().ends_with('+');
             name = left.trim().trim_end_matches('+').trim();
-            if !added {
+            if !appends {
                 values.insert(name, Vec::new());
             }
             rest = right;

@@ -1,8 +1,8 @@
 //! Error of bodies on mean or osculating ellipses. In: elements and an instant. Out: an upper limit in km.
 //!
-//! The error is an angle along the orbit that grows with the time from the elements' epoch: omitted periodic terms, uncertainty of the mean motion, and
-//! tidal acceleration if known. Always: it never decreases with the time from the epoch and never exceeds the orbit's diameter. Omitted: errors of the
-//! orbital plane, which are smaller than those along the orbit.
+//! The error is an angle along the orbit that grows with the time from the elements' epoch: omitted periodic terms, uncertainty of the mean motion,
+//! and optionally a quadratic term, which is 0 for all bodies at present. Always: it never decreases with the time from the epoch and never exceeds
+//! the orbit's diameter. Omitted: errors of the orbital plane, which are smaller than those along the orbit.
 
 use crate::catalog::{MeanElements, NaifId};
 use crate::time::Instant;

@@ -26,10 +26,10 @@ pub struct MoonTheories {
 impl MoonTheories {
     /// The theories from the embedded tables.
     pub fn embedded() -> Result<Self, EphemerisError> {
-        let wrong = |file: &str, e: serde_json::Error| EphemerisError::other(format!("{file}: {e}"));
+        let table_error = |file: &str, e: serde_json::Error| EphemerisError::other(format!("{file}: {e}"));
         Ok(Self {
-            galilean: galilean::GalileanL12::parse(orrery_catalogs::GALILEAN_THEORY).map_err(|e| wrong("galilean_l12.json", e))?,
-            saturn: tass::Tass17::parse(orrery_catalogs::SATURN_THEORY).map_err(|e| wrong("saturn_tass17.json", e))?,
+            galilean: galilean::GalileanL12::parse(orrery_catalogs::GALILEAN_THEORY).map_err(|e| table_error("galilean_l12.json", e))?,
+            saturn: tass::Tass17::parse(orrery_catalogs::SATURN_THEORY).map_err(|e| table_error("saturn_tass17.json", e))?,
         })
     }
 }
@@ -61,8 +61,8 @@ impl<T: Copy + Default + std::ops::Add<Output = T> + std::ops::Mul<f64, Output =
         Self(std::array::from_fn(|k| self.0[k] + other.0[k]))
     }
 
-    fn sum(all: impl Iterator<Item = Self>) -> Self {
-        all.fold(Self::default(), Self::plus)
+    fn sum(terms: impl Iterator<Item = Self>) -> Self {
+        terms.fold(Self::default(), Self::plus)
     }
 
     /// The value some days later.
@@ -96,9 +96,9 @@ struct Elements {
     inclination: DVec2,
 }
 
-/// Distance of the instants at which the series are summed, seconds. Each instant takes the sums of the nearest one, with their first two derivatives: this
-/// is 0.02 m off at most (Io, whose fastest terms turn by seven radians a day), and the search for events, which asks for instants far apart, needs one sum for
-/// each.
+/// Spacing of the nodes at which the series are summed, seconds. Other instants are extrapolated from the nearest node with the first two derivatives. The
+/// error is 0.02 m at most (Io, whose fastest terms turn by seven radians a day). Only one node is needed per instant, which suits the search for events:
+/// it asks for instants far apart.
 const SERIES_STEP_S: f64 = 32.0;
 
 /// The sums of the moons of one theory at the nodes of a grid.
@@ -176,6 +176,6 @@ mod tests {
             largest_km
         };
         assert!(largest_km(SERIES_STEP_S) < 2e-5, "{} km", largest_km(SERIES_STEP_S));
-        assert!(largest_km(16.0 * SERIES_STEP_S) > 2e-5, "a coarser grid is told apart");
+        assert!(largest_km(16.0 * SERIES_STEP_S) > 2e-5, "a grid 16 times as coarse exceeds the bound");
     }
 }

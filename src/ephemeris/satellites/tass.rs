@@ -75,7 +75,8 @@ impl Tass17 {
         let slow = self.slow_variations(index, days);
         let sum = |groups: &[Group]| {
             let of_group = |group: &Group| {
-                let shift = Derivatives::sum(group.0.iter().zip(slow).map(|(&times, variation)| variation.map(|v| f64::from(times) * v)));
+                let shift =
+                    Derivatives::sum(group.0.iter().zip(slow).map(|(&multiple, variation)| variation.map(|v| f64::from(multiple) * v)));
                 Derivatives::sum(group.1.iter().map(|term| term.at(days, shift.0)))
             };
             Derivatives::sum(groups.iter().map(of_group))

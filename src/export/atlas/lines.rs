@@ -43,7 +43,7 @@ impl LineTable {
 
     /// The table as a script: fragments and features by number, and each line as text, fragment, line, feature.
     pub(crate) fn script(&self) -> String {
-        let names = |of: fn(&SourceLine) -> &str| self.lines.iter().map(of).collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>();
+        let names = |field: fn(&SourceLine) -> &str| self.lines.iter().map(field).collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>();
         let (fragments, features) = (names(|l| &l.fragment), names(|l| &l.feature));
         let number = |names: &[&str], name: &str| names.binary_search(&name).unwrap_or_default();
         let mut rows = String::new();

@@ -97,9 +97,9 @@ pub fn write(
     lowering: &Lowering,
     on_module_done: impl Fn() + Sync,
 ) -> Result<Vec<Entry>, AtlasError> {
-    for part in ["pages", "pictures"] {
-        let part = folder.join(part);
-        std::fs::create_dir_all(&part).map_err(|e| crate::files::write_error(&part, &e))?;
+    for name in ["pages", "pictures"] {
+        let subfolder = folder.join(name);
+        std::fs::create_dir_all(&subfolder).map_err(|e| crate::files::write_error(&subfolder, &e))?;
     }
     let stems: BTreeMap<String, String> = ids.iter().map(|id| (id.to_string(), stem(id))).collect();
     let neighbours_of = neighbours::of(stems.keys().map(String::as_str));

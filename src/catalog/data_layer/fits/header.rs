@@ -1,7 +1,7 @@
 //! Headers of FITS files (standard 4.0): cards of 80 bytes in blocks of 2880.
 //!
-//! In: the bytes of a file from the start of a header. Out: its cards and the offset of its data, or the wrong card. Always: the length is limited. Not read: long strings
-//! (CONTINUE), hierarchical keywords.
+//! In: the bytes of a file from the start of a header. Out: its cards and the offset of its data, or the wrong card. Always: the length is limited.
+//! Not read: long strings (CONTINUE), hierarchical keywords.
 
 use crate::wording::echo_within;
 

@@ -1,7 +1,8 @@
 //! Images in FITS files: the first image with two axes, in the primary HDU or an IMAGE extension.
 //!
-//! In: bytes, whether the image is a body's, and its look. Out: [`PlacedImage`], or the wrong card. Always: values are BSCALE x + BZERO; BLANK and values that are not finite are
-//! transparent; sizes are checked before data are read. Rejected: cubes of several planes and compressed images (fpack).
+//! In: bytes, whether the image is a body's, and its look. Out: [`PlacedImage`], or the wrong card. Always: values are BSCALE x + BZERO; BLANK and
+//! values that are not finite are transparent; sizes are checked before data are read. Rejected: cubes of several planes and compressed images
+//! (fpack).
 
 mod header;
 mod wcs;

@@ -1,7 +1,7 @@
 //! World coordinates of a FITS image (Greisen & Calabretta 2002, A&A 395, 1061; Calabretta & Greisen 2002, 1077).
 //!
-//! In: the header. Out: the tangent plane of a sky image (TAN), or the edges of a map of a body (plate carree: CAR, or no coordinates and twice as wide as high). Always: an image
-//! with another projection, distortion, frame or a rotated pole is rejected, since it would appear at the wrong place.
+//! In: the header. Out: the tangent plane of a sky image (TAN), or the edges of a map of a body (plate carree: CAR, or no coordinates and twice as wide as
+//! high). Always: an image with another projection, distortion, frame or a rotated pole is rejected, since it would appear at the wrong place.
 
 use super::header::{Header, WrongCard};
 use crate::wording::echo_within;
@@ -74,8 +74,8 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
 pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
     let types = [header.text("CTYPE1"), header.text("CTYPE2")];
     if types != ["RA---TAN", "DEC--TAN"] {
-        let wrong = if types[0] == "RA---TAN" { "CTYPE2" } else { "CTYPE1" };
-        return Err(refused(header, wrong, "on the sky only RA---TAN with DEC--TAN, without distortion, is drawn"));
+        let unsupported = if types[0] == "RA---TAN" { "CTYPE2" } else { "CTYPE1" };
+        return Err(refused(header, unsupported, "on the sky only RA---TAN with DEC--TAN, without distortion, is drawn"));
     }
     for keyword in ["A_ORDER", "B_ORDER", "PV1_5", "PV2_1"] {
         if !header.text(keyword).is_empty() {

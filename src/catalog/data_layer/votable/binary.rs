@@ -1,7 +1,8 @@
 //! Rows of a VOTable as BINARY and BINARY2 (IVOA, VOTable 1.5, sections 6.3 and 6.4): big-endian values in base64, without gaps.
 //!
-//! In: the attributes of the FIELDs, and the text of the STREAM. Out: each row as the texts that TABLEDATA would contain; a null is an empty text. Always: a length stated in a row is compared with the bytes
-//! that remain before it is used. Skipped: values that no point needs (bits, complex numbers). Rejected: streams in other files, and compressed streams.
+//! In: the attributes of the FIELDs, and the text of the STREAM. Out: each row as the texts that TABLEDATA would contain; a null is an empty text.
+//! Always: a length stated in a row is compared with the bytes that remain before it is used. Skipped: values that no point needs (bits, complex
+//! numbers). Rejected: streams in other files, and compressed streams.
 
 use crate::wording::echo_within;
 use base64::Engine;

@@ -1,7 +1,8 @@
 //! Points in a VOTable (IVOA, versions 1.1 to 1.5): the first TABLE of the document, its rows as TABLEDATA, BINARY or BINARY2.
 //!
-//! In: the document. Out: points, or the wrong line and field. A column is identified by its name as in a CSV table, or, if no name fits, by its UCD (`pos.eq.ra`, `pos.eq.dec`,
-//! `pos.bodyrc.lon`, `pos.bodyrc.lat` and their forms before 2005). Rejected: rows in a FITS file, and angles in other units than degrees.
+//! In: the document. Out: points, or the wrong line and field. A column is identified by its name as in a CSV table, or, if no name fits, by its UCD
+//! (`pos.eq.ra`, `pos.eq.dec`, `pos.bodyrc.lon`, `pos.bodyrc.lat` and their forms before 2005). Rejected: rows in a FITS file, and angles in other
+//! units than degrees.
 
 mod binary;
 
