@@ -38,7 +38,7 @@ pub(crate) fn quadrature(count: usize) -> impl Iterator<Item = (f64, f64)> {
 
 /// Optical depth of a straight ray that starts where its air is densest. `height_km`: height at a distance from the start.
 pub(crate) fn optical_depth(air: &Atmosphere, length_km: f64, count: usize, height_km: impl Fn(f64) -> f64) -> DVec3 {
-    quadrature(count).map(|(at, part)| coefficient(air, height_km(length_km * at), extinction) * (length_km * part)).sum()
+    quadrature(count).map(|(fraction, weight)| coefficient(air, height_km(length_km * fraction), extinction) * (length_km * weight)).sum()
 }
 
 #[cfg(test)]

@@ -49,7 +49,7 @@ fn fitted_distance_radii(fov_deg: f64) -> f64 {
     1.0 / (FITTED_DISC * (fov_deg.to_radians() / 2.0).tan()).atan().sin()
 }
 
-/// The field of view in which a disc has the diameter [`FITTED_DISC`]: the inverse.
+/// The field of view in which a disc of an angular radius (radians) has the diameter [`FITTED_DISC`].
 fn fitted_fov_deg(angular_radius: f64) -> f64 {
     2.0 * (angular_radius.tan() / FITTED_DISC).atan().to_degrees()
 }

@@ -55,10 +55,10 @@ const MAX_ION_LENGTH_AU: f64 = 0.8;
 /// Radius of the dense part of a coma, au (80 000 km), and tangent of the ion tail's half opening angle.
 const COMA_AU: f64 = 80_000.0 / KM_PER_AU;
 const ION_SPREAD: f64 = 0.03;
-/// Integral of the ribbon's Gaussian profile from edge to edge.
-const PROFILE: f64 = 0.839_4;
+/// Integral of an ion ribbon's Gaussian profile from edge to edge, in half widths.
+const RIBBON_PROFILE_INTEGRAL: f64 = 0.839_4;
 /// Integral of the profile of a dust patch, relative to the patch's width.
-const SOFT_PROFILE: f64 = 0.5;
+const PATCH_PROFILE_INTEGRAL: f64 = 0.5;
 /// Linear RGB of CO+, whose bands lie from 400 to 500 nm, and of a coma with the green of C2; the code scales them to luminance 1. Chosen by eye.
 const ION_RGB: [f64; 3] = [0.30, 0.55, 1.0];
 const COMA_RGB: [f64; 3] = [0.85, 1.05, 0.8];
@@ -188,7 +188,7 @@ impl CometProjection<'_> {
             let around = [k.checked_sub(1), Some(k)].into_iter().flatten().filter(|j| *j + 1 < stations.len());
             let (light, length_px) = around.fold((0.0, 0.0), |(light, px), j| (light + irradiance[j], px + length(j)));
             // The lower limit on the length prevents a ribbon seen end-on from becoming a bright needle.
-            narrow_scalar(light * s.gain / (length_px.max(half_px[k]) * half_px[k] * PROFILE))
+            narrow_scalar(light * s.gain / (length_px.max(half_px[k]) * half_px[k] * RIBBON_PROFILE_INTEGRAL))
         };
         for k in 0..stations.len() - 1 {
             let (Some(a), Some(b)) = (stations[k], stations[k + 1]) else { continue };
@@ -239,7 +239,7 @@ impl CometProjection<'_> {
             let (a, b) = (side(line, k)?, side(line, k + 1)?);
             let length_px = (b.0 - a.0).length().max(0.5 * COMA_AU * a.2.px_per_au);
             let width_px = 2.0 * 0.5 * (a.1.length() + b.1.length());
-            Some(light * production[k] * beta_weight[line] / total * a.2.gain / (length_px * width_px * SOFT_PROFILE))
+            Some(light * production[k] * beta_weight[line] / total * a.2.gain / (length_px * width_px * PATCH_PROFILE_INTEGRAL))
         };
         // Mean radiance of the patches that share a grain.
         let mean = |line: usize, k: usize| {
