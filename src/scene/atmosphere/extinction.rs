@@ -57,10 +57,10 @@ mod tests {
             None => s.scale_height_km * -(-air.top_km / s.scale_height_km).exp_m1(),
         };
         let exact: DVec3 = air.species.iter().map(|s| extinction(s) * column(s)).sum();
-        let worst = |count: usize| ((optical_depth(air, air.top_km, count, |s| s) - exact) / exact).abs().max_element();
-        assert!(worst(1000) < 1e-5, "{}", worst(1000));
-        assert!(worst(48) < 5e-3, "{}", worst(48));
-        assert!(worst(4) > 5e-3, "four steps are too few");
-        assert!((quadrature(48).map(|(_, part)| part).sum::<f64>() - 1.0).abs() < 1e-12);
+        let relative_error = |count: usize| ((optical_depth(air, air.top_km, count, |s| s) - exact) / exact).abs().max_element();
+        assert!(relative_error(1000) < 1e-5, "{}", relative_error(1000));
+        assert!(relative_error(48) < 5e-3, "{}", relative_error(48));
+        assert!(relative_error(4) > 5e-3, "four steps are too few");
+        assert!((quadrature(48).map(|(_, weight)| weight).sum::<f64>() - 1.0).abs() < 1e-12);
     }
 }

@@ -227,7 +227,8 @@ impl AirAndGround<'_> {
         let hits = elevation_sine < 0.0 && to_ground > 0.0;
         let top = (self.radius_km + self.air.top_km).powi(2) - closest_sq;
         let path_km = if hits { -b - to_ground.sqrt() } else { -b + top.max(0.0).sqrt() }.max(0.0);
-        let ground_distance_km = |s: f64| self.radius_km * (s * (1.0 - elevation_sine * elevation_sine).sqrt()).atan2(r + s * elevation_sine);
+        let ground_distance_km =
+            |s: f64| self.radius_km * (s * (1.0 - elevation_sine * elevation_sine).sqrt()).atan2(r + s * elevation_sine);
         let mut transmittance = DVec3::ONE;
         for k in 0..STEPS {
             let u = (k as f64 + 0.5) / STEPS as f64;

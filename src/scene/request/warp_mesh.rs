@@ -56,7 +56,8 @@ impl WarpMesh {
         let error_at = |line: usize, what: String| WarpError { file: file.to_owned(), line, what };
         let mut lines = text.lines().enumerate().map(|(k, l)| (k + 1, l.trim())).filter(|(_, l)| !l.is_empty());
         let last = text.lines().count().max(1);
-        let (line, kind) = lines.next().ok_or_else(|| error_at(last, "empty; the first line is the type, 2 rectangular or 1 polar".into()))?;
+        let (line, kind) =
+            lines.next().ok_or_else(|| error_at(last, "empty; the first line is the type, 2 rectangular or 1 polar".into()))?;
         let polar = match kind {
             "1" => true,
             "2" => false,

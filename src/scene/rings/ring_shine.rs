@@ -388,7 +388,8 @@ mod tests {
                 sun_tangent: 5e-4,
                 ..geometry(&rings, sine)
             };
-            let (exact, interpolated) = (geometry.table().expect("a table"), geometry.interpolate(&RingShines::default()).expect("a table"));
+            let (exact, interpolated) =
+                (geometry.table().expect("a table"), geometry.interpolate(&RingShines::default()).expect("a table"));
             let max_error = |other: &RingShine| exact.texels.iter().zip(&other.texels).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             let brightest = exact.texels.iter().copied().fold(0.0, f32::max);
             assert!(max_error(&interpolated) < 1e-3 * brightest, "sine {sine}: {} of {brightest}", max_error(&interpolated));

@@ -26,7 +26,7 @@ use std::f64::consts::TAU;
 pub struct SkyBackground {
     /// `None`: no panorama.
     pub map_file: Option<String>,
-    /// View ray of depth 1 through the middle of the image, and its change to the right and to the upper edge. Axes of this and all other vectors: those of
+    /// View ray of depth 1 through the middle of the image, and its change to the right and to the upper edge. Axes of all directions here: those of
     /// the panorama.
     pub middle: Vec3,
     pub across: Vec3,

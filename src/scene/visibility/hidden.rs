@@ -196,11 +196,12 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         let (dx, dy) = (ray(from_px.as_dvec2() + DVec2::X) - origin_ray, ray(from_px.as_dvec2() + DVec2::Y) - origin_ray);
         for (p, rows) in nearer.iter().zip(draw.uniforms.foreground_limbs.rows.as_chunks_mut::<3>().0) {
             let limb = Limb::on(&p.placement, origin_ray, dx, dy);
-            let small_px = (p.body.radii_km.max_element() / p.distance_km) / camera.pixel_tangent();
+            let radius_px = (p.body.radii_km.max_element() / p.distance_km) / camera.pixel_tangent();
+            // The kinds of shaders/lib/foreground_limb.wesl: 1 drawn over the disc, 2 too small to be drawn, 3 hides all.
             let (kind, factor) = match shape(p) {
                 _ if visible == DVec3::ZERO => (3.0, 1.0),
                 Some(_) => (1.0, 1.0),
-                None => (2.0, small_disc_area_ratio(small_px)),
+                None => (2.0, small_disc_area_ratio(radius_px)),
             };
             let row = |values: [f64; 4]| Vec4::from_array(values.map(narrow_scalar));
             let [c, gx, gy, xx, xy, yy] = limb.quadratic;
