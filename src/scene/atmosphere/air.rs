@@ -128,11 +128,11 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
     let floor_km = radius_km - body.radii_km.x;
     let top = ((air.top_km - floor_km) / radius_km).max(0.0);
     // A missing species gets the scale height of the other species, so that the quadrature fits the one that exists.
-    let height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(radius_km, |s| s.scale_height_km) / radius_km);
-    let coefficient = |s: Option<&Species>, what: fn(&Species) -> DVec3| {
+    let scale_height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(radius_km, |s| s.scale_height_km) / radius_km);
+    let coefficient = |s: Option<&Species>, of_species: fn(&Species) -> DVec3| {
         // The density to which the coefficient belongs: an exponential profile starts with its density at the floor; a triangular layer keeps its peak.
         let reference_density = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_km) });
-        camera::narrow(s.map_or(DVec3::ZERO, what) * reference_density * radius_km)
+        camera::narrow(s.map_or(DVec3::ZERO, of_species) * reference_density * radius_km)
     };
     let triangular = absorption_layer(air).and_then(|s| Some((s.tent_centre_km? - floor_km, s.scale_height_km)));
     let layer_edges =
@@ -141,11 +141,11 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
     AtmosphereUniforms {
         top: camera::narrow_scalar(radius_sq_minus_1(top)),
         end_heights: Vec2::new(camera::narrow_scalar(top), 0.0),
-        rayleigh_scale_height: height(rayleigh(air).or(mie(air))),
+        rayleigh_scale_height: scale_height(rayleigh(air).or(mie(air))),
         rayleigh_scattering: coefficient(rayleigh(air), scattering),
         rayleigh_extinction: coefficient(rayleigh(air), extinction),
         skylight: camera::narrow(DOWNWARD_FRACTION * scattered / vertical_optical_depth(air).max(DVec3::splat(1e-30))),
-        mie_scale_height: height(mie(air).or(rayleigh(air))),
+        mie_scale_height: scale_height(mie(air).or(rayleigh(air))),
         mie_asymmetry: camera::narrow_scalar(mie(air).and_then(|s| s.asymmetry).unwrap_or(0.0)),
         mie_scattering: coefficient(mie(air), scattering),
         mie_extinction: coefficient(mie(air), extinction),

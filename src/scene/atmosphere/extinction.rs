@@ -22,9 +22,9 @@ pub(crate) fn density(s: &Species, height_km: f64) -> f64 {
     }
 }
 
-/// A coefficient summed over all species, per kilometre.
-pub(crate) fn coefficient(air: &Atmosphere, height_km: f64, what: fn(&Species) -> DVec3) -> DVec3 {
-    air.species.iter().map(|s| what(s) * density(s, height_km)).sum()
+/// A coefficient summed over all species, per kilometre. `of_species`: [`scattering`] or [`extinction`].
+pub(crate) fn coefficient(air: &Atmosphere, height_km: f64, of_species: fn(&Species) -> DVec3) -> DVec3 {
+    air.species.iter().map(|s| of_species(s) * density(s, height_km)).sum()
 }
 
 /// Quadrature along a ray: fractions of its length with their weights. Midpoints of even steps in the square root of the length: steps grow away from the

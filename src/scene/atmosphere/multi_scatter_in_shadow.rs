@@ -60,7 +60,7 @@ struct Shadow {
     km_per_solar_radius: f64,
     /// Cosine of the Sun's zenith angle.
     sun_cosine: f64,
-    /// Distances of the first and the last column from the occluder's limb, solar radii.
+    /// Distances of the first and the last column from the occluder's limb, solar radii; negative on the occluder.
     from: f64,
     to: f64,
     /// Visible fraction of the Sun for distances of -1 to 1 from the occluder's limb.
@@ -123,10 +123,11 @@ impl Shadow {
         root * root
     }
 
-    /// Mean of a quantity over all azimuths, at a distance of `path_km` over the ground from a place.
-    fn azimuth_mean(&self, distance: f64, path_km: f64, what: impl Fn(f64) -> DVec3) -> DVec3 {
+    /// Mean over all azimuths of a quantity at a distance of `path_km` over the ground from a place. `distance`: the place's distance from the occluder's
+    /// centre; `quantity`: as a function of such a distance.
+    fn azimuth_mean(&self, distance: f64, path_km: f64, quantity: impl Fn(f64) -> DVec3) -> DVec3 {
         let distance_over_ground = path_km / self.km_per_solar_radius;
-        let at_azimuth = |(from, to): &(DVec2, DVec2)| what((*from * distance + *to * distance_over_ground).length());
+        let at_azimuth = |(from, to): &(DVec2, DVec2)| quantity((*from * distance + *to * distance_over_ground).length());
         self.azimuths.iter().map(at_azimuth).sum::<DVec3>() / AZIMUTHS as f64
     }
 }
@@ -182,10 +183,10 @@ impl Sources {
         self.parts.iter().copied().sum()
     }
 
-    /// The light that arrives if each source is scaled by `what` at its distance from the occluder's centre.
-    fn arriving(&self, shadow: &Shadow, distance: f64, what: impl Fn(f64) -> DVec3) -> DVec3 {
+    /// The light that arrives at a distance from the occluder's centre if each source is scaled by `factor` at its own distance from that centre.
+    fn arriving(&self, shadow: &Shadow, distance: f64, factor: impl Fn(f64) -> DVec3) -> DVec3 {
         let bins = self.parts.iter().zip(&self.path_sums_km).filter(|(light, _)| light.max_element() > 0.0);
-        bins.map(|(light, path_sum_km)| *light * shadow.azimuth_mean(distance, path_sum_km / light.y.max(1e-300), &what)).sum()
+        bins.map(|(light, path_sum_km)| *light * shadow.azimuth_mean(distance, path_sum_km / light.y.max(1e-300), &factor)).sum()
     }
 }
 
@@ -201,8 +202,8 @@ impl AirAndGround<'_> {
         self.air.top_km * (row as f64 / (crate::scene::atmosphere::multi_scatter_table::HEIGHTS - 1) as f64).powi(2)
     }
 
-    fn coefficient(&self, height_km: f64, what: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
-        extinction::coefficient(self.air, height_km, what)
+    fn coefficient(&self, height_km: f64, of_species: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
+        extinction::coefficient(self.air, height_km, of_species)
     }
 
     /// Transmittance towards the Sun for a plane-parallel atmosphere.

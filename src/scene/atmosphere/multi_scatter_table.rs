@@ -107,8 +107,8 @@ impl AirSphere<'_> {
         (p.length() - self.radius_km).max(0.0)
     }
 
-    fn coefficient(&self, height_km: f64, what: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
-        extinction::coefficient(self.air, height_km, what)
+    fn coefficient(&self, height_km: f64, of_species: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
+        extinction::coefficient(self.air, height_km, of_species)
     }
 
     /// Transmittance towards the Sun; 0 through the planet.

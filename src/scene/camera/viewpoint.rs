@@ -64,6 +64,7 @@ impl StateLookup<'_> {
     fn body(&self, id: NaifId) -> Result<&Body, SceneError> {
         self.catalog.body(id).ok_or_else(|| SceneError::NotABody(format!("{}", id.0)))
     }
+    /// Barycentric position and velocity, ICRF, km and km/s.
     fn state(&self, id: NaifId) -> Result<(DVec3, DVec3), SceneError> {
         let state = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, self.time, None)?.state;
         Ok((state.pos_km, state.vel_km_s))

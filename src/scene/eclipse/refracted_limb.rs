@@ -177,10 +177,10 @@ pub(crate) fn segments(p: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64)
                 (thickness + shown, light + shown * transmittances.max_element())
             });
         let width = thickness.max(pixel);
-        let (out, along) = geometry.limb_radius.sin_cos();
+        let (sin_limb, cos_limb) = geometry.limb_radius.sin_cos();
         LimbSegment {
-            direction: to_body * along + (x * cos + y * sin) * out,
-            solid_angle: step * out * width / geometry.distance,
+            direction: to_body * cos_limb + (x * cos + y * sin) * sin_limb,
+            solid_angle: step * sin_limb * width / geometry.distance,
             radiance: photometry::sun_disc_radiance() * light / width,
         }
     };

@@ -137,9 +137,9 @@ impl PassageGeometry<'_, '_> {
         };
         let mut limits = Vec::new();
         if let Some(span) = span(middle_s, half_s, touches) {
-            let of_instants: Vec<[Option<DVec3>; 2]> = instants(span).map(|s| self.limits(s).unwrap_or_default()).collect();
+            let limits_by_instant: Vec<[Option<DVec3>; 2]> = instants(span).map(|s| self.limits(s).unwrap_or_default()).collect();
             for side in 0..2 {
-                let runs = of_instants.chunk_by(|a, b| a[side].is_some() == b[side].is_some());
+                let runs = limits_by_instant.chunk_by(|a, b| a[side].is_some() == b[side].is_some());
                 limits.extend(runs.filter_map(|run| line(run.iter().filter_map(|sides| sides[side]).collect())));
             }
         }
@@ -158,8 +158,8 @@ impl PassageGeometry<'_, '_> {
             Some((point, motion, point.dot(motion.cross(around))))
         };
         let all: Vec<_> = (0..LINES).map(|k| TAU * f64::from(k) / f64::from(LINES)).map(|angle| (angle, at(angle))).collect();
-        let seen: Vec<DVec3> = all.iter().filter_map(|(_, found)| found.map(|(point, ..)| point)).collect();
-        let middle = seen.iter().sum::<DVec3>() / seen.len().max(1) as f64;
+        let outline: Vec<DVec3> = all.iter().filter_map(|(_, found)| found.map(|(point, ..)| point)).collect();
+        let middle = outline.iter().sum::<DVec3>() / outline.len().max(1) as f64;
         let mut sides = [None; 2];
         for k in 0..all.len() {
             let ((from, Some((.., begin))), (_, Some((.., end)))) = (all[k], all[(k + 1) % all.len()]) else { continue };

@@ -101,11 +101,11 @@ pub(crate) fn required_night_lights(context: Context<'_>, camera: &Camera, place
     let request = context.request;
     let is_metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final;
     let drawn = request.effects.override_of(Effect::Night) != Some(false);
-    let wanted = |p: &&PlacedBody<'_>| {
-        let map = p.body.maps.night.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
-        map && night_lights::brightest(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
+    let is_overexposed = |p: &&PlacedBody<'_>| {
+        let has_map = p.body.maps.night.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
+        has_map && night_lights::brightest(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
     };
-    placed.iter().filter(|_| is_metered && drawn).filter(wanted).map(|p| p.body.id).collect()
+    placed.iter().filter(|_| is_metered && drawn).filter(is_overexposed).map(|p| p.body.id).collect()
 }
 
 /// One sentence: the main subject, its luminance, and what limited the exposure. The last argument: the radiances that the subjects, the glare and the night

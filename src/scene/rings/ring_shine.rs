@@ -258,11 +258,11 @@ impl RingShineGeometry<'_> {
     /// Computes the table. `None` if no ring scatters light.
     fn table(&self) -> Option<RingShine> {
         let annuli = annuli(self);
-        let last = annuli.iter().map(|a| a.radius).fold(0.0, f64::max);
-        if last <= 1.0 {
+        let outermost = annuli.iter().map(|a| a.radius).fold(0.0, f64::max);
+        if outermost <= 1.0 {
             return None;
         }
-        let max_height = (1.0 - 1.0 / (last * last)).sqrt();
+        let max_height = (1.0 - 1.0 / (outermost * outermost)).sqrt();
         let gauss = gauss_legendre(ARC_NODES);
         let rows: Vec<Vec<(DVec3, f64)>> = (0..2 * ROWS)
             .into_par_iter()

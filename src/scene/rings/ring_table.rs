@@ -104,13 +104,13 @@ impl RingTables {
 }
 
 /// Slopes of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: sine of the height of the Sun's centre over
-/// the plane; `tangent`: tangent of the Sun's angular radius; `disc`: whether the Sun's disc is resolved.
+/// the plane; `tangent`: tangent of the Sun's angular radius.
 ///
 /// One slope is enough if it varies so little across the disc that the light removed by an interval changes by less than 0.155 `tangent` / `sine` from one
 /// half of the disc to the other: up to 0.4 % of the light. For a lower Sun the slope of the centre is followed by one slope for each strip of the disc.
-pub fn slopes_of_sunlight(sine: f64, tangent: f64, disc: bool) -> Vec<f64> {
+pub fn slopes_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Vec<f64> {
     let slope = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
-    if !disc || sine.abs() > MIN_HEIGHT_FOR_ONE_SLOPE * tangent {
+    if !is_disc_resolved || sine.abs() > MIN_HEIGHT_FOR_ONE_SLOPE * tangent {
         return vec![slope(sine)];
     }
     let cosine = (1.0 - sine * sine).max(0.0).sqrt();
