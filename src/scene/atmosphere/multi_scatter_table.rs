@@ -2,8 +2,8 @@
 //!
 //! In: a body with its atmosphere. Out: [`NODES`] square roots, by rows of heights: of radiances per unit of sunlight, and in the last row of the irradiance
 //! of level ground. Method (S. Hillaire, EGSR 2020): light of the second order is summed over directions with an isotropic phase function, and each further
-//! order is the previous order times the fraction that scatters again nearby: a geometric series. The ground is a Lambert surface of the body's albedo. Not modelled: the directionality of the higher orders, and light that spreads
-//! sideways beyond the region in which the air is uniform.
+//! order is the previous order times the fraction that scatters again nearby: a geometric series. The ground is a Lambert surface of the body's albedo. Not
+//! modelled: the directionality of the higher orders, and light that spreads sideways beyond the region in which the air is uniform.
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, quadrature, scattering};
