@@ -147,7 +147,7 @@ impl<'a> SceneBuilder<'a> {
         self.viewer.inside == Some(body.id)
     }
 
-    /// The request with the effects that are set for this body only; `None` if none are.
+    /// The request with the effects that the user set for this body applied; `None` if there are none.
     fn own_request(&self, body: &Body) -> Option<ViewRequest> {
         self.request.effects.for_body(&body.name).map(|effects| ViewRequest { effects, ..self.request.clone() })
     }

@@ -52,7 +52,7 @@ pub const REFRACTION_LAYERS: usize = 32;
 /// Number of vec4 uniforms that describe one overlay image.
 pub const OVERLAY_ROWS: usize = 6;
 
-/// Maximum number of size classes of procedural craters in one frame.
+/// Maximum number of size classes of procedural detail (craters, hills or billows) in one frame.
 pub(crate) const DETAIL_ROWS: usize = 16;
 
 /// Columns and rows of the table of the lunar limb profile; their product is the number of position angles.

@@ -65,12 +65,12 @@ impl<'a> DecisionLog<'a> {
         self.effects.override_of(effect) == Some(false)
     }
     /// Like [`Self::effect`] for an effect that needs a map: off if the body has no such map, or if the map's file cannot be read.
-    pub(crate) fn map(&mut self, effect: Effect, map: Option<&Map>, threshold: impl FnOnce() -> (bool, Reason)) -> bool {
+    pub(crate) fn map(&mut self, effect: Effect, map: Option<&Map>, by_threshold: impl FnOnce() -> (bool, Reason)) -> bool {
         match map {
             None => self.note(effect.name(), false, reason!("not-available")),
             Some(m) if self.resources.is_unreadable(&m.file) => self.note(effect.name(), false, reason!("unreadable", file = &m.file)),
             Some(m) => {
-                let (on, reason) = threshold();
+                let (on, reason) = by_threshold();
                 self.effect(effect, on, with_invented(reason, m.invented.as_deref(), |how| reason!("map-invented", how = how)))
             }
         }

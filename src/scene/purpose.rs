@@ -2,7 +2,7 @@
 //!
 //! In: the requested purpose and the exposure. Out: a `Threshold`, with which decisions compare the effect of a feature. Always: for linear light, a feature
 //! is kept if it changes a pixel's radiance by more than the purpose's relative floor; on black, any light is kept. For a display, a feature is kept if it
-//! changes a byte by one level: light of half a level on black is kept, because the sRGB curve is steepest there. Not here: limits of size (a disc below a
+//! may change a byte: by more than [`VISIBLE_LIGHT`] (half a level, on black) or [`VISIBLE_CHANGE`] (relative). Not here: limits of size (a disc below a
 //! pixel is a point, a rim thinner than half a pixel is left out), which do not depend on light, and the maximum number of lights and occluders of a draw.
 
 use crate::message::{Reason, reason};

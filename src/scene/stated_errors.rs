@@ -119,16 +119,17 @@ pub fn of_body_shadow(model: BodyShadow) -> Option<StatedError> {
 /// Upper limit of the distance between the edges of two shadows on the ring: that of a sphere and that of the oblate globe. Lengths are in equatorial radii.
 /// `polar`: the polar radius; `sine`: sine of the Sun's elevation above the ring's plane; `outer`: the ring's outer radius.
 ///
-/// In the ring's plane both shadows are ellipses around the centre. Both are as wide as the equator; the sphere's is 1 / sine long, the globe's q / sine, where
-/// q is half the height of the globe's outline as seen from the Sun. In each direction the ratio of the two radii lies between q and 1. The edges are therefore
-/// apart by at most 1 - q times the distance from the centre to the farther edge; this distance is limited by the ring's outer radius and by the shadow's own tip. If both shadows
-/// extend beyond the ring's outer edge, the difference of their half widths at that edge is a second limit. Measured by tests/rings/reference_tables.rs.
+/// In the ring's plane both shadows are ellipses around the centre. Both are as wide as the equator; the sphere's semi-major axis is 1 / sine, the globe's
+/// q / sine, where q is half the height of the globe's outline as seen from the Sun. In each direction the ratio of the two radii lies between q and 1. The
+/// edges are therefore apart by at most 1 - q times the distance from the centre to the farther edge; this distance is limited by the ring's outer radius and
+/// by the shadow's own tip. If both shadows extend beyond the ring's outer edge, the difference of their half widths at that edge is a second limit. Measured
+/// by tests/rings/reference_tables.rs.
 pub fn sphere_shadow_offset(polar: f64, sine: f64, outer: f64) -> f64 {
-    let outline = (polar * polar * (1.0 - sine * sine) + sine * sine).sqrt();
+    let q = (polar * polar * (1.0 - sine * sine) + sine * sine).sqrt();
     let half_width = |tip: f64| (1.0 - outer * outer / (tip * tip)).sqrt();
-    let (far, near) = (1.0 / sine.abs().max(1e-9), outline / sine.abs().max(1e-9));
-    let along = (1.0 - outline) * outer.min(far);
-    if outer < near { along.min(half_width(far) - half_width(near)) } else { along }
+    let (sphere_tip, globe_tip) = (1.0 / sine.abs().max(1e-9), q / sine.abs().max(1e-9));
+    let radial_limit = (1.0 - q) * outer.min(sphere_tip);
+    if outer < globe_tip { radial_limit.min(half_width(sphere_tip) - half_width(globe_tip)) } else { radial_limit }
 }
 
 /// Error or softness of a shadow's edges, in pixels, above which the more accurate model is chosen.

@@ -36,6 +36,7 @@ impl Circle {
         Self { centre: DVec3::Z * sine, a: DVec3::X * radius, b: DVec3::Y * radius }
     }
 
+    /// The circle through the poles that contains a meridian; its parameter is the latitude on the unit sphere, radians.
     fn of_longitude(longitude_deg: f64) -> Self {
         Self { centre: DVec3::ZERO, a: direction(longitude_deg, 0.0), b: DVec3::Z }
     }
@@ -96,7 +97,7 @@ fn curve_point(line: &GroundLine, t: f64) -> DVec3 {
 }
 
 impl GroundLineBuilder<'_, '_> {
-    /// Draws the visible part of a circle in a parameter range. Returns the midpoint of its first run inside the frame, for the label.
+    /// Draws the visible part of a circle in a parameter range. Returns the midpoint of its first run inside the frame (camera axes), for the label.
     fn draw_circle(&mut self, circle: &Circle, range: [f64; 2], opacity: &dyn Fn(f64) -> f64, colour: DVec3) -> Option<DVec3> {
         let placement = &self.p.placement;
         let point = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (circle.at(t) * placement.radii_km);
@@ -186,13 +187,13 @@ impl GroundLineBuilder<'_, '_> {
                 let latitude_deg = if line.kind == GridLineKind::Meridian { t.to_degrees() } else { line.at_deg };
                 GRID_OPACITY * line.opacity(latitude_deg, pixel_deg)
             };
-            let Some(place) = self.draw_circle(&circle, range, &opacity, GRID_COLOUR) else { continue };
+            let Some(label_point) = self.draw_circle(&circle, range, &opacity, GRID_COLOUR) else { continue };
             count += 1;
             let text = match line.kind {
                 GridLineKind::Parallel => angle_text(line.at_deg, true),
                 GridLineKind::Meridian => format!("{}{}", angle_text(line.at_deg, false), language.name("point", "E")),
             };
-            let clip = DVec2::new(place.x, place.y) / (place.z * self.camera.tan_half_fov);
+            let clip = DVec2::new(label_point.x, label_point.y) / (label_point.z * self.camera.tan_half_fov);
             if clip.abs().max_element() < 1.0 {
                 self.all.texts.push(SkyText { text, at_px: self.camera.pixel_from_clip(clip), colour: GRID_COLOUR, is_tick: true });
             }

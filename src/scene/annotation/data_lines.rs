@@ -23,10 +23,13 @@ const MERGE_PX: f64 = 0.3;
 /// Step at which a line is tested against the limb: sum of the changes of latitude and longitude, radians.
 const STEP: f64 = 0.05;
 
-/// A vertex, or a point between two: latitude and longitude in radians, the curve parameter, and its position on the unit sphere.
+/// A vertex, or a point between two.
 struct Vertex {
-    at: DVec2,
+    /// Planetographic latitude and longitude, radians.
+    lat_lon: DVec2,
+    /// The curve parameter.
     parameter: f64,
+    /// Position on the unit sphere.
     point: DVec3,
 }
 
@@ -36,8 +39,8 @@ struct Path {
     radii_km: DVec3,
 }
 
-fn on_unit_sphere(radii_km: DVec3, at: DVec2) -> DVec3 {
-    ground_point_km(radii_km, at.x.to_degrees(), at.y.to_degrees(), 0.0).0 / radii_km
+fn on_unit_sphere(radii_km: DVec3, lat_lon: DVec2) -> DVec3 {
+    ground_point_km(radii_km, lat_lon.x.to_degrees(), lat_lon.y.to_degrees(), 0.0).0 / radii_km
 }
 
 impl Path {
@@ -48,10 +51,10 @@ impl Path {
         for (k, vertex) in vertices.iter().enumerate() {
             let mut to = DVec2::new(vertex[0], vertex[1]).map(f64::to_radians);
             let Some(last) = path.vertices.last() else {
-                path.vertices.push(Vertex { at: to, parameter: 1.0, point: on_unit_sphere(radii_km, to) });
+                path.vertices.push(Vertex { lat_lon: to, parameter: 1.0, point: on_unit_sphere(radii_km, to) });
                 continue;
             };
-            let (from, mut parameter) = (last.at, last.parameter);
+            let (from, mut parameter) = (last.lat_lon, last.parameter);
             if (to.y - from.y).abs() > PI {
                 to.y -= TAU * ((to.y - from.y) / TAU).round();
             }
@@ -65,9 +68,9 @@ impl Path {
             }
             let steps = (length / STEP).ceil().max(1.0);
             for n in 1..=steps as usize {
-                let at = from.lerp(to, n as f64 / steps);
+                let lat_lon = from.lerp(to, n as f64 / steps);
                 parameter += length / steps;
-                path.vertices.push(Vertex { at, parameter, point: on_unit_sphere(radii_km, at) });
+                path.vertices.push(Vertex { lat_lon, parameter, point: on_unit_sphere(radii_km, lat_lon) });
             }
         }
         path
@@ -77,7 +80,7 @@ impl Path {
     fn at(&self, parameter: f64) -> DVec3 {
         let next = self.vertices.partition_point(|c| c.parameter < parameter).clamp(1, self.vertices.len() - 1);
         let [a, b] = [&self.vertices[next - 1], &self.vertices[next]];
-        on_unit_sphere(self.radii_km, a.at.lerp(b.at, (parameter - a.parameter) / (b.parameter - a.parameter)))
+        on_unit_sphere(self.radii_km, a.lat_lon.lerp(b.lat_lon, (parameter - a.parameter) / (b.parameter - a.parameter)))
     }
 
     /// The parts visible from a camera outside the unit sphere, each as the parameters of its points.
@@ -193,6 +196,6 @@ mod tests {
         let vertices: Vec<[f64; 2]> = (0..=10_000).map(|k| [0.0, f64::from(k) * 1e-4]).collect();
         let path = Path::of(&vertices, EARTH, 1e-3);
         assert!((10..25).contains(&path.vertices.len()), "{}", path.vertices.len());
-        assert!(path.vertices.last().expect("corners").at.distance(DVec2::new(0.0, 1_f64.to_radians())) < 1e-12);
+        assert!(path.vertices.last().expect("corners").lat_lon.distance(DVec2::new(0.0, 1_f64.to_radians())) < 1e-12);
     }
 }

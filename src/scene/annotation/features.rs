@@ -85,7 +85,7 @@ pub(crate) fn features(
             let extent = DVec2::new(width, metrics.line_height_px);
             let centred = at - 0.5 * extent;
             let side_offset = DVec2::new(0.5 * width + 0.7 * letter_px, 0.0);
-            // A landing site's name is placed on its right, or if that does not fit, on its left, below or above.
+            // A landing site's name is placed on its right, or if that does not fit, on its left, below right or above right.
             let below = DVec2::new(0.0, 1.4 * extent.y);
             let corners = match feature.is_landing_site {
                 true => vec![centred + side_offset, centred - side_offset, centred + side_offset + below, centred + side_offset - below],

@@ -102,8 +102,8 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
     lines
 }
 
-fn is_multiple(value: f64, of: f64) -> bool {
-    let times = value / of;
+fn is_multiple(value: f64, step: f64) -> bool {
+    let times = value / step;
     (times - times.round()).abs() < 1e-6
 }
 
@@ -116,13 +116,13 @@ pub(crate) fn angle_text(degrees: f64, signed: bool) -> String {
         () if signed => "+",
         () => "",
     };
-    parts_text(sign, seconds, ["°", "'", "\""])
+    sexagesimal_text(sign, seconds, ["°", "'", "\""])
 }
 
-/// A right ascension in hours.
+/// A right ascension in hours, minutes and seconds, to a tenth of a second.
 pub(crate) fn hours_text(degrees: f64) -> String {
     let tenths = (degrees.rem_euclid(360.0) / 15.0 * 36_000.0).round() as u64 % 864_000;
-    let text = parts_text("", tenths / 10, ["h", "m", "s"]);
+    let text = sexagesimal_text("", tenths / 10, ["h", "m", "s"]);
     if tenths.is_multiple_of(10) {
         text
     } else {
@@ -130,7 +130,7 @@ pub(crate) fn hours_text(degrees: f64) -> String {
     }
 }
 
-fn parts_text(sign: &str, seconds: u64, [whole, minute, second]: [&str; 3]) -> String {
+fn sexagesimal_text(sign: &str, seconds: u64, [whole, minute, second]: [&str; 3]) -> String {
     let (d, m, s) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
     match (m, s) {
         (0, 0) => format!("{sign}{d}{whole}"),

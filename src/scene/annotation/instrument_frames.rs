@@ -23,27 +23,27 @@ const NAME_OFFSET: f64 = 0.8;
 
 /// Axes of a frame: the direction of its centre, and its directions up and left as seen from inside the sky.
 struct FrameAxes {
-    out: DVec3,
+    centre: DVec3,
     up: DVec3,
     left: DVec3,
 }
 
 impl FrameAxes {
     /// East is to the left of north, because the sky is seen from inside.
-    fn of(out: DVec3, position_angle_deg: f64) -> Self {
-        let east = DVec3::Z.cross(out).try_normalize().unwrap_or(DVec3::Y);
-        let north = out.cross(east);
+    fn of(centre: DVec3, position_angle_deg: f64) -> Self {
+        let east = DVec3::Z.cross(centre).try_normalize().unwrap_or(DVec3::Y);
+        let north = centre.cross(east);
         let (sin, cos) = position_angle_deg.to_radians().sin_cos();
-        Self { out, up: north * cos + east * sin, left: east * cos - north * sin }
+        Self { centre, up: north * cos + east * sin, left: east * cos - north * sin }
     }
 
     fn on_circle(&self, radius: f64, t: f64) -> DVec3 {
-        self.out * radius.cos() + (self.up * t.cos() + self.left * t.sin()) * radius.sin()
+        self.centre * radius.cos() + (self.up * t.cos() + self.left * t.sin()) * radius.sin()
     }
 
     /// A corner, by the tangents of its offsets to the left and up.
     fn corner(&self, left: f64, up: f64) -> DVec3 {
-        (self.out + self.left * left + self.up * up).normalize()
+        (self.centre + self.left * left + self.up * up).normalize()
     }
 }
 
@@ -72,7 +72,7 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
     let in_image = |v: &DVec3| camera.clip(*v).is_some_and(|clip| clip.abs().max_element() < 1.0);
     let target = target.and_then(DVec3::try_normalize);
     // A face of a composed image has no fallback, because its middle is not the middle of the image.
-    let Some(out) =
+    let Some(centre) =
         target.filter(|v| camera.is_part_of_composite || in_image(v)).or((!camera.is_part_of_composite).then_some(camera.forward))
     else {
         return all;
@@ -80,7 +80,7 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
     let max_tan = camera.tan_half_fov.max_element();
     let (mut drawn, mut left_out) = (Vec::new(), 0);
     for instrument in instruments {
-        let axes = FrameAxes::of(out, instrument.position_angle_deg);
+        let axes = FrameAxes::of(centre, instrument.position_angle_deg);
         let half = match instrument.field {
             FieldOfView::Circle { diameter_deg } => DVec2::splat((0.5 * diameter_deg).to_radians()),
             FieldOfView::Rectangle { width_deg, height_deg } => 0.5 * DVec2::new(width_deg, height_deg).map(f64::to_radians),
@@ -125,7 +125,8 @@ mod tests {
         Instrument { name: "own".into(), field, position_angle_deg }
     }
 
-    /// Every end of every segment lies at half the field's diameter from the centre.
+    /// Every end of every segment of a circular frame lies at half the field's diameter from the centre; a rectangular frame has its width and height, and
+    /// turns by its position angle.
     #[test]
     fn frames_have_the_size_of_their_fields() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 30.0, 800, 600);
@@ -135,8 +136,8 @@ mod tests {
             let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, 0.0)], &camera, Some(target), 13.0);
             assert!(found.decisions[0].on && found.texts.len() == 1, "{:?}", found.decisions);
             for segment in &found.segments {
-                let off = segment.ends.map(|end| ray(end).cross(target).length().asin().to_degrees() - 0.5 * diameter_deg);
-                assert!(off.iter().all(|o| o.abs() < 1e-4), "{diameter_deg}: {off:?}");
+                let errors_deg = segment.ends.map(|end| ray(end).cross(target).length().asin().to_degrees() - 0.5 * diameter_deg);
+                assert!(errors_deg.iter().all(|error| error.abs() < 1e-4), "{diameter_deg}: {errors_deg:?}");
             }
         }
         // A quarter turn exchanges width and height. North is up here, east is left.
@@ -144,7 +145,8 @@ mod tests {
         for (angle, wide, high) in [(0.0, 6.0, 2.0), (90.0, 2.0, 6.0)] {
             let found = frames(&[instrument(field, angle)], &camera, Some(DVec3::X), 13.0);
             let rays: Vec<DVec3> = found.segments.iter().flat_map(|p| p.ends).map(ray).collect();
-            let max_angle_deg = |of: &dyn Fn(&DVec3) -> f64| rays.iter().map(|r| (of(r) / r.x).atan().to_degrees()).fold(0.0, f64::max);
+            let max_angle_deg =
+                |component: &dyn Fn(&DVec3) -> f64| rays.iter().map(|r| (component(r) / r.x).atan().to_degrees()).fold(0.0, f64::max);
             assert!((max_angle_deg(&|r| r.y) - wide).abs() < 1e-3 && (max_angle_deg(&|r| r.z) - high).abs() < 1e-3, "{angle}");
         }
         // At 30 degrees the upper side leans to the east, which is left of north.

@@ -43,7 +43,7 @@ pub struct LabelSide {
 impl LabelSide {
     pub const DEFAULT: Self = Self { left: false, below: false, lines: 0 };
 
-    /// The places of a name, in the order in which they are tried. `most_lines`: the greatest distance.
+    /// The places of a name, in the order in which they are tried. `max_lines`: the largest value of [`Self::lines`].
     fn places(max_lines: u8) -> impl Iterator<Item = Self> {
         let at = |lines| [(false, false), (true, false), (false, true), (true, true)].map(|(left, below)| Self { left, below, lines });
         (0..=max_lines).flat_map(at)
@@ -152,7 +152,7 @@ pub(crate) fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
 }
 
-/// Lines by which the name of the selected body may be farther from it than others.
+/// Largest number of lines between the usual place of a name and the name of the selected body.
 const SELECTED_LINES: u8 = 8;
 /// Free space at both ends of a name, mean widths of a glyph: names with wide letters are up to a tenth wider than estimated.
 const NAME_MARGIN: f64 = 1.0;

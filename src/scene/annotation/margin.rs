@@ -13,7 +13,7 @@ use crate::scene::request::view_request::{Position, ViewRequest};
 use crate::units::KM_PER_AU;
 use glam::DVec2;
 
-/// Texts, bars and rings (by their centres).
+/// Texts, bars and rings. A ring is a circle that marks a place, given by its centre.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Margin {
     pub texts: Vec<TextLine>,
@@ -51,10 +51,10 @@ impl Margin {
 
     /// The margin shifted to the right.
     pub(crate) fn shifted(mut self, right_px: f64) -> Self {
-        let by = DVec2::new(right_px, 0.0);
-        self.texts.iter_mut().for_each(|t| t.left_px += by);
-        self.rings.iter_mut().for_each(|r| *r += by);
-        self.bars.iter_mut().for_each(|b| (b.rect.min, b.rect.max) = (b.rect.min + by, b.rect.max + by));
+        let shift = DVec2::new(right_px, 0.0);
+        self.texts.iter_mut().for_each(|t| t.left_px += shift);
+        self.rings.iter_mut().for_each(|r| *r += shift);
+        self.bars.iter_mut().for_each(|b| (b.rect.min, b.rect.max) = (b.rect.min + shift, b.rect.max + shift));
         self
     }
 
@@ -130,9 +130,10 @@ impl Margin {
         self.bar(DVec2::new(left, base), DVec2::new(length, thickness));
         self.bar(DVec2::new(left, base - tick), DVec2::new(thickness, tick));
         self.bar(DVec2::new(left + length - thickness, base - tick), DVec2::new(thickness, tick));
-        let middle = left + 0.5 * (length - metrics.width_px(&text));
-        let middle = middle.min(size.x - 0.6 * letter - metrics.width_px(&text));
-        self.text(text, DVec2::new(middle, base - 1.1 * letter));
+        // Centred over the bar, as far as the image's edge allows.
+        let text_left = left + 0.5 * (length - metrics.width_px(&text));
+        let text_left = text_left.min(size.x - 0.6 * letter - metrics.width_px(&text));
+        self.text(text, DVec2::new(text_left, base - 1.1 * letter));
     }
 
     fn compass(&mut self, image: &impl ImageProjection, target: &BodyInView, metrics: &LabelMetrics) {

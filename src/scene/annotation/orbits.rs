@@ -354,12 +354,12 @@ mod tests {
                             middle + step * f64::from(k) / 200.0
                         }
                     };
-                    let off = |s: f64| (state.pos_km + conic.offset_from_body_km(s)).distance(expected);
-                    let best = (-200..=200).map(around).min_by(|a, b| off(*a).total_cmp(&off(*b))).expect("some");
+                    let error_km = |s: f64| (state.pos_km + conic.offset_from_body_km(s)).distance(expected);
+                    let best = (-200..=200).map(around).min_by(|a, b| error_km(*a).total_cmp(&error_km(*b))).expect("some");
                     (middle, step) = (best, if round == 0 { (ahead_end - back) / 200.0 } else { step * 0.2 });
                 }
-                let off = (state.pos_km + conic.offset_from_body_km(middle)).distance(expected);
-                assert!(off < 1e-7 * expected.length(), "{name} {days}: {off} km");
+                let error_km = (state.pos_km + conic.offset_from_body_km(middle)).distance(expected);
+                assert!(error_km < 1e-7 * expected.length(), "{name} {days}: {error_km} km");
             }
         }
         let state = states()[0].1;
@@ -386,12 +386,12 @@ mod tests {
             let [back, ahead_end] = conic.drawn_range();
             let place = state.pos_km;
             // A camera beside the line that looks ahead along it (1), back (-1), or down on it (0).
-            let beside = |fraction: f64, off_km: f64, along: f64, fov_deg: f64| {
+            let beside = |fraction: f64, height_km: f64, along: f64, fov_deg: f64| {
                 let s = fraction * if fraction < 0.0 { -back } else { ahead_end };
-                let here = conic.offset_from_body_km(s);
-                let ahead = conic.offset_from_body_km(s + 1e-4 * (ahead_end - back)) - here;
+                let offset = conic.offset_from_body_km(s);
+                let ahead = conic.offset_from_body_km(s + 1e-4 * (ahead_end - back)) - offset;
                 let forward = if along == 0.0 { DVec3::NEG_Z } else { ahead * along };
-                Camera::looking(place + here + DVec3::Z * off_km, forward, DVec3::Z, fov_deg, 800, 600)
+                Camera::looking(place + offset + DVec3::Z * height_km, forward, DVec3::Z, fov_deg, 800, 600)
             };
             // Distances from a metre to a hundred au.
             let cameras = [
@@ -422,8 +422,8 @@ mod tests {
                     }
                     let Some(clip) = camera.clip(p).filter(|c| c.abs().max_element() < 1.0) else { continue };
                     seen += 1;
-                    let off = distance_to_line_px(camera, &all, clip);
-                    assert!(off < 2.0 * MAX_CHORD_ERROR_PX, "{name}, camera {n}: the conic leaves the line by {off} px at {t}");
+                    let error_px = distance_to_line_px(camera, &all, clip);
+                    assert!(error_px < 2.0 * MAX_CHORD_ERROR_PX, "{name}, camera {n}: the conic leaves the line by {error_px} px at {t}");
                 }
                 assert!(seen > 3 || n > 0, "{name}, camera {n} sees {seen} points");
             }
@@ -448,8 +448,8 @@ mod tests {
                     continue;
                 }
                 let vertices = all.iter().flat_map(|a| [a.clip(0.0), a.clip(1.0)]);
-                let off = vertices.map(|v| ((v.truncate() - clip) * camera.half_size()).length()).fold(f64::INFINITY, f64::min);
-                worst = worst.max(off);
+                let error_px = vertices.map(|v| ((v.truncate() - clip) * camera.half_size()).length()).fold(f64::INFINITY, f64::min);
+                worst = worst.max(error_px);
             }
             assert!(worst < 0.05, "{name}: {worst} px");
         }

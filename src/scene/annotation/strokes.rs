@@ -54,6 +54,7 @@ impl Curve<'_> {
     }
 
     /// The parts of the curve inside the frame. Each span between consecutive parameters is subdivided separately. Parameter 0 always starts a new run.
+    /// `halvings`: number of halvings that count as done already.
     pub(crate) fn runs(&self, parameters: &[f64], halvings: u32) -> Vec<Polyline> {
         let mut subdivision = StrokeSubdivision { curve: self, runs: Vec::new() };
         for span in parameters.windows(2) {

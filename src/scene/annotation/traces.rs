@@ -32,13 +32,13 @@ fn path(states: &[State], step_s: f64) -> Vec<(DVec3, f64)> {
     let last = ((states.len() - 1) * SEGMENTS_PER_SAMPLE) as f64;
     let point = |k: usize| {
         let (n, fraction) = (k / SEGMENTS_PER_SAMPLE, (k % SEGMENTS_PER_SAMPLE) as f64 / SEGMENTS_PER_SAMPLE as f64);
-        let here = states[n].pos_km - states[0].pos_km;
-        let Some(older) = states.get(n + 1).filter(|_| fraction > 0.0) else { return (here, 1.0 - k as f64 / last) };
+        let newer_km = states[n].pos_km - states[0].pos_km;
+        let Some(older) = states.get(n + 1).filter(|_| fraction > 0.0) else { return (newer_km, 1.0 - k as f64 / last) };
         // Hermite cubic; time runs backwards.
         let (t, t2, t3) = (fraction, fraction * fraction, fraction * fraction * fraction);
-        let there = older.pos_km - states[0].pos_km;
-        let between = here * (2.0 * t3 - 3.0 * t2 + 1.0) - states[n].vel_km_s * ((t3 - 2.0 * t2 + t) * step_s)
-            + there * (3.0 * t2 - 2.0 * t3)
+        let older_km = older.pos_km - states[0].pos_km;
+        let between = newer_km * (2.0 * t3 - 3.0 * t2 + 1.0) - states[n].vel_km_s * ((t3 - 2.0 * t2 + t) * step_s)
+            + older_km * (3.0 * t2 - 2.0 * t3)
             - older.vel_km_s * ((t3 - t2) * step_s);
         (between, 1.0 - k as f64 / last)
     };
@@ -47,7 +47,7 @@ fn path(states: &[State], step_s: f64) -> Vec<(DVec3, f64)> {
 
 /// The part of a path inside the frame, as line segments. `body_km`: the body's apparent position from the camera, ICRF.
 fn segments(camera: &Camera, body_km: DVec3, path: &[(DVec3, f64)], colour: DVec3) -> Vec<LineSegment> {
-    let points: Vec<(DVec3, f64)> = path.iter().map(|(p, fading)| (camera.in_axes(body_km + *p), *fading)).collect();
+    let points: Vec<(DVec3, f64)> = path.iter().map(|(p, remaining)| (camera.in_axes(body_km + *p), *remaining)).collect();
     let screen = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size();
     let direction = |k: usize| {
         let (a, b) = (points.get(k)?.0, points.get(k + 1)?.0);
@@ -66,7 +66,7 @@ fn segments(camera: &Camera, body_km: DVec3, path: &[(DVec3, f64)], colour: DVec
         Some(LineSegment {
             ends: [end(a.0), end(b.0)],
             across: [across(k), across(k + 1)],
-            opacity: [a.1, b.1].map(|fading| narrow_scalar(OPACITY * fading)),
+            opacity: [a.1, b.1].map(|remaining| narrow_scalar(OPACITY * remaining)),
             colour: narrow(colour),
         })
     };

@@ -128,11 +128,11 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
     let floor_km = radius_km - body.radii_km.x;
     let top = ((air.top_km - floor_km) / radius_km).max(0.0);
     // A missing species gets the scale height of the other species, so that the quadrature fits the one that exists.
-    let height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(radius_km, |s| s.scale_height_km) / radius_km);
-    let coefficient = |s: Option<&Species>, what: fn(&Species) -> DVec3| {
+    let scale_height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(radius_km, |s| s.scale_height_km) / radius_km);
+    let coefficient = |s: Option<&Species>, of_species: fn(&Species) -> DVec3| {
         // The density to which the coefficient belongs: an exponential profile starts with its density at the floor; a triangular layer keeps its peak.
         let reference_density = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_km) });
-        camera::narrow(s.map_or(DVec3::ZERO, what) * reference_density * radius_km)
+        camera::narrow(s.map_or(DVec3::ZERO, of_species) * reference_density * radius_km)
     };
     let triangular = absorption_layer(air).and_then(|s| Some((s.tent_centre_km? - floor_km, s.scale_height_km)));
     let layer_edges =
@@ -141,11 +141,11 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
     AtmosphereUniforms {
         top: camera::narrow_scalar(radius_sq_minus_1(top)),
         end_heights: Vec2::new(camera::narrow_scalar(top), 0.0),
-        rayleigh_scale_height: height(rayleigh(air).or(mie(air))),
+        rayleigh_scale_height: scale_height(rayleigh(air).or(mie(air))),
         rayleigh_scattering: coefficient(rayleigh(air), scattering),
         rayleigh_extinction: coefficient(rayleigh(air), extinction),
         skylight: camera::narrow(DOWNWARD_FRACTION * scattered / vertical_optical_depth(air).max(DVec3::splat(1e-30))),
-        mie_scale_height: height(mie(air).or(rayleigh(air))),
+        mie_scale_height: scale_height(mie(air).or(rayleigh(air))),
         mie_asymmetry: camera::narrow_scalar(mie(air).and_then(|s| s.asymmetry).unwrap_or(0.0)),
         mie_scattering: coefficient(mie(air), scattering),
         mie_extinction: coefficient(mie(air), extinction),
@@ -254,12 +254,11 @@ mod tests {
         let up = DVec3::X;
         let place = Placement { centre_km: -up * (earth.radii_km.x + 0.002), body_from_icrf: DMat3::IDENTITY, radii_km: earth.radii_km };
         let around = SurroundingAir::of(earth, &place).expect("two metres up is in the air");
-        let high = around.transmittance(up);
-        // Extinction of the zenith at the three wavelengths: gas 8 km, aerosol 1.2 km, ozone 15 km.
+        let to_zenith = around.transmittance(up);
         let expected = (-vertical_optical_depth(earth.atmosphere.as_ref().expect("air"))).exp();
-        assert!((high - expected).abs().max_element() < 2e-3, "{high} for {expected}");
-        let low = around.tint(DVec3::new(0.0, 1.0, 0.01));
-        assert!(low.x > 2.0 && low.y < 0.9 && low.z < 0.01, "{low}");
+        assert!((to_zenith - expected).abs().max_element() < 2e-3, "{to_zenith} for {expected}");
+        let low_sun = around.tint(DVec3::new(0.0, 1.0, 0.01));
+        assert!(low_sun.x > 2.0 && low_sun.y < 0.9 && low_sun.z < 0.01, "{low_sun}");
         let far = Placement { centre_km: -up * 1e6, ..place };
         assert!(SurroundingAir::of(earth, &far).is_none());
         let centre = Placement { centre_km: DVec3::ZERO, ..place };

@@ -25,8 +25,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 
 /// Name of the decision whether the ground's draw shows the clouds.
 const CLOUDS_WITH_GROUND: &str = "clouds-with-ground";
-/// Greatest distance in pixels between the points where a view ray meets the deck and the ground. The clouds then share the ground's sunlight past other bodies: the
-/// edge of a shadow on them is off by that distance at most.
+/// Greatest distance in pixels between the points where a view ray meets the deck and the ground. Clouds drawn with the ground share the ground's eclipse
+/// shadow, whose edge is therefore displaced on them by at most that distance.
 const MAX_PARALLAX_PX: f64 = 4.0;
 
 /// Whether the ground's draw shows the clouds where it reads the coarse image of the air. It saves their own intersection, map coordinates and air.
@@ -55,15 +55,15 @@ fn shell(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Opti
         decisions.log.note(Effect::Clouds.name(), false, reason);
         return None;
     }
-    let full_cover = clouds.albedo * lights::sunlight(p.sun_from_body_km).irradiance.x;
+    let deck_radiance = clouds.albedo * lights::sunlight(p.sun_from_body_km).irradiance.x;
     let threshold = inputs.threshold();
-    let check = || (threshold.is_exceeded_by(full_cover), reason!("clouds-closed-deck", light = threshold.description(full_cover)));
+    let check = || (threshold.is_exceeded_by(deck_radiance), reason!("clouds-closed-deck", light = threshold.description(deck_radiance)));
     if !decisions.log.map(Effect::Clouds, Some(&clouds.map), check) {
         return None;
     }
-    let (span, max_span) = detail::ground_deg_per_px(inputs.frame.camera, &shell, Some(&clouds.map));
-    let has_billows = span < max_span && !decisions.log.is_switched_off(Effect::Detail) && decisions.chosen.eclipse.occluders == 0;
-    let sizes = reason!("detail-cloud-span", span = format_args!("{span:.4}"), threshold = format_args!("{max_span:.4}"));
+    let (span_deg, max_span_deg) = detail::ground_deg_per_px(inputs.frame.camera, &shell, Some(&clouds.map));
+    let has_billows = span_deg < max_span_deg && !decisions.log.is_switched_off(Effect::Detail) && decisions.chosen.eclipse.occluders == 0;
+    let sizes = reason!("detail-cloud-span", span = format_args!("{span_deg:.4}"), threshold = format_args!("{max_span_deg:.4}"));
     let reason = detail::law(Detail::Billows).and(sizes);
     decisions.log.note("cloud-detail", has_billows, reason);
     decisions.chosen.cloud_detail = has_billows;

@@ -22,9 +22,9 @@ pub(crate) fn density(s: &Species, height_km: f64) -> f64 {
     }
 }
 
-/// A coefficient summed over all species, per kilometre.
-pub(crate) fn coefficient(air: &Atmosphere, height_km: f64, what: fn(&Species) -> DVec3) -> DVec3 {
-    air.species.iter().map(|s| what(s) * density(s, height_km)).sum()
+/// A coefficient summed over all species, per kilometre. `of_species`: [`scattering`] or [`extinction`].
+pub(crate) fn coefficient(air: &Atmosphere, height_km: f64, of_species: fn(&Species) -> DVec3) -> DVec3 {
+    air.species.iter().map(|s| of_species(s) * density(s, height_km)).sum()
 }
 
 /// Quadrature along a ray: fractions of its length with their weights. Midpoints of even steps in the square root of the length: steps grow away from the
@@ -38,7 +38,7 @@ pub(crate) fn quadrature(count: usize) -> impl Iterator<Item = (f64, f64)> {
 
 /// Optical depth of a straight ray that starts where its air is densest. `height_km`: height at a distance from the start.
 pub(crate) fn optical_depth(air: &Atmosphere, length_km: f64, count: usize, height_km: impl Fn(f64) -> f64) -> DVec3 {
-    quadrature(count).map(|(at, part)| coefficient(air, height_km(length_km * at), extinction) * (length_km * part)).sum()
+    quadrature(count).map(|(fraction, weight)| coefficient(air, height_km(length_km * fraction), extinction) * (length_km * weight)).sum()
 }
 
 #[cfg(test)]
@@ -57,10 +57,10 @@ mod tests {
             None => s.scale_height_km * -(-air.top_km / s.scale_height_km).exp_m1(),
         };
         let exact: DVec3 = air.species.iter().map(|s| extinction(s) * column(s)).sum();
-        let worst = |count: usize| ((optical_depth(air, air.top_km, count, |s| s) - exact) / exact).abs().max_element();
-        assert!(worst(1000) < 1e-5, "{}", worst(1000));
-        assert!(worst(48) < 5e-3, "{}", worst(48));
-        assert!(worst(4) > 5e-3, "four steps are too few");
-        assert!((quadrature(48).map(|(_, part)| part).sum::<f64>() - 1.0).abs() < 1e-12);
+        let relative_error = |count: usize| ((optical_depth(air, air.top_km, count, |s| s) - exact) / exact).abs().max_element();
+        assert!(relative_error(1000) < 1e-5, "{}", relative_error(1000));
+        assert!(relative_error(48) < 5e-3, "{}", relative_error(48));
+        assert!(relative_error(4) > 5e-3, "four steps are too few");
+        assert!((quadrature(48).map(|(_, weight)| weight).sum::<f64>() - 1.0).abs() < 1e-12);
     }
 }

@@ -17,7 +17,7 @@ use std::f64::consts::PI;
 const FIT_POINTS: usize = 24;
 /// Quadrature nodes along a line.
 const NODES: usize = 32;
-/// Optical depth in scale heights at which a line ends: exp(-36) = 2e-16.
+/// Height in scale heights at which a line ends: the density there is exp(-36) = 2e-16 of that at the ground.
 const SCALE_HEIGHTS: f64 = 36.0;
 
 /// Column of an exponential atmosphere along a line that leaves the ground at `cos_zenith`, in radii, for a density of 1 at the ground.
@@ -78,8 +78,8 @@ impl<'a> Column<'a> {
 
 /// The slope of t. For one species it is that of erfcx's polynomial (lib/air/column_density.wesl), for two their geometric mean.
 fn slope(air: &AtmosphereUniforms) -> f64 {
-    let of = |height: f32| ERFCX_SLOPE * (0.5 / f64::from(height)).sqrt();
-    (of(air.rayleigh_scale_height) * of(air.mie_scale_height)).sqrt()
+    let of_species = |scale_height: f32| ERFCX_SLOPE * (0.5 / f64::from(scale_height)).sqrt();
+    (of_species(air.rayleigh_scale_height) * of_species(air.mie_scale_height)).sqrt()
 }
 
 /// The rows of the uniform: coefficients of t, t², … (xyz); w of the first: the slope.
@@ -113,8 +113,8 @@ fn fit(points: impl Iterator<Item = (f64, f64)>) -> [f64; TERMS] {
             continue;
         }
         // The change of the opacity with the depth, over the opacity; where nothing shines through, a thousandth of the relative error of the depth counts.
-        let kept = (-depth).exp();
-        let weight = (kept / (1.0 - kept) + 1e-4 / depth).max(1e-3 / depth);
+        let transmittance = (-depth).exp();
+        let weight = (transmittance / (1.0 - transmittance) + 1e-4 / depth).max(1e-3 / depth);
         right_hand[k] = weight * depth;
         let mut power = weight;
         for column in &mut columns {
@@ -156,16 +156,16 @@ mod tests {
         rows.iter().rev().fold(DVec3::ZERO, |sum, row| (sum + row.truncate().as_dvec3()) * t)
     }
 
-    /// Largest error of the opacity over all zenith angles: absolute, and relative where the air is thin.
+    /// Largest relative error of the opacity over all zenith angles and channels.
     fn error(air: &AtmosphereUniforms) -> f64 {
         let (rows, exact) = (terms(air), Column::of(air, 200));
         let steps = (0..=400).map(|k| f64::from(k) / 400.0);
-        let off = |cos: f64| {
+        let relative_error = |cos: f64| {
             let (fitted, truth) = (value(&rows, cos), exact.depth(cos));
             let opacity = |d: DVec3| 1.0 - (-d).exp();
             ((opacity(fitted) - opacity(truth)).abs() / opacity(truth).max(DVec3::splat(1e-12))).max_element()
         };
-        steps.flat_map(|x| [x, x * x * x]).map(off).fold(0.0, f64::max)
+        steps.flat_map(|x| [x, x * x * x]).map(relative_error).fold(0.0, f64::max)
     }
 
     #[test]
@@ -175,8 +175,8 @@ mod tests {
         for body in catalog.bodies().iter().filter(|b| b.atmosphere.is_some()) {
             let clouds = body.clouds.as_ref().map(|c| crate::scene::atmosphere::clouds::shell_scale(body, c));
             for floor in std::iter::once(1.0).chain(clouds) {
-                let off = error(&crate::scene::atmosphere::air::uniforms(body, floor));
-                assert!(off < 6e-5, "{} at {floor}: {off:e}", body.name);
+                let error = error(&crate::scene::atmosphere::air::uniforms(body, floor));
+                assert!(error < 6e-5, "{} at {floor}: {error:e}", body.name);
             }
             bodies += 1;
         }
@@ -199,8 +199,8 @@ mod tests {
             for extinction in [[0.01, 0.0, 0.0], [0.3, 0.1, 0.05], [0.0, 3.0, 0.0], [1e-4, 0.0, 1.0], [20.0, 1.0, 0.0]] {
                 // The layer reaches the ground in the second case.
                 for layer in [high, Vec3::new(0.0, 0.002, 0.004)] {
-                    let off = error(&described(gas, haze, extinction, layer));
-                    assert!(off < 2e-3, "{gas} {haze} {extinction:?} {layer}: {off:e}");
+                    let error = error(&described(gas, haze, extinction, layer));
+                    assert!(error < 2e-3, "{gas} {haze} {extinction:?} {layer}: {error:e}");
                 }
             }
         }
@@ -217,8 +217,8 @@ mod tests {
             // Along the horizon: sqrt(pi x / 2) H (1 + 3 / 8x).
             let x = 1.0 / scale_height;
             let grazing = scale_height * (0.5 * PI * x).sqrt() * (1.0 + 0.375 / x);
-            let off = exponential_column(scale_height, 0.0, &nodes) / grazing - 1.0;
-            assert!(off.abs() < 0.2 / (x * x), "{scale_height}: {off:e}");
+            let error = exponential_column(scale_height, 0.0, &nodes) / grazing - 1.0;
+            assert!(error.abs() < 0.2 / (x * x), "{scale_height}: {error:e}");
         }
         let knots = DVec3::new(2e-4, 4e-4, 6e-4);
         assert!((layer_column(knots, 1.0, &gauss_legendre(2)) / 1e-4 - 1.0).abs() < 1e-3);

@@ -30,8 +30,8 @@ pub const NODES: usize = ROWS * COLUMNS;
 pub(crate) const FIRST_COLUMN_RANGE: usize = NODES * MAX_OCCLUDERS as usize;
 pub const TABLES: usize = FIRST_COLUMN_RANGE + MAX_OCCLUDERS as usize;
 
-/// Elevations of the paths.
-const SLOPES: usize = 32;
+/// Number of elevations of the paths.
+const ELEVATIONS: usize = 32;
 /// Integration steps along a path.
 const STEPS: usize = 24;
 /// Bins of distance over the ground: the first contains all distances up to [`FIRST_KM`], and each next bin extends 1.41 times as far.
@@ -46,11 +46,11 @@ const MAX_RESCATTERED: f64 = 0.98;
 /// Distance beyond which no light is spread into a shadow, km: eight mean free paths of red light.
 const MAX_DISTANCE_KM: f64 = 600.0;
 /// Lower limit of the sine of the Sun's height; under a lower Sun the shadow leaves the planet.
-const MIN_SUN: f64 = 0.05;
+const MIN_SUN_SINE: f64 = 0.05;
 /// Samples of the visible fraction of the Sun across the occluder's limb.
 const EDGE_NODES: usize = 96;
 /// Annuli of the Sun's disc.
-const RINGS: usize = 40;
+const SUN_ANNULI: usize = 40;
 
 /// The shadow of one occluder: the distances of the columns, and the visible fraction of the Sun.
 struct Shadow {
@@ -60,7 +60,7 @@ struct Shadow {
     km_per_solar_radius: f64,
     /// Cosine of the Sun's zenith angle.
     sun_cosine: f64,
-    /// Distances of the first and the last column from the occluder's limb, solar radii.
+    /// Distances of the first and the last column from the occluder's limb, solar radii; negative on the occluder.
     from: f64,
     to: f64,
     /// Visible fraction of the Sun for distances of -1 to 1 from the occluder's limb.
@@ -70,23 +70,24 @@ struct Shadow {
 
 impl Shadow {
     fn of(body: &Body, eclipse: &EclipseUniforms, index: usize) -> Option<Self> {
-        let (place, shape) = (eclipse.occluder_positions.get(index)?.as_dvec4(), eclipse.occluder_outlines.get(index)?.as_dvec4());
-        let across = place.truncate().truncate();
+        let (position, outline) = (eclipse.occluder_positions.get(index)?.as_dvec4(), eclipse.occluder_outlines.get(index)?.as_dvec4());
+        let across = position.truncate().truncate();
         // The point where the axis meets the ground or passes nearest to it.
         let along = (1.0 - across.length_squared()).max(0.0).sqrt();
-        let depth = place.z - along;
-        let per_radius = f64::from(eclipse.across[0].w) * (1.0 - along * f64::from(eclipse.axis.w)) / depth;
-        if !(depth > 0.0 && per_radius > 0.0 && per_radius.is_finite()) {
+        let depth = position.z - along;
+        // Solar radii per equatorial radius of the lit body, at the occluder's distance.
+        let solar_radii_per_radius = f64::from(eclipse.across[0].w) * (1.0 - along * f64::from(eclipse.axis.w)) / depth;
+        if !(depth > 0.0 && solar_radii_per_radius > 0.0 && solar_radii_per_radius.is_finite()) {
             return None;
         }
-        let occluder = (shape.z * shape.w).sqrt() * per_radius;
-        let km_per_solar_radius = body.radii_km.x / per_radius;
+        let occluder = (outline.z * outline.w).sqrt() * solar_radii_per_radius;
+        let km_per_solar_radius = body.radii_km.x / solar_radii_per_radius;
         let margin = MAX_DISTANCE_KM / km_per_solar_radius;
         let limb_darkening = eclipse.limb.map(|l| l.truncate().as_dvec3());
         let visible_sun = (0..EDGE_NODES)
             .map(|k| visible_sun_fraction(occluder, -1.0 + 2.0 * k as f64 / (EDGE_NODES - 1) as f64, &limb_darkening))
             .collect();
-        let sun_cosine = along.max(MIN_SUN);
+        let sun_cosine = along.max(MIN_SUN_SINE);
         Some(Self {
             occluder,
             km_per_solar_radius,
@@ -122,10 +123,11 @@ impl Shadow {
         root * root
     }
 
-    /// Mean of a quantity over all azimuths, at a distance of `path_km` over the ground from a place.
-    fn azimuth_mean(&self, distance: f64, path_km: f64, what: impl Fn(f64) -> DVec3) -> DVec3 {
+    /// Mean over all azimuths of a quantity at a distance of `path_km` over the ground from a place. `distance`: the place's distance from the occluder's
+    /// centre; `quantity`: as a function of such a distance.
+    fn azimuth_mean(&self, distance: f64, path_km: f64, quantity: impl Fn(f64) -> DVec3) -> DVec3 {
         let distance_over_ground = path_km / self.km_per_solar_radius;
-        let at_azimuth = |(from, to): &(DVec2, DVec2)| what((*from * distance + *to * distance_over_ground).length());
+        let at_azimuth = |(from, to): &(DVec2, DVec2)| quantity((*from * distance + *to * distance_over_ground).length());
         self.azimuths.iter().map(at_azimuth).sum::<DVec3>() / AZIMUTHS as f64
     }
 }
@@ -143,21 +145,21 @@ fn azimuths(sun_cosine: f64) -> [(DVec2, DVec2); AZIMUTHS] {
 /// Visible fraction of the Sun behind a circle of radius `occluder` whose limb is `edge` beyond the Sun's centre (a negative `edge` covers the centre).
 fn visible_sun_fraction(occluder: f64, edge: f64, limb_darkening: &[DVec3; 3]) -> DVec3 {
     let separation = (occluder + edge).max(0.0);
-    let ring = |k: usize| {
-        let r = (k as f64 + 0.5) / RINGS as f64;
+    let annulus = |k: usize| {
+        let r = (k as f64 + 0.5) / SUN_ANNULI as f64;
         let mu = (1.0 - r * r).sqrt();
         let intensity = limb_darkening[0] + limb_darkening[1] * mu + limb_darkening[2] * (mu * mu);
         let cosine = (r * r + separation * separation - occluder * occluder) / (2.0 * r * separation).max(1e-12);
-        intensity * (TAU * r * (1.0 - cosine.clamp(-1.0, 1.0).acos() / PI) / RINGS as f64)
+        intensity * (TAU * r * (1.0 - cosine.clamp(-1.0, 1.0).acos() / PI) / SUN_ANNULI as f64)
     };
-    let total: DVec3 = (0..RINGS)
+    let total: DVec3 = (0..SUN_ANNULI)
         .map(|k| {
-            let r = (k as f64 + 0.5) / RINGS as f64;
+            let r = (k as f64 + 0.5) / SUN_ANNULI as f64;
             let mu = (1.0 - r * r).sqrt();
-            (limb_darkening[0] + limb_darkening[1] * mu + limb_darkening[2] * (mu * mu)) * (TAU * r / RINGS as f64)
+            (limb_darkening[0] + limb_darkening[1] * mu + limb_darkening[2] * (mu * mu)) * (TAU * r / SUN_ANNULI as f64)
         })
         .sum();
-    ((0..RINGS).map(ring).sum::<DVec3>() / total.max(DVec3::splat(1e-12))).clamp(DVec3::ZERO, DVec3::ONE)
+    ((0..SUN_ANNULI).map(annulus).sum::<DVec3>() / total.max(DVec3::splat(1e-12))).clamp(DVec3::ZERO, DVec3::ONE)
 }
 
 /// Light binned by the distance of its source along the ground.
@@ -181,10 +183,10 @@ impl Sources {
         self.parts.iter().copied().sum()
     }
 
-    /// The light that arrives if each source is scaled by `what` at its distance from the occluder's centre.
-    fn arriving(&self, shadow: &Shadow, distance: f64, what: impl Fn(f64) -> DVec3) -> DVec3 {
+    /// The light that arrives at a distance from the occluder's centre if each source is scaled by `factor` at its own distance from that centre.
+    fn arriving(&self, shadow: &Shadow, distance: f64, factor: impl Fn(f64) -> DVec3) -> DVec3 {
         let bins = self.parts.iter().zip(&self.path_sums_km).filter(|(light, _)| light.max_element() > 0.0);
-        bins.map(|(light, path_sum_km)| *light * shadow.azimuth_mean(distance, path_sum_km / light.y.max(1e-300), &what)).sum()
+        bins.map(|(light, path_sum_km)| *light * shadow.azimuth_mean(distance, path_sum_km / light.y.max(1e-300), &factor)).sum()
     }
 }
 
@@ -200,8 +202,8 @@ impl AirAndGround<'_> {
         self.air.top_km * (row as f64 / (crate::scene::atmosphere::multi_scatter_table::HEIGHTS - 1) as f64).powi(2)
     }
 
-    fn coefficient(&self, height_km: f64, what: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
-        extinction::coefficient(self.air, height_km, what)
+    fn coefficient(&self, height_km: f64, of_species: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
+        extinction::coefficient(self.air, height_km, of_species)
     }
 
     /// Transmittance towards the Sun for a plane-parallel atmosphere.
@@ -219,22 +221,24 @@ impl AirAndGround<'_> {
 
     /// Integrates along a path from a height. Calls `scatters` for each step with the distance along the ground, the height, and the amount of scattering.
     /// Returns the distance at which the path meets the ground and the transmittance up to there.
-    fn integrate_path(&self, height_km: f64, slope: f64, mut scatters: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
+    fn integrate_path(&self, height_km: f64, elevation_sine: f64, mut scatters: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
         let r = self.radius_km + height_km.max(1e-4);
-        let (b, closest_sq) = (r * slope, r * r * (1.0 - slope * slope));
+        let (b, closest_sq) = (r * elevation_sine, r * r * (1.0 - elevation_sine * elevation_sine));
         let to_ground = self.radius_km * self.radius_km - closest_sq;
-        let hits = slope < 0.0 && to_ground > 0.0;
+        let hits = elevation_sine < 0.0 && to_ground > 0.0;
         let top = (self.radius_km + self.air.top_km).powi(2) - closest_sq;
         let path_km = if hits { -b - to_ground.sqrt() } else { -b + top.max(0.0).sqrt() }.max(0.0);
-        let ground_distance_km = |s: f64| self.radius_km * (s * (1.0 - slope * slope).sqrt()).atan2(r + s * slope);
+        let ground_distance_km =
+            |s: f64| self.radius_km * (s * (1.0 - elevation_sine * elevation_sine).sqrt()).atan2(r + s * elevation_sine);
         let mut transmittance = DVec3::ONE;
         for k in 0..STEPS {
             let u = (k as f64 + 0.5) / STEPS as f64;
             let (s, step) = (path_km * u * u, path_km * 2.0 * u / STEPS as f64);
             let h = ((closest_sq + (b + s).powi(2)).sqrt() - self.radius_km).max(0.0);
             let depth = self.coefficient(h, extinction) * step;
-            let cell = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
-            scatters(ground_distance_km(s), h, transmittance * self.coefficient(h, scattering) * cell * step);
+            // Mean transmittance from the start of the step to its points.
+            let mean_transmittance = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
+            scatters(ground_distance_km(s), h, transmittance * self.coefficient(h, scattering) * mean_transmittance * step);
             transmittance *= depth.map(|d| (-d).exp());
         }
         hits.then(|| (ground_distance_km(path_km), transmittance))
@@ -243,8 +247,8 @@ impl AirAndGround<'_> {
     /// For a height: the sources of second-order light, and of rescattered light.
     fn sources(&self, row: usize, sun_cosine: f64) -> (Sources, Sources) {
         let (mut second, mut rescattered) = (Sources::NONE, Sources::NONE);
-        for (slope, weight) in slopes() {
-            let ground = self.integrate_path(self.height_km(row), slope, |path_km, h, scattered| {
+        for (elevation_sine, weight) in elevation_sines() {
+            let ground = self.integrate_path(self.height_km(row), elevation_sine, |path_km, h, scattered| {
                 second.add(path_km, scattered * self.sunlight(h, sun_cosine) * (weight / (4.0 * PI)));
                 rescattered.add(path_km, scattered * weight);
             });
@@ -257,8 +261,8 @@ impl AirAndGround<'_> {
 }
 
 /// Sines of elevation from nadir to zenith, densest at the horizon, with weights that sum to 1.
-fn slopes() -> impl Iterator<Item = (f64, f64)> {
-    let half = SLOPES / 2;
+fn elevation_sines() -> impl Iterator<Item = (f64, f64)> {
+    let half = ELEVATIONS / 2;
     (0..half).flat_map(move |k| {
         let u = (k as f64 + 0.5) / half as f64;
         let weight = u / half as f64;
@@ -289,15 +293,15 @@ fn roots(air: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
     let mut rows = Vec::new();
     for (second, rescattered) in &heights {
         let rescattered_fraction = rescattered.total().map(|a| a.min(MAX_RESCATTERED));
-        let single: Vec<DVec3> = (0..COLUMNS)
+        let second_order: Vec<DVec3> = (0..COLUMNS)
             .map(|c| second.arriving(shadow, shadow.distance(c), |d| shadow.visible_sun(d)) / second.total().max(DVec3::splat(1e-300)))
             .collect();
-        let mut row: Vec<DVec3> = single.iter().map(|v| root(*v)).collect();
+        let mut row: Vec<DVec3> = second_order.iter().map(|v| root(*v)).collect();
         for _ in 0..ORDERS {
             let next = |c: usize| {
                 let spread = rescattered.arriving(shadow, shadow.distance(c), |d| shadow.interpolate_squared(&row, d))
                     / rescattered.total().max(DVec3::splat(1e-300));
-                root(single[c] * (DVec3::ONE - rescattered_fraction) + spread * rescattered_fraction)
+                root(second_order[c] * (DVec3::ONE - rescattered_fraction) + spread * rescattered_fraction)
             };
             row = (0..COLUMNS).map(next).collect();
         }
@@ -320,8 +324,8 @@ fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sour
         .collect();
     let mut single = Sources::NONE;
     let mut further = vec![Sources::NONE; HEIGHTS];
-    for (slope, weight) in slopes().filter(|(slope, _)| *slope > 0.0) {
-        let weight = weight * slope;
+    for (elevation_sine, weight) in elevation_sines().filter(|(elevation_sine, _)| *elevation_sine > 0.0) {
+        let weight = weight * elevation_sine;
         let scatters = |path_km: f64, h: f64, scattered: DVec3| {
             single.add(path_km, scattered * air.sunlight(h, shadow.sun_cosine) * (weight / (4.0 * PI)));
             let row_position = ((h / air.air.top_km).sqrt() * (crate::scene::atmosphere::multi_scatter_table::HEIGHTS - 1) as f64)
@@ -330,7 +334,7 @@ fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sour
             further[below].add(path_km, scattered * multiple_scattering[below] * (weight * (1.0 - up)));
             further[below + 1].add(path_km, scattered * multiple_scattering[below + 1] * (weight * up));
         };
-        air.integrate_path(0.0, slope, scatters);
+        air.integrate_path(0.0, elevation_sine, scatters);
     }
     let total = single.total() + further.iter().map(Sources::total).sum::<DVec3>();
     let remaining = |c: usize| {

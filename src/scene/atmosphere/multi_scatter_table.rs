@@ -1,10 +1,9 @@
 //! Multiply scattered light of an atmosphere, as a table over height and the Sun's zenith angle.
 //!
-//! In: a body with its atmosphere. Out: [`NODES`] square roots, of radiances per unit of sunlight by rows of heights, and in the last row of the irradiance of
-//! level ground. Method (S. Hillaire, EGSR 2020): light of the second order is summed over
-//! directions with an isotropic phase function, and each further order is the previous order times the fraction that scatters again nearby: a
-//! geometric series. The ground is a Lambert surface of the body's albedo. Not modelled: the directionality of the higher orders, and light that spreads
-//! sideways beyond the region in which the air is uniform.
+//! In: a body with its atmosphere. Out: [`NODES`] square roots, by rows of heights: of radiances per unit of sunlight, and in the last row of the irradiance
+//! of level ground. Method (S. Hillaire, EGSR 2020): light of the second order is summed over directions with an isotropic phase function, and each further
+//! order is the previous order times the fraction that scatters again nearby: a geometric series. The ground is a Lambert surface of the body's albedo. Not
+//! modelled: the directionality of the higher orders, and light that spreads sideways beyond the region in which the air is uniform.
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, quadrature, scattering};
@@ -24,8 +23,8 @@ pub(crate) const SOURCES: [&str; 3] =
 
 /// Sampling with the Sun above the horizon.
 const BY_DAY: SampleCounts = SampleCounts { directions: 64, steps: 24 };
-/// Sampling with the Sun below the horizon, which lights only a small part of the sky: with [`BY_DAY`] the ground's irradiance at 12 degrees of depression
-/// was a thirtieth of the light that the sky sends.
+/// Sampling with the Sun below the horizon, which lights only a small part of the sky: sampled as [`BY_DAY`], the ground's irradiance at a solar depression
+/// of 12 degrees was a thirtieth of its true value.
 const BY_DUSK: SampleCounts = SampleCounts { directions: 192, steps: 32 };
 /// Sampling of the row of the ground.
 const ON_GROUND: SampleCounts = SampleCounts { directions: 1024, steps: 48 };
@@ -107,8 +106,8 @@ impl AirSphere<'_> {
         (p.length() - self.radius_km).max(0.0)
     }
 
-    fn coefficient(&self, height_km: f64, what: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
-        extinction::coefficient(self.air, height_km, what)
+    fn coefficient(&self, height_km: f64, of_species: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
+        extinction::coefficient(self.air, height_km, of_species)
     }
 
     /// Transmittance towards the Sun; 0 through the planet.
@@ -130,12 +129,13 @@ impl AirSphere<'_> {
             transmittance: DVec3::ONE,
             ground_point: hits_ground.then(|| from + along * length_km),
         };
-        for (at, part) in quadrature(count) {
-            let p = from + along * (length_km * at);
-            let height = self.height(p);
-            let depth = self.coefficient(height, extinction) * (length_km * part);
-            let cell = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
-            let scattered = ray.transmittance * self.coefficient(height, scattering) * cell * (length_km * part);
+        for (fraction, weight) in quadrature(count) {
+            let p = from + along * (length_km * fraction);
+            let (height, step_km) = (self.height(p), length_km * weight);
+            let depth = self.coefficient(height, extinction) * step_km;
+            // Mean transmittance from the start of the step to its points.
+            let mean_transmittance = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
+            let scattered = ray.transmittance * self.coefficient(height, scattering) * mean_transmittance * step_km;
             ray.light += scattered * source(p);
             ray.rescattered += scattered;
             ray.transmittance *= depth.map(|d| (-d).exp());
@@ -143,7 +143,7 @@ impl AirSphere<'_> {
         ray
     }
 
-    /// Mean radiance over all directions, of all orders after the first.
+    /// The node of a row and a column: mean radiance over all directions, of all orders of scattering from the second.
     fn node(&self, row: usize, column: usize) -> DVec3 {
         let from = DVec3::Z * (self.radius_km + height_km(self.air, row).max(GROUND_CLEARANCE_KM));
         let sun = towards_sun(sun_cosine(column));

@@ -1,8 +1,8 @@
 //! Quadrature nodes: the heights at which light is summed along rays that only rise or only fall, with the quantities that depend on height alone.
 //!
 //! In: the atmosphere's uniforms with the heights of a ray's ends. Out: rows of lib/air/column_density.wesl's `QuadratureNode`. Method: Gauss-Legendre nodes in w
-//! from the lower end up, where 1 - w² is the density of the species with the largest scale height, relative to its density at the lower end. Always: an
-//! end outside the atmosphere is moved to its top.
+//! from the lower end up, where 1 - w² is the density of the species with the largest scale height, relative to its density at the lower end. The ends are
+//! inside the atmosphere or at its top (`air::set_ends`).
 
 use crate::scene::atmosphere::{multi_scatter_table, radius_sq_minus_1};
 use crate::scene::camera;
@@ -59,6 +59,7 @@ impl ScaleHeights {
 /// The ends of a ray and where the nodes between them lie, from the lower end up.
 struct NodePlacement {
     scales: ScaleHeights,
+    /// Heights of the camera's end, of the far end, and of the lower of the two, radii.
     camera: f64,
     far: f64,
     low: f64,
@@ -80,6 +81,7 @@ impl NodePlacement {
         Self { scales, camera, far, low, w_max, nodes: gauss_legendre(node_count) }
     }
 
+    /// The height of a position `x`: 0 at the lower end, 1 at the upper.
     fn height(&self, x: f64) -> f64 {
         self.low - self.scales.largest * (1.0 - (self.w_max * x).powi(2)).ln()
     }
@@ -120,19 +122,19 @@ pub(crate) fn multi_scatter(air: &AtmosphereUniforms, count: usize) -> Vec<Vec4>
     let placement = NodePlacement::of(air, count);
     for (x, _) in &placement.nodes {
         let height_fraction = placement.table_height_fraction(*x, air).clamp(0.0, 1.0);
-        let mut normal = [[0.0; POWERS]; POWERS];
+        let mut normal_matrix = [[0.0; POWERS]; POWERS];
         let mut right_hand = [DVec3::ZERO; POWERS];
         for k in 0..FIT_POINTS {
             let coordinate = column_coordinate(k);
             let root = multi_scatter_table::root_between(&air.multi_scatter, height_fraction, coordinate);
             for i in 0..POWERS {
                 right_hand[i] += root * coordinate.powi(i as i32);
-                for (j, n) in normal[i].iter_mut().enumerate() {
+                for (j, n) in normal_matrix[i].iter_mut().enumerate() {
                     *n += coordinate.powi((i + j) as i32);
                 }
             }
         }
-        all.extend(solve(normal, right_hand).map(|c| camera::narrow(c).extend(0.0)));
+        all.extend(solve(normal_matrix, right_hand).map(|c| camera::narrow(c).extend(0.0)));
     }
     all
 }
@@ -181,8 +183,8 @@ mod tests {
                     let coordinate = f64::from(step) / 20.0 * multi_scatter_table::column_coordinate(1.0);
                     let root: DVec3 = (0..POWERS).map(|p| fits[POWERS * k + p].truncate().as_dvec3() * coordinate.powi(p as i32)).sum();
                     let exact = multi_scatter_table::root_between(&table, height_fraction, coordinate);
-                    let off = (root * root - exact * exact).abs().max_element();
-                    assert!(off < 0.02 * f64::from(brightest), "{name}, node {k}, {coordinate}: {off} of {brightest}");
+                    let error = (root * root - exact * exact).abs().max_element();
+                    assert!(error < 0.02 * f64::from(brightest), "{name}, node {k}, {coordinate}: {error} of {brightest}");
                 }
             }
         }

@@ -42,14 +42,15 @@ struct LeftEyeImage<'a> {
 }
 
 impl LeftEyeImage<'_> {
-    fn column(&self) -> DVec2 {
+    /// Position of the image's left edge in the frame.
+    fn left_edge_px(&self) -> DVec2 {
         DVec2::new(f64::from(self.geometry.left_column), 0.0)
     }
 }
 
 impl ImageProjection for LeftEyeImage<'_> {
     fn pixel_of(&self, direction: DVec3) -> Option<DVec2> {
-        self.camera.pixel_of(direction).map(|px| px - self.column())
+        self.camera.pixel_of(direction).map(|px| px - self.left_edge_px())
     }
     fn size_px(&self) -> DVec2 {
         DVec2::new(f64::from(self.geometry.width), f64::from(self.camera.height))
@@ -144,7 +145,7 @@ impl ImageGeometry {
         match self {
             Self::Perspective => of_camera(pixel),
             Self::Sphere(image) => image.direction(pixel).map(|v| image.right * v.x + image.up * v.y + image.forward * v.z),
-            Self::Stereo(geometry) => of_camera(self.left_eye_px(pixel) + LeftEyeImage { camera, geometry: *geometry }.column()),
+            Self::Stereo(geometry) => of_camera(self.left_eye_px(pixel) + LeftEyeImage { camera, geometry: *geometry }.left_edge_px()),
             Self::Warped(geometry) => geometry.image.direction(camera, geometry.image_of_screen(pixel)?),
         }
     }
@@ -155,7 +156,7 @@ impl ImageGeometry {
         match self {
             // The sprites of a dome or an entire sphere are placed in the finished image.
             Self::Perspective | Self::Sphere(_) => px,
-            Self::Stereo(geometry) => px - LeftEyeImage { camera, geometry: *geometry }.column(),
+            Self::Stereo(geometry) => px - LeftEyeImage { camera, geometry: *geometry }.left_edge_px(),
             Self::Warped(geometry) => geometry.image.sprite_px(camera, clip),
         }
     }

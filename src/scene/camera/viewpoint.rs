@@ -49,7 +49,7 @@ fn fitted_distance_radii(fov_deg: f64) -> f64 {
     1.0 / (FITTED_DISC * (fov_deg.to_radians() / 2.0).tan()).atan().sin()
 }
 
-/// The field of view in which a disc has the diameter [`FITTED_DISC`]: the inverse.
+/// The field of view in which a disc of an angular radius (radians) has the diameter [`FITTED_DISC`].
 fn fitted_fov_deg(angular_radius: f64) -> f64 {
     2.0 * (angular_radius.tan() / FITTED_DISC).atan().to_degrees()
 }
@@ -64,6 +64,7 @@ impl StateLookup<'_> {
     fn body(&self, id: NaifId) -> Result<&Body, SceneError> {
         self.catalog.body(id).ok_or_else(|| SceneError::NotABody(format!("{}", id.0)))
     }
+    /// Barycentric position and velocity, ICRF, km and km/s.
     fn state(&self, id: NaifId) -> Result<(DVec3, DVec3), SceneError> {
         let state = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, self.time, None)?.state;
         Ok((state.pos_km, state.vel_km_s))

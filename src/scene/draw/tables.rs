@@ -24,14 +24,15 @@ impl RingTable {
     }
 }
 
-/// Irradiance of level ground by ring-shine as a function of the ground's height above the ring's plane and its hour angle from the Sun, per unit of
-/// sunlight: texels row by row, red, green, blue and 0. First the rows of the side of the plane that the Sun's centre is on, then those of the other side.
+/// Irradiance of level ground by ring-shine divided by the ground's height above the ring's plane, as a function of this height and of the hour angle from
+/// the Sun, per unit of sunlight: texels row by row, red, green, blue and 0. First the rows of the side of the plane that the Sun's centre is on, then those
+/// of the other side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingShine {
     pub texels: Vec<f32>,
     /// Height above the ring's plane (unit-sphere frame) from which no ring is visible.
     pub max_height: f64,
-    /// The largest irradiance in the table, brightest channel.
+    /// The largest irradiance (not divided by height), brightest channel.
     pub brightest: f64,
 }
 

@@ -21,7 +21,7 @@ const CLOUD_TOPS: [(f64, f64); 3] = [(2.5, 0.27), (6.5, 0.19), (12.0, 0.22)];
 /// haze's extinction is about 1e-3 per km at 6 km and 1e-4 at 18 km in green (quiet years of SAGE II: Thomason et al. 1997, J. Geophys. Res. 102, 8967),
 /// with the wavelength to the power -1.3.
 const HAZE_PER_KM: [f64; 3] = [3.5e-3, 4.0e-3, 5.0e-3];
-const HAZE_HEIGHT_KM: f64 = 5.0;
+const HAZE_SCALE_HEIGHT_KM: f64 = 5.0;
 /// Correlation length of clouds, about that of a weather front.
 const CLOUD_FIELD_KM: f64 = 300.0;
 
@@ -38,12 +38,12 @@ impl RefractingLayers {
     /// Approximate fraction of sunlight (luminance) that the layers refract to a point. `distance`: from the axis, in solar radii; `depth`: units of length
     /// behind the occluder; `scale`: solar radii per unit of length.
     pub(crate) fn light(&self, distance: f64, depth: f64, scale: f64) -> f64 {
-        let layer = |(edge, transmittances): (&DVec4, &DVec3)| {
+        let layer = |(edge, transmittance): (&DVec4, &DVec3)| {
             let ring = 0.5 * (edge.x + edge.z - (edge.y + edge.w) * depth).abs() * scale;
             // The fraction of the ring's circumference that lies on the Sun's disc.
             let cosine = (ring * ring + distance * distance - 1.0) / (2.0 * ring * distance).max(1e-9);
             let visible_fraction = cosine.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
-            (edge.z * edge.z - edge.x * edge.x) * scale * scale * visible_fraction * crate::units::luminance(transmittances.to_array())
+            (edge.z * edge.z - edge.x * edge.x) * scale * scale * visible_fraction * crate::units::luminance(transmittance.to_array())
         };
         self.edges.iter().zip(&self.transmittances).map(layer).sum()
     }
@@ -96,16 +96,16 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, bending_fraction: f
     let transmittances = (0..LAYERS).map(|k| {
         let sample = |j: usize| {
             let h_km = height_km(k as f64 + (j as f64 + 0.5) / HEIGHTS as f64);
-            let weather =
+            let haze_and_clouds =
                 if body.clouds.is_some() { haze_transmittance(radius_km, h_km) * cloud_transmittance(radius_km, h_km) } else { DVec3::ONE };
-            clear_transmittance(air, radius_km, h_km) * weather
+            clear_transmittance(air, radius_km, h_km) * haze_and_clouds
         };
         (0..HEIGHTS).map(sample).sum::<DVec3>() / HEIGHTS as f64
     });
     Some(RefractingLayers { top: at(LAYERS).0 - radius, edges: edges.collect(), transmittances: transmittances.collect() })
 }
 
-/// Integration steps from the grazing point outwards.
+/// Integration steps from the grazing point to the top of the air.
 const STEPS: usize = 48;
 
 /// Transmittance of clear air along a straight ray that grazes at a height, per channel.
@@ -118,8 +118,8 @@ fn clear_transmittance(air: &Atmosphere, radius_km: f64, height_km: f64) -> DVec
 
 /// Transmittance of the thin haze above the Earth's mixed layer along a grazing ray.
 fn haze_transmittance(radius_km: f64, height_km: f64) -> DVec3 {
-    let path_km = (std::f64::consts::TAU * (radius_km + height_km) * HAZE_HEIGHT_KM).sqrt();
-    (DVec3::from_array(HAZE_PER_KM) * (-path_km * (-height_km / HAZE_HEIGHT_KM).exp())).exp()
+    let path_km = (std::f64::consts::TAU * (radius_km + height_km) * HAZE_SCALE_HEIGHT_KM).sqrt();
+    (DVec3::from_array(HAZE_PER_KM) * (-path_km * (-height_km / HAZE_SCALE_HEIGHT_KM).exp())).exp()
 }
 
 /// Fraction of rays grazing at a height that meet no cloud: a ray crosses each kind of cloud once per correlation length of its path below the cloud tops.

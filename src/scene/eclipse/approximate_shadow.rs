@@ -35,12 +35,14 @@ impl<'a> ApproximateShadow<'a> {
             if depth <= 0.0 {
                 continue;
             }
+            // Solar radii per unit of length at the occluder's distance.
             let scale = self.axis.cot_sun_radius / depth;
-            let (distance, size) = ((c.across - across).length() * scale, c.semi.x * scale);
-            let obscuration = ((1.0 + size - distance) / (1.0 + size - (1.0 - size).abs())).clamp(0.0, 1.0) * (size * size).min(1.0);
+            let (separation, radius) = ((c.across - across).length() * scale, c.semi.x * scale);
+            let obscuration =
+                ((1.0 + radius - separation) / (1.0 + radius - (1.0 - radius).abs())).clamp(0.0, 1.0) * (radius * radius).min(1.0);
             fraction = fraction.min(1.0 - obscuration);
             if let Some(layers) = self.layers.as_ref().filter(|_| index == 0) {
-                fraction += layers.light(distance, depth, scale);
+                fraction += layers.light(separation, depth, scale);
             }
         }
         fraction.min(1.0)

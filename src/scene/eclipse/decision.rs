@@ -42,8 +42,8 @@ pub(crate) fn decide_for_rings(inputs: &DecisionInputs<'_, '_>, decisions: &mut 
         found.reason = reason!("eclipse-switched-off");
     }
     decisions.log.note("eclipse-on-rings", !found.occluders.is_empty(), found.reason);
-    let model = occluders::model(&mut found.occluders, requested_model(context.request));
-    decisions.chosen.ring_eclipse = model;
-    decisions.log.stated_error("eclipse-on-rings", stated_errors::of_eclipse(model.model));
-    uniforms::uniforms_of_occluders(&found.occluders, model.model, &found.receiver, found.sun)
+    let eclipse = occluders::model(&mut found.occluders, requested_model(context.request));
+    decisions.chosen.ring_eclipse = eclipse;
+    decisions.log.stated_error("eclipse-on-rings", stated_errors::of_eclipse(eclipse.model));
+    uniforms::uniforms_of_occluders(&found.occluders, eclipse.model, &found.receiver, found.sun)
 }

@@ -144,8 +144,9 @@ enum Importance {
     Visible,
 }
 
-/// The occluders of a receiver, those with a visible effect first, and among these sorted by the light that they block, largest first; and the reason for the choice.
+/// The occluders of a receiver, and the reason for the choice.
 pub struct OccluderSearch<'a> {
+    /// Sorted by importance to the image, then by the light that they block, largest first.
     pub occluders: Vec<Occluder<'a>>,
     pub reason: Reason,
 }
@@ -308,8 +309,8 @@ impl<'a> Occluder<'a> {
         if self.max_obscuration * pixel_fraction.min(1.0) > VISIBLE_CHANGE { Importance::Visible } else { Importance::Invisible }
     }
 
-    /// Whether a point that the occluder darkens may be on the side that the viewer sees. Tests points in and around the penumbra, and the point of the lit side that faces the
-    /// camera most; a margin of 0.03 radii covers the gaps between these points.
+    /// Whether a point that the occluder darkens may be on the side that the viewer sees. Tests points in and around the penumbra, and the point of the lit
+    /// side that faces the camera most; a margin of 0.03 radii covers the gaps between these points.
     fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent) -> bool {
         let Some(camera) = extent.camera.filter(|_| extent.shape == ReceiverShape::Ball && extent.max_radius < 1.2) else { return true };
         let distance = camera.length();

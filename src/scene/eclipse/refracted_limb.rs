@@ -69,7 +69,7 @@ fn sun_radiance(sun: &Body) -> [DVec3; 3] {
     [1.0 - u1 - u2, u1 + 2.0 * u2, -u2].map(|factor| factor * centre)
 }
 
-/// The Sun and a body in front of it, as angles at the camera.
+/// The Sun and a body in front of it: angles at the camera, radians.
 struct LimbGeometry {
     sun_radius: f64,
     /// Separation of the two centres.
@@ -78,7 +78,7 @@ struct LimbGeometry {
     limb_radius: f64,
     /// Largest error of `limb_radius` for a body that is not a sphere.
     limb_error: f64,
-    /// Distance to the limb.
+    /// Distance from the camera to the limb, radii of the body.
     distance: f64,
 }
 
@@ -147,9 +147,9 @@ pub(crate) fn segments(p: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64)
     if p.distance_km <= 0.0 || sun.distance_km <= p.distance_km || camera_is_inside(p) {
         return Vec::new();
     }
-    let (sky, bending_fraction) = (LimbGeometry::of(p, sun), air::bending_fraction(p.distance_km, sun.distance_km));
-    let is_possible = 2.0 * sky.limb_radius >= BLEND_TO_PX * pixel_rad
-        && air::max_bending(p.body, bending_fraction).is_some_and(|b| sky.may_show_sun(p, b));
+    let (geometry, bending_fraction) = (LimbGeometry::of(p, sun), air::bending_fraction(p.distance_km, sun.distance_km));
+    let is_possible = 2.0 * geometry.limb_radius >= BLEND_TO_PX * pixel_rad
+        && air::max_bending(p.body, bending_fraction).is_some_and(|b| geometry.may_show_sun(p, b));
     let Some(layers) = is_possible.then(|| air::layers(p.body, p.body.radii_km.x, 1.0, bending_fraction)).flatten() else {
         return Vec::new();
     };
@@ -158,29 +158,29 @@ pub(crate) fn segments(p: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64)
     let x = (to_sun - to_body * to_body.dot(to_sun)).try_normalize().unwrap_or_else(|| to_body.any_orthonormal_vector());
     let y = to_body.cross(x);
     // Position angles at which a line from the body's centre crosses the Sun's disc, on the Sun's side and on the opposite side.
-    let half_arc = (sky.sun_radius / sky.separation.max(1e-300)).min(1.0).asin();
+    let half_arc = (geometry.sun_radius / geometry.separation.max(1e-300)).min(1.0).asin();
     let position_angles = (0..2 * SEGMENTS).map(|k| {
         let side = if k < SEGMENTS { 0.0 } else { std::f64::consts::PI };
         side + half_arc * (2.0 * (f64::from(k % SEGMENTS) + 0.5) / f64::from(SEGMENTS) - 1.0)
     });
     let step = 2.0 * half_arc / f64::from(SEGMENTS);
-    let pixel = pixel_rad * sky.distance;
+    let pixel = pixel_rad * geometry.distance;
     let segment = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
-        let half_chord = (sky.sun_radius.powi(2) - (sky.separation * sin).powi(2)).max(0.0).sqrt();
-        let (from, to) = (sky.separation * cos - half_chord, sky.separation * cos + half_chord);
+        let half_chord = (geometry.sun_radius.powi(2) - (geometry.separation * sin).powi(2)).max(0.0).sqrt();
+        let (from, to) = (geometry.separation * cos - half_chord, geometry.separation * cos + half_chord);
         // Thickness of the layers that show the Sun, in radii, and their transmittance summed over it.
         let (thickness, light) =
             layers.edges.iter().zip(&layers.transmittances).fold((0.0, 0.0), |(thickness, light), (edge, transmittances)| {
-                let (low, high) = sky.directions_behind(edge);
+                let (low, high) = geometry.directions_behind(edge);
                 let shown = (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300) * (edge.z - edge.x);
                 (thickness + shown, light + shown * transmittances.max_element())
             });
         let width = thickness.max(pixel);
-        let (out, along) = sky.limb_radius.sin_cos();
+        let (sin_limb, cos_limb) = geometry.limb_radius.sin_cos();
         LimbSegment {
-            direction: to_body * along + (x * cos + y * sin) * out,
-            solid_angle: step * out * width / sky.distance,
+            direction: to_body * cos_limb + (x * cos + y * sin) * sin_limb,
+            solid_angle: step * sin_limb * width / geometry.distance,
             radiance: photometry::sun_disc_radiance() * light / width,
         }
     };
@@ -251,7 +251,7 @@ pub(crate) fn limbs(
         };
         let bending_fraction = air::bending_fraction(p.distance_km, sun.distance_km);
         let bending = air::max_bending(p.body, bending_fraction);
-        let sky = LimbGeometry::of(p, sun);
+        let geometry = LimbGeometry::of(p, sun);
         let why_not = match (bending, effects.override_of(Effect::Atmosphere)) {
             (None, _) => Some(reason!("eclipse-no-bending")),
             (_, Some(false)) => Some(reason!("eclipse-air-off")),
@@ -269,12 +269,12 @@ pub(crate) fn limbs(
         // If no layer can show the Sun, nothing is drawn even on request: the step that removes the unrefracted Sun would remove it from every pixel that
         // the limb crosses.
         let layers = bending
-            .filter(|bending| sky.may_show_sun(p, *bending))
+            .filter(|bending| geometry.may_show_sun(p, *bending))
             .and_then(|_| air::layers(p.body, p.body.radii_km.x, 1.0, bending_fraction));
         let tint = tint(p.placement.centre_km);
-        let centre: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint;
+        let centre_radiance: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint;
         let shown = layers.map(|layers| {
-            let max_radiance = sky.max_radiance(&layers, centre, camera.pixel_tangent() * sky.distance).max_element();
+            let max_radiance = geometry.max_radiance(&layers, centre_radiance, camera.pixel_tangent() * geometry.distance).max_element();
             (layers, max_radiance)
         });
         let Some((layers, max_radiance)) = shown.filter(|(_, max_radiance)| *max_radiance > 0.0) else {

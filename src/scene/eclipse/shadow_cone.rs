@@ -125,9 +125,9 @@ impl ShadowCone {
     /// Where the line first meets the ground, on the unit sphere; `None` if it misses.
     pub(crate) fn ground_point(&self, line: ConeLine) -> Option<DVec3> {
         let (point, along) = self.in_unit_sphere(line);
-        let (foot, half_squared) = under_unit_sphere(point, along);
-        let at = foot - along * half_squared.max(0.0).sqrt();
-        (half_squared >= 0.0 && (at - point).dot(along) > 0.0).then(|| at.normalize())
+        let (foot, half_chord_sq) = under_unit_sphere(point, along);
+        let entry = foot - along * half_chord_sq.max(0.0).sqrt();
+        (half_chord_sq >= 0.0 && (entry - point).dot(along) > 0.0).then(|| entry.normalize())
     }
 
     fn in_unit_sphere(&self, line: ConeLine) -> (DVec3, DVec3) {
@@ -199,7 +199,7 @@ mod tests {
         check(&ShadowCone::of(axis, occluder, &receiver), sun.radii_km.x / receiver.radius_km());
     }
 
-    /// The generating lines touch the spheres of the Sun and of the occluder; the test measures distances of lines from the two centres.
+    /// The generating lines touch the Sun's sphere, and pass the occluder's centre at a distance between its outline's semi-axes.
     #[test]
     fn sides_touch_both_bodies() {
         for (receiver, occluder, time) in
@@ -212,8 +212,9 @@ mod tests {
                     for k in 0..24 {
                         let line = cone.line_at(kind, TAU * f64::from(k) / 24.0);
                         assert!((distance(line, sun) / sun_radius - 1.0).abs() < 1e-4, "{receiver} {kind:?} {k}");
-                        let off = distance(line, cone.in_body_axes(cone.across, cone.along));
-                        assert!((cone.semi.y * 0.9999..=cone.semi.x * 1.0001).contains(&off), "{receiver} {kind:?} {k}: {off}");
+                        let from_occluder = distance(line, cone.in_body_axes(cone.across, cone.along));
+                        let semi_axes = cone.semi.y * 0.9999..=cone.semi.x * 1.0001;
+                        assert!(semi_axes.contains(&from_occluder), "{receiver} {kind:?} {k}: {from_occluder}");
                         // The sign tells which limb of the Sun the line touches.
                         let outwards = line.from - cone.in_body_axes(cone.across, cone.along);
                         assert_eq!(line.along.dot(outwards) > 0.0, kind == ConeKind::Penumbra, "{receiver} {kind:?} {k}");
@@ -223,7 +224,8 @@ mod tests {
         }
     }
 
-    /// An umbra within the disc has one closed outline; a penumbra that crosses the limb has an open outline whose ends graze the ground.
+    /// An umbra and a penumbra within the disc have one closed outline each; a penumbra that crosses the limb has an open outline whose ends graze the
+    /// ground; before first contact there are no outlines.
     #[test]
     fn outlines_close_or_end_at_the_limb() {
         with_cone(399, 301, "2024-04-08T18:17:16Z", |cone, _| {

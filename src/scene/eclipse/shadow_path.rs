@@ -17,11 +17,11 @@ use std::sync::Arc;
 
 /// A passage is found if its middle is at most this far from the receiver's time, seconds.
 const MAX_OFFSET_S: f64 = 6.0 * 3600.0;
-/// Longest half duration of a passage, seconds: Callisto's passage takes 2.5 hours at most.
+/// Upper limit of half a passage's duration, seconds: half of Callisto's passage takes about 2.5 hours.
 const MAX_HALF_S: f64 = 6.0 * 3600.0;
 /// Number of instants per line.
 const INSTANT_COUNT: u32 = 200;
-/// Number of generating lines of the umbra in the search for the limits.
+/// Number of the umbra's generating lines in the search for the limits.
 const LINES: u32 = 64;
 /// Half the interval of the central difference that gives the motion, seconds.
 const STEP_S: f64 = 1.0;
@@ -137,9 +137,9 @@ impl PassageGeometry<'_, '_> {
         };
         let mut limits = Vec::new();
         if let Some(span) = span(middle_s, half_s, touches) {
-            let of_instants: Vec<[Option<DVec3>; 2]> = instants(span).map(|s| self.limits(s).unwrap_or_default()).collect();
+            let limits_by_instant: Vec<[Option<DVec3>; 2]> = instants(span).map(|s| self.limits(s).unwrap_or_default()).collect();
             for side in 0..2 {
-                let runs = of_instants.chunk_by(|a, b| a[side].is_some() == b[side].is_some());
+                let runs = limits_by_instant.chunk_by(|a, b| a[side].is_some() == b[side].is_some());
                 limits.extend(runs.filter_map(|run| line(run.iter().filter_map(|sides| sides[side]).collect())));
             }
         }
@@ -158,8 +158,8 @@ impl PassageGeometry<'_, '_> {
             Some((point, motion, point.dot(motion.cross(around))))
         };
         let all: Vec<_> = (0..LINES).map(|k| TAU * f64::from(k) / f64::from(LINES)).map(|angle| (angle, at(angle))).collect();
-        let seen: Vec<DVec3> = all.iter().filter_map(|(_, found)| found.map(|(point, ..)| point)).collect();
-        let middle = seen.iter().sum::<DVec3>() / seen.len().max(1) as f64;
+        let outline: Vec<DVec3> = all.iter().filter_map(|(_, found)| found.map(|(point, ..)| point)).collect();
+        let middle = outline.iter().sum::<DVec3>() / outline.len().max(1) as f64;
         let mut sides = [None; 2];
         for k in 0..all.len() {
             let ((from, Some((.., begin))), (_, Some((.., end)))) = (all[k], all[(k + 1) % all.len()]) else { continue };
@@ -209,13 +209,13 @@ mod tests {
         let body = |id| catalog.body(NaifId(id)).expect("in the catalog");
         let receiver = Receiver::at(&ephemeris, body(receiver), Instant::parse(time).expect("a time")).expect("placed");
         let found = candidates(&ephemeris, catalog.bodies().iter(), body(10), &receiver);
-        let kept = ShadowPaths::default();
-        let path_of = |o: &Occluder<'_>| Some((o.body.id.0, kept.of(&ephemeris, body(10), &receiver, o)?));
+        let cache = ShadowPaths::default();
+        let path_of = |o: &Occluder<'_>| Some((o.body.id.0, cache.of(&ephemeris, body(10), &receiver, o)?));
         check(&catalog, found.iter().filter_map(path_of).collect());
     }
 
     /// Distance in kilometres from a place on the ground, given in geodetic degrees, to the nearest point of a polyline.
-    fn off_km(radii_km: DVec3, line: &[DVec3], latitude_deg: f64, longitude_deg: f64) -> f64 {
+    fn distance_km(radii_km: DVec3, line: &[DVec3], latitude_deg: f64, longitude_deg: f64) -> f64 {
         let place = crate::ephemeris::topocentric::ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0).0;
         let to_segment = |ends: &[DVec3]| {
             let [a, b] = [ends[0] * radii_km, ends[1] * radii_km];
@@ -239,20 +239,20 @@ mod tests {
             let centre = path.centre_line.as_ref().expect("a centre line");
             // NASA, Path of the Total Solar Eclipse of 2024 Apr 08 (Espenak): greatest eclipse 25 deg 17.4' N, 104 deg 08.3' W; with k = 0.272508 the width
             // there is 197.5 km.
-            let off = off_km(radii_km, &centre.points, 25.29, -104.138);
-            assert!(off < 2.0, "{off} km");
+            let to_centre_line_km = distance_km(radii_km, &centre.points, 25.29, -104.138);
+            assert!(to_centre_line_km < 2.0, "{to_centre_line_km} km");
             assert_eq!(path.limits.len(), 2);
-            let [left, right] = [0, 1].map(|k| off_km(radii_km, &path.limits[k].points, 25.29, -104.138));
+            let [left, right] = [0, 1].map(|k| distance_km(radii_km, &path.limits[k].points, 25.29, -104.138));
             assert!((left + right - 197.5).abs() < 6.0 && (left - right).abs() < 6.0, "{left} {right}");
-            // Another latitude is far from the line: the comparison can fail.
-            assert!(off_km(radii_km, &centre.points, 25.5, -104.138) > 10.0);
+            // A place 0.2 degrees farther north is far from the line, so the comparison can fail.
+            assert!(distance_km(radii_km, &centre.points, 25.5, -104.138) > 10.0);
         });
         // Twelve hours before the eclipse no passage is found; five hours before it, this passage is found.
         paths(399, "2024-04-08T06:00:00Z", |_, found| assert!(found.is_empty()));
         paths(399, "2024-04-08T13:20:00Z", |_, found| assert_eq!(found.len(), 1));
     }
 
-    /// Io's shadow crosses Jupiter's disc in some two hours from one limb to the other, along a belt, with its limits Io's width apart.
+    /// The centre lines of moons' shadows on Jupiter span less than 15 degrees of latitude, and a large moon's limits are 0.2 to 2.5 of its diameters apart.
     #[test]
     fn the_shadow_of_a_moon_crosses_jupiter_along_a_belt() {
         let mut seen = 0;
@@ -280,6 +280,6 @@ mod tests {
                 }
             });
         }
-        assert!(seen >= 1, "no passage in three days");
+        assert!(seen >= 1, "no passage of a large moon in three days");
     }
 }

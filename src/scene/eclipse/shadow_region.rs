@@ -15,7 +15,7 @@ const RADIUS_MARGIN: f64 = 1.001;
 #[derive(Clone, Copy, Debug)]
 pub struct Frustum {
     position: DVec3,
-    /// Unit normals of its planes, which pass through the camera and face inwards: the four sides, then the plane of the image.
+    /// Inward unit normals of its planes, all through the camera: the four sides, then the plane perpendicular to the view axis.
     inward: [DVec3; 5],
     /// Tangent of the angle of the smallest pixel, which is at a corner.
     smallest_pixel_tangent: f64,
@@ -152,7 +152,7 @@ mod tests {
     /// Random darkened points of the receiver: near the axis, where the region is narrow, and on the plane for rings.
     fn darkened_points(random: &mut Random, shadow: &Shadow, shape: ReceiverShape) -> Vec<DVec3> {
         let along = shadow.centre.dot(shadow.sunward);
-        let some = |random: &mut Random| {
+        let point_near_shadow = |random: &mut Random| {
             let behind = random.between((along - MAX_RADIUS).max(0.0), along + MAX_RADIUS);
             let width = (shadow.radius + behind.max(0.0) * shadow.widening) * random.between(0.0, 1.0);
             let offset = random.direction().reject_from_normalized(shadow.sunward).normalize_or_zero() * width;
@@ -164,7 +164,7 @@ mod tests {
             }
             point
         };
-        (0..40).map(|_| some(random)).filter(|p| p.length() <= MAX_RADIUS && shadow.darkens(*p)).collect()
+        (0..40).map(|_| point_near_shadow(random)).filter(|p| p.length() <= MAX_RADIUS && shadow.darkens(*p)).collect()
     }
 
     /// Points in a shadow and in the image: the region must meet the image. With radii a tenth as wide, some would be missed.
@@ -194,7 +194,7 @@ mod tests {
         }
     }
 
-    /// Under a high Sun the shadow of a moon above the plane falls beside the rings, and one whose penumbra stays above the plane does not reach it at all.
+    /// No region has a moon on the far side of the plane from the Sun, nor a moon whose shadow meets the plane beyond the largest radius.
     #[test]
     fn a_shadow_that_misses_the_plane_has_no_region() {
         let sunward = DVec3::new(1.0, 0.0, 0.5).normalize();

@@ -66,8 +66,8 @@ pub(crate) enum ReceivingPart {
     Rings { outer_km: f64 },
 }
 
-/// The occluders of a part of a placed body; `None` without a Sun. `camera`: the image in which the shadows are to be seen; without it, whatever the
-/// viewer's place lets him see in any direction.
+/// The occluders of a part of a placed body; `None` without a Sun. `camera`: the image in which the shadows are to be seen; without it, everything that is
+/// visible from the viewer's position in any direction counts.
 pub(crate) fn sun_occluders<'a>(
     context: Context<'_>,
     p: &PlacedBody<'a>,
@@ -100,7 +100,8 @@ pub(crate) fn visible_sunlight_fraction(context: Context<'_>, p: &PlacedBody<'_>
     evaluate_shadow(context, p, diameter_px, |shadow, camera| shadow.mean(camera)).unwrap_or(1.0)
 }
 
-/// Evaluates a function of the shadows on a body; `None` if there are none. The camera is given from the centre, body axes, equatorial radii.
+/// Evaluates a function of the shadows on a body and of the camera's position (from the centre, body axes, equatorial radii); `None` if there are no
+/// shadows or the user switched eclipses off.
 pub(crate) fn evaluate_shadow<T>(
     context: Context<'_>,
     p: &PlacedBody<'_>,
@@ -113,7 +114,8 @@ pub(crate) fn evaluate_shadow<T>(
     evaluate_shadow_with_model(context, p, diameter_px, requested_model(context.request), evaluate)
 }
 
-/// Like [`visible_sunlight_fraction`], but always by the best model, so that a magnitude does not depend on the image's quality.
+/// Like [`visible_sunlight_fraction`], but always by the best model, even if the user switched eclipses off: a magnitude does not depend on the image's
+/// settings.
 pub(crate) fn best_sunlight_fraction(context: Context<'_>, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
     evaluate_shadow_with_model(context, p, diameter_px, EclipseModelChoice::Best, |shadow, camera| shadow.mean(camera)).unwrap_or(1.0)
 }

@@ -68,15 +68,15 @@ fn metered(
     let air = air.filter(|a| a.is_bright());
     let exposure_with =
         |night_lights: f64| from_reading(Meter { context, camera, placed, reflectors, air, night_lights }.read(darkest_white()));
-    let without = exposure_with(0.0);
+    let without_city_lights = exposure_with(0.0);
     // City lights are weighted by the number of stops by which an exposure without them would overexpose them.
     let brightest = placed
         .iter()
         .filter(|p| resources.night_lights.contains_key(&p.body.id))
         .map(|p| night_lights::brightest(p.body))
         .fold(0.0, f64::max);
-    let city_light_weight = (brightest / without.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
-    if city_light_weight > 0.0 { exposure_with(city_light_weight.min(1.0)) } else { without }
+    let city_light_weight = (brightest / without_city_lights.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
+    if city_light_weight > 0.0 { exposure_with(city_light_weight.min(1.0)) } else { without_city_lights }
 }
 
 /// The exposure for a reading of the light meter.
@@ -85,30 +85,32 @@ fn from_reading(reading: MeterReading) -> Exposure {
     let power = |m: &Metered| m.weight.powi(WEIGHT_EXPONENT);
     let total_power: f64 = metered.iter().map(power).sum();
     let log_white: f64 = metered.iter().map(|m| power(m) / total_power * (m.radiance / m.target_level).ln()).sum();
-    let key = log_white.exp();
+    let subjects_white = log_white.exp();
     // Glare has little effect in front of brighter subjects; in front of a dark sky it would make the image grey.
-    let dark_weight = reading.glare.powi(2) / (reading.glare.powi(2) + (key * AUTO_EXPOSED_MEAN).powi(2));
-    let [lit, dark] = MAX_MEDIAN_GLARE.map(f64::recip);
-    let limits = [key, reading.glare * (lit + (dark - lit) * dark_weight), darkest_white()];
-    let white = limits.iter().map(|w| w.powi(SMOOTH_MAX_EXPONENT)).sum::<f64>().powf(1.0 / f64::from(SMOOTH_MAX_EXPONENT));
+    let dark_weight = reading.glare.powi(2) / (reading.glare.powi(2) + (subjects_white * AUTO_EXPOSED_MEAN).powi(2));
+    let [white_per_glare_lit, white_per_glare_dark] = MAX_MEDIAN_GLARE.map(f64::recip);
+    let glare_white = reading.glare * (white_per_glare_lit + (white_per_glare_dark - white_per_glare_lit) * dark_weight);
+    let whites = [subjects_white, glare_white, darkest_white()];
+    let white = whites.iter().map(|w| w.powi(SMOOTH_MAX_EXPONENT)).sum::<f64>().powf(1.0 / f64::from(SMOOTH_MAX_EXPONENT));
     metered.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-    Exposure::of(-white.log2(), reason_of(&metered, |m| power(m) / total_power, limits))
+    Exposure::of(-white.log2(), reason_of(&metered, |m| power(m) / total_power, whites))
 }
 
 /// Bodies in the frame whose city lights the exposure would overexpose.
 pub(crate) fn required_night_lights(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
     let request = context.request;
-    let metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final;
+    let is_metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final;
     let drawn = request.effects.override_of(Effect::Night) != Some(false);
-    let wanted = |p: &&PlacedBody<'_>| {
-        let map = p.body.maps.night.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
-        map && night_lights::brightest(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
+    let is_overexposed = |p: &&PlacedBody<'_>| {
+        let has_map = p.body.maps.night.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
+        has_map && night_lights::brightest(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
     };
-    placed.iter().filter(|_| metered && drawn).filter(wanted).map(|p| p.body.id).collect()
+    placed.iter().filter(|_| is_metered && drawn).filter(is_overexposed).map(|p| p.body.id).collect()
 }
 
-/// One sentence: the main subject, its luminance, and what limited the exposure.
-fn reason_of(metered: &[Metered], share: impl Fn(&Metered) -> f64, [key, glare, darkest]: [f64; 3]) -> Reason {
+/// One sentence: the main subject, its luminance, and what limited the exposure. The last argument: the radiances that the subjects, the glare and the night
+/// sky each require as white.
+fn reason_of(metered: &[Metered], share: impl Fn(&Metered) -> f64, [subjects_white, glare_white, night_white]: [f64; 3]) -> Reason {
     let candelas = |radiance: f64| {
         let l = radiance * CANDELAS_PER_RADIANCE;
         Argument::Number(if (0.01..1e4).contains(&l) { Rounded(l).to_string() } else { format!("{l:.1e}") })
@@ -120,10 +122,10 @@ fn reason_of(metered: &[Metered], share: impl Fn(&Metered) -> f64, [key, glare, 
         let percent = Argument::Number(format!("{:.0}", 100.0 * share(second)));
         reason!("exposure-second", part = percent, subject = second.name.clone(), luminance = candelas(second.radiance))
     });
-    let limit = if glare > key.max(darkest) {
-        Some(reason!("exposure-glare", luminance = candelas(glare)))
+    let limit = if glare_white > subjects_white.max(night_white) {
+        Some(reason!("exposure-glare", luminance = candelas(glare_white)))
     } else {
-        (darkest >= 0.999 * key).then(|| reason!("exposure-night", ev = DARKEST_EV))
+        (night_white >= 0.999 * subjects_white).then(|| reason!("exposure-night", ev = DARKEST_EV))
     };
     [main].into_iter().chain(second).chain(limit).collect()
 }

@@ -50,13 +50,20 @@ pub struct Corona {
     pub rect_in_clip: Vec4,
     /// Number of the scene's draws that lie behind the corona and are drawn before it.
     pub draws_behind: usize,
+    /// View ray of depth 1 through the middle of the image. Axes: x and y across the line of sight to the Sun, y towards its north pole; z to its centre.
     pub middle: Vec3,
+    /// Change of the view ray from the middle of the image to its right edge, and to its upper edge.
     pub across: Vec3,
     pub up: Vec3,
+    /// 1 over the sine of the Sun's angular radius.
     pub radii_per_sine: f32,
+    /// Half a pixel, in solar radii.
     pub half_px: f32,
+    /// Ludendorff's index as seen from the camera.
     pub flattening: f32,
+    /// Radiance of each of Baumbach's terms at the limb.
     pub terms: Vec3,
+    /// Cosine of the elongation at which the corona has faded out, and 1 over the difference of the cosines between which it fades.
     pub outer_cosine: f32,
     pub per_cosine: f32,
     pub colour: Vec3,
@@ -94,7 +101,7 @@ pub fn flattening(time: Instant) -> f64 {
 }
 
 /// Distance from the centre, in solar radii, within which the corona is brighter than `min_radiance`.
-fn radius_of(min_radiance: f64) -> f64 {
+fn radius_at_radiance(min_radiance: f64) -> f64 {
     let (mut near, mut far) = (1.0_f64, 1e5_f64);
     for _ in 0..50 {
         let middle = (near * far).sqrt();
@@ -126,14 +133,14 @@ pub(crate) fn corona(
     // The pole is the third row of the rotation. Seen from above a pole the corona is round, so any direction can be up.
     let pole = sun.placement.body_from_icrf.row(2);
     let up = (pole - towards * pole.dot(towards)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
-    let tilt = pole.dot(towards).abs();
-    let axes = |v: DVec3| DVec3::new(v.dot(towards.cross(up)), v.dot(up), v.dot(towards));
+    let sin_camera_latitude = pole.dot(towards).abs();
+    let in_sun_axes = |v: DVec3| DVec3::new(v.dot(towards.cross(up)), v.dot(up), v.dot(towards));
     let ahead = towards.dot(camera.forward).clamp(0.1, 1.0);
     let limb = radiance(1.0);
-    // Flattening changes the radiance by a factor of 0.5 to 2 from the mean over position angle.
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
-    let mut radius_sine = radius_of(0.5 * cutoff) * sine;
-    // A camera as close to the Sun as this has no zodiacal light, so the corona need not fade into it.
+    // Flattening changes the radiance by a factor of 0.5 to 2 from the mean over position angle.
+    let mut radius_sine = radius_at_radiance(0.5 * cutoff) * sine;
+    // A camera as close to the Sun as this has no zodiacal light, so the corona need not fade: no direction has a cosine below -1.
     let [inner_cosine, outer_cosine] = if sun.distance_km < zodiacal::NEAREST_AU * KM_PER_AU {
         [-2.0, -3.0]
     } else {
@@ -167,17 +174,17 @@ pub(crate) fn corona(
         };
         at_limb.and(reason!("corona-flattened", index = format_args!("{index:.2}")))
     };
-    let in_sun_axes = |v: DVec3| narrow(axes(v));
+    let narrow_in_sun_axes = |v: DVec3| narrow(in_sun_axes(v));
     let corona = Corona {
         rect_in_clip: rect.of_whole_pixels(camera.half_size()).narrowed(),
         draws_behind: 0,
-        middle: in_sun_axes(camera.forward),
-        across: in_sun_axes(camera.right * camera.tan_half_fov.x),
-        up: in_sun_axes(camera.up * camera.tan_half_fov.y),
+        middle: narrow_in_sun_axes(camera.forward),
+        across: narrow_in_sun_axes(camera.right * camera.tan_half_fov.x),
+        up: narrow_in_sun_axes(camera.up * camera.tan_half_fov.y),
         radii_per_sine: narrow_scalar(1.0 / sine),
         half_px: narrow_scalar(0.5 * camera.pixel_tangent() * ahead * ahead / sine),
         // The corona is concentrated around the Sun's equator, so it looks round from above a pole.
-        flattening: narrow_scalar(flattening(request.time) * (1.0 - tilt * tilt)),
+        flattening: narrow_scalar(flattening(request.time) * (1.0 - sin_camera_latitude * sin_camera_latitude)),
         terms: narrow(DVec3::from_array(terms().map(|(factor, _)| factor))),
         outer_cosine: narrow_scalar(outer_cosine),
         per_cosine: narrow_scalar(1.0 / (inner_cosine - outer_cosine)),
@@ -192,13 +199,13 @@ mod tests {
     use super::*;
     use std::f64::consts::{PI, TAU};
 
-    /// The light of the corona beyond 1.03 radii is about half that of the full Moon: 0.5e-6 to 1.5e-6 of the Sun's light (Allen's Astrophysical
-    /// Quantities, 4th ed., 14.8).
+    /// The light of the corona beyond 1.03 radii (here out to 10) is about half that of the full Moon: 0.5e-6 to 1.5e-6 of the Sun's light (Allen's
+    /// Astrophysical Quantities, 4th ed., 14.8). The test allows up to 2e-6.
     #[test]
     fn the_total_light_is_about_a_millionth_of_the_sun() {
-        let rings = 20_000;
-        let step = 9.0 / f64::from(rings);
-        let total: f64 = (0..rings).map(|k| 1.03 + (f64::from(k) + 0.5) * step).map(|rho| radiance(rho) * TAU * rho * step).sum();
+        let steps = 20_000;
+        let step = 9.0 / f64::from(steps);
+        let total: f64 = (0..steps).map(|k| 1.03 + (f64::from(k) + 0.5) * step).map(|rho| radiance(rho) * TAU * rho * step).sum();
         let fraction = total / (PI * sun_disc_radiance());
         assert!((0.5e-6..2e-6).contains(&fraction), "{fraction:e}");
     }
@@ -206,15 +213,15 @@ mod tests {
     #[test]
     fn radiance_falls_outward_and_is_zero_on_the_disc() {
         assert_eq!(radiance(0.99), 0.0);
-        let falls = (0..100).map(|k| 1.0 + f64::from(k) * 0.1).collect::<Vec<_>>();
-        assert!(falls.windows(2).all(|w| radiance(w[0]) > radiance(w[1])));
+        let distances = (0..100).map(|k| 1.0 + f64::from(k) * 0.1).collect::<Vec<_>>();
+        assert!(distances.windows(2).all(|w| radiance(w[0]) > radiance(w[1])));
         for cutoff in [1e-1, 1e-3, 1e-6, 1e-9] {
-            let rho = radius_of(cutoff);
+            let rho = radius_at_radiance(cutoff);
             assert!(radiance(rho) <= cutoff && radiance(0.999 * rho) > cutoff, "{cutoff}: {rho}");
         }
     }
 
-    /// For all dates that the program accepts: within the index's range, without a jump, flattened at minima and round at maxima.
+    /// For the years 1000 to 2900: within the index's range, without a jump, flattened at minima and round at maxima.
     #[test]
     fn the_cycle_runs_without_a_jump() {
         let at = |year: f64| Instant::from_jd_tt(2_451_545.0 + (year - 2000.0) * 365.25);
@@ -225,7 +232,7 @@ mod tests {
         for m in SUNSPOT_MINIMA {
             assert!(flattening(at(m)) > 0.345, "{m}");
         }
-        // The corona was round in eclipses at maxima (1980, 2001, 2024), elongated at minima (1954, 1994 to 1998 before and after, 2019).
+        // The corona was round in eclipses near maxima (1980, 2001, 2024) and elongated in eclipses near minima (1954, 1995, 2019).
         for (year, round) in [(1980.1, true), (2001.5, true), (2024.27, true), (1954.5, false), (1995.8, false), (2019.5, false)] {
             assert_eq!(flattening(at(year)) < 0.15, round, "{year}");
         }

@@ -28,8 +28,11 @@ const ENTRY_EXPONENT: i32 = 6;
 pub struct Glare {
     /// Left, top, right, bottom of the rectangle that contains all radiance above [`VISIBLE_LIGHT`] of white.
     pub rect_in_clip: Vec4,
+    /// Unit vector towards the Sun, camera axes: right, up, forward.
     pub sun_direction: Vec3,
+    /// As in [`VeilingGlare`]; radians squared.
     pub core_angle_sq: f32,
+    /// As in [`VeilingGlare`], after the air between camera and Sun.
     pub strength: Vec3,
     pub tan_half_fov: Vec2,
     /// Radiance that is subtracted everywhere, so that the light falls to zero at the rectangle's edge; 0 for linear light.
@@ -43,9 +46,9 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) 
     if visible == DVec3::ONE { 1.0 } else { luminance(visible.to_array()) }
 }
 
-/// How far a disc has entered the frame: 0 when its edge touches the frame, 1 when it is inside by its radius or by half the frame. The result is raised to
-/// a power, so that the glare of the Sun, nineteen stops above the dark sky, appears gradually. The outline's bounding rectangle cannot be used instead,
-/// because it is too wide for a body at a right angle to the view.
+/// How far a disc has entered the frame: 0 while it is outside, 1 from when it has entered by its radius or by half the frame. In between, the fraction
+/// along each axis is raised to a power, so that the glare of the Sun, nineteen stops above the dark sky, appears gradually. The outline's bounding rectangle
+/// cannot be used instead, because it is too wide for a body at a right angle to the view.
 fn entry_fraction(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
     if camera.is_part_of_composite {
         return 1.0;
@@ -54,11 +57,11 @@ fn entry_fraction(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
     if ahead <= 0.0 {
         return 0.0;
     }
-    let within = |across: f64, half: f64| {
+    let entered_along = |across: f64, half: f64| {
         let projected_radius = radius * (1.0 + half * half);
         ((half + projected_radius - (across / ahead).abs()) / projected_radius.min(half)).clamp(0.0, 1.0).powi(ENTRY_EXPONENT)
     };
-    within(towards.dot(camera.right), camera.tan_half_fov.x) * within(towards.dot(camera.up), camera.tan_half_fov.y)
+    entered_along(towards.dot(camera.right), camera.tan_half_fov.x) * entered_along(towards.dot(camera.up), camera.tan_half_fov.y)
 }
 
 /// The glare around the Sun. Its radiance at an angle theta is `strength` / theta²; it is constant where theta² is below `core_angle_sq`.

@@ -111,13 +111,13 @@ impl Layers {
     pub fn parse(text: &str) -> Result<Self, SceneError> {
         let mut layers = Self::default();
         for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
-            let wrong = |why: String| SceneError::Request(format!("layer `{}`: {why}", echo(part)));
+            let error = |why: String| SceneError::Request(format!("layer `{}`: {why}", echo(part)));
             let (on, name) = match (part.strip_prefix('+'), part.strip_prefix('-')) {
                 (Some(name), _) => (true, name),
                 (_, Some(name)) => (false, name),
-                (None, None) => return Err(wrong("write + or - before its name".into())),
+                (None, None) => return Err(error("write + or - before its name".into())),
             };
-            *layers.by_name(name).ok_or_else(|| wrong(suggestion_or_list(name, &Self::NAMES)))? = on;
+            *layers.by_name(name).ok_or_else(|| error(suggestion_or_list(name, &Self::NAMES)))? = on;
         }
         Ok(layers)
     }

@@ -53,34 +53,35 @@ impl WarpMesh {
     /// # Errors
     /// The first invalid line.
     pub fn parse(file: &str, text: &str) -> Result<Self, WarpError> {
-        let wrong = |line: usize, what: String| WarpError { file: file.to_owned(), line, what };
+        let error_at = |line: usize, what: String| WarpError { file: file.to_owned(), line, what };
         let mut lines = text.lines().enumerate().map(|(k, l)| (k + 1, l.trim())).filter(|(_, l)| !l.is_empty());
         let last = text.lines().count().max(1);
-        let (line, kind) = lines.next().ok_or_else(|| wrong(last, "empty; the first line is the type, 2 rectangular or 1 polar".into()))?;
+        let (line, kind) =
+            lines.next().ok_or_else(|| error_at(last, "empty; the first line is the type, 2 rectangular or 1 polar".into()))?;
         let polar = match kind {
             "1" => true,
             "2" => false,
-            _ => return Err(wrong(line, "the first line is the mesh's type, 2 rectangular or 1 polar".into())),
+            _ => return Err(error_at(line, "the first line is the mesh's type, 2 rectangular or 1 polar".into())),
         };
-        let (line, size) = lines.next().ok_or_else(|| wrong(last, "the second line is missing: columns and rows".into()))?;
+        let (line, size) = lines.next().ok_or_else(|| error_at(last, "the second line is missing: columns and rows".into()))?;
         let size: Vec<usize> = size.split_whitespace().map_while(|w| w.parse().ok()).collect();
-        let &[columns, rows] = &size[..] else { return Err(wrong(line, "write the numbers of columns and rows, as 40 30".into())) };
+        let &[columns, rows] = &size[..] else { return Err(error_at(line, "write the numbers of columns and rows, as 40 30".into())) };
         if columns < 2 || rows < 2 || columns.checked_mul(rows).is_none_or(|n| n > MAX_NODES) {
-            return Err(wrong(line, format!("{columns} columns, {rows} rows: each at least 2, together at most {MAX_NODES} nodes")));
+            return Err(error_at(line, format!("{columns} columns, {rows} rows: each at least 2, together at most {MAX_NODES} nodes")));
         }
         let mut nodes = Vec::with_capacity(columns * rows);
-        let mut at_line = Vec::with_capacity(columns * rows);
+        let mut line_of_node = Vec::with_capacity(columns * rows);
         for (line, words) in lines {
             if nodes.len() == columns * rows {
-                return Err(wrong(line, format!("one line too many: {columns} columns and {rows} rows have {} nodes", nodes.len())));
+                return Err(error_at(line, format!("one line too many: {columns} columns and {rows} rows have {} nodes", nodes.len())));
             }
-            nodes.push(node(words).map_err(|what| wrong(line, what))?);
-            at_line.push(line);
+            nodes.push(node(words).map_err(|what| error_at(line, what))?);
+            line_of_node.push(line);
         }
         if nodes.len() < columns * rows {
             let (whole, part) = (nodes.len() / columns, nodes.len() % columns);
             let what = format!("ends after {whole} rows and {part} nodes; {rows} rows of {columns} nodes were announced");
-            return Err(wrong(last, what));
+            return Err(error_at(last, what));
         }
         let mut triangles = Vec::new();
         let mut turns_left: Option<bool> = None;
@@ -101,14 +102,14 @@ impl WarpMesh {
                 let what = format!(
                     "the mesh folds: the cell of row {row}, column {column} overlaps a neighbour or has no area; correct its x and y"
                 );
-                return Err(wrong(at_line[cell[0]], what));
+                return Err(error_at(line_of_node[cell[0]], what));
             }
             turns_left = Some(left);
             let [a, b, c, d] = cell.map(|k| k as u32);
             triangles.extend(if left { [a, b, c, a, c, d] } else { [a, c, b, a, d, c] });
         }
         if triangles.is_empty() {
-            return Err(wrong(last, "nothing is drawn: every cell has a node of brightness below 0".into()));
+            return Err(error_at(last, "nothing is drawn: every cell has a node of brightness below 0".into()));
         }
         Ok(Self { columns, nodes, triangles })
     }
@@ -187,10 +188,10 @@ impl WarpMesh {
 }
 
 /// Reads the line `x y u v i` of a node.
-fn node(words: &str) -> Result<WarpNode, String> {
+fn node(text: &str) -> Result<WarpNode, String> {
     const FIELDS: [&str; 5] = ["x", "y", "u", "v", "i"];
     let mut numbers = [0.0; 5];
-    let words: Vec<&str> = words.split_whitespace().collect();
+    let words: Vec<&str> = text.split_whitespace().collect();
     if words.len() != FIELDS.len() {
         return Err(format!("{} numbers; a node has five: x y u v i", words.len()));
     }
@@ -242,22 +243,22 @@ mod tests {
 
     #[test]
     fn each_mistake_names_its_line() {
-        let why = |text: &str| WarpMesh::parse("dome.data", text).expect_err("a mistake").to_string();
+        let error_text = |text: &str| WarpMesh::parse("dome.data", text).expect_err("a mistake").to_string();
         let good = text(3, 3, |x, y| (x, y));
-        assert!(why("").starts_with("dome.data:1: empty"));
-        assert!(why("3\n2 2\n").starts_with("dome.data:1: the first line"));
-        assert!(why("2\n2 two\n").starts_with("dome.data:2: write the numbers"));
-        assert!(why("2\n1 9\n").starts_with("dome.data:2: 1 columns"));
+        assert!(error_text("").starts_with("dome.data:1: empty"));
+        assert!(error_text("3\n2 2\n").starts_with("dome.data:1: the first line"));
+        assert!(error_text("2\n2 two\n").starts_with("dome.data:2: write the numbers"));
+        assert!(error_text("2\n1 9\n").starts_with("dome.data:2: 1 columns"));
         let cut: Vec<&str> = good.lines().take(9).collect();
-        assert!(why(&cut.join("\n")).contains("dome.data:9: ends after 2 rows and 1 nodes; 3 rows of 3"));
-        assert!(why(&format!("{good}0 0 0 0 1\n")).contains("dome.data:12: one line too many"));
-        assert!(why(&good.replace("0.5 0.5 1", "0.5 x 1")).contains("dome.data:7: field v: `x` is not a number"));
-        assert!(why(&good.replace("0.5 0.5 1", "0.5 1.5 1")).contains("dome.data:7: fields u 0.5, v 1.5"));
-        assert!(why(&good.replace("0.5 0.5 1", "0.5 0.5")).contains("dome.data:7: 4 numbers"));
+        assert!(error_text(&cut.join("\n")).contains("dome.data:9: ends after 2 rows and 1 nodes; 3 rows of 3"));
+        assert!(error_text(&format!("{good}0 0 0 0 1\n")).contains("dome.data:12: one line too many"));
+        assert!(error_text(&good.replace("0.5 0.5 1", "0.5 x 1")).contains("dome.data:7: field v: `x` is not a number"));
+        assert!(error_text(&good.replace("0.5 0.5 1", "0.5 1.5 1")).contains("dome.data:7: fields u 0.5, v 1.5"));
+        assert!(error_text(&good.replace("0.5 0.5 1", "0.5 0.5")).contains("dome.data:7: 4 numbers"));
         // The middle node is moved beyond its neighbour: the first cell that is no longer convex starts at line 3.
         let folded = text(3, 3, |x, y| if (x, y) == (0.0, 0.0) { (1.4, 0.0) } else { (x, y) });
-        assert!(why(&folded).contains("the mesh folds: the cell of row 1, column"), "{}", why(&folded));
+        assert!(error_text(&folded).contains("the mesh folds: the cell of row 1, column"), "{}", error_text(&folded));
         let turned = text(4, 2, |x, y| if x > 0.9 { (0.0, y) } else { (x, y) });
-        assert!(why(&turned).contains("dome.data:5: the mesh folds: the cell of row 1, column 3"), "{}", why(&turned));
+        assert!(error_text(&turned).contains("dome.data:5: the mesh folds: the cell of row 1, column 3"), "{}", error_text(&turned));
     }
 }

@@ -34,9 +34,9 @@ fn large_particle_phase(alpha: f64) -> f64 {
 
 /// Phase function of dust, with a steep forward-scattering peak.
 pub fn dust_phase(alpha: f64) -> f64 {
-    // 1 + g² + 2 g cos(alpha), written without cancellation near forward scattering.
-    let forward_angle_sq = (0.5 * alpha).cos().powi(2);
-    DUST_LOBES.iter().map(|[g, weight]| weight * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * forward_angle_sq).powf(1.5)).sum()
+    // 1 + g² + 2 g cos(alpha) = (1 - g)² + 4 g cos²(alpha / 2), which does not cancel near forward scattering.
+    let cos_half_sq = (0.5 * alpha).cos().powi(2);
+    DUST_LOBES.iter().map(|[g, weight]| weight * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * cos_half_sq).powf(1.5)).sum()
 }
 
 /// Phase function of large particles with the opposition surge, from the cosine of the phase angle, as in the ring's shader fragments.
@@ -56,11 +56,11 @@ mod tests {
     }
 
     /// The mean over all directions. Steps are even in the logarithm of the angle from the Sun's direction, so that they resolve the narrowest lobe.
-    fn mean(of: impl Fn(f64) -> f64) -> f64 {
+    fn mean(phase: impl Fn(f64) -> f64) -> f64 {
         let n = 200_000;
         let (first, last) = (1e-7_f64.ln(), std::f64::consts::PI.ln());
         let h = (last - first) / f64::from(n);
-        (0..n).map(|k| (first + (f64::from(k) + 0.5) * h).exp()).map(|s| 0.5 * of(std::f64::consts::PI - s) * s.sin() * s * h).sum()
+        (0..n).map(|k| (first + (f64::from(k) + 0.5) * h).exp()).map(|s| 0.5 * phase(std::f64::consts::PI - s) * s.sin() * s * h).sum()
     }
 
     #[test]
@@ -69,8 +69,8 @@ mod tests {
             let mean = mean(|alpha| phase_function(alpha, dust));
             assert!((mean - 1.0).abs() < 1e-5, "dust {dust}: {mean}");
         }
-        let lost = mean(|alpha| phase_function(alpha, 1.0) - DUST_LOBES[0][1] * 0.5);
-        assert!((lost - 1.0).abs() > 0.1, "half of a lobe less changes the mean");
+        let reduced = mean(|alpha| phase_function(alpha, 1.0) - DUST_LOBES[0][1] * 0.5);
+        assert!((reduced - 1.0).abs() > 0.1, "a phase function reduced by half the first lobe's weight must have another mean");
         assert!((DUST_LOBES.iter().map(|l| l[1]).sum::<f64>() - 1.0).abs() < 1e-12);
     }
 
@@ -83,9 +83,9 @@ mod tests {
             let (before, now) = (f64::from(k - 1), f64::from(k));
             assert!(at(now, 0.0) < at(before, 0.0), "large particles at {now}");
             assert!(now < 60.0 || at(now, 1.0) > at(before, 1.0), "dust at {now}");
-            let step = at(now, 1.0) / at(before, 1.0);
+            let ratio = at(now, 1.0) / at(before, 1.0);
             // The narrowest lobe varies as the inverse cube of the angle from the Sun: at half the angle it is 8 times as bright.
-            assert!((0.9..8.0).contains(&step), "no jump of the dust at {now}: {step}");
+            assert!((0.9..8.0).contains(&ratio), "the dust's phase function jumps at {now}: {ratio}");
         }
         assert!(at(0.0, 0.0) > 4.0 && at(179.0, 0.0) < 1e-4);
         // In Voyager's images dust brightened by more than an order of magnitude from backward to forward scattering, unlike large particles.

@@ -13,11 +13,12 @@ use crate::units::luminance;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// Number of radii and azimuths at which the globe's occultation is tested. With four times as many the sum changes by less than 2e-3 of a magnitude.
+/// Number of radii at which the globe's occultation is tested. With four times as many radii and azimuths the sum changes by less than 2e-3 of a magnitude.
 const RADII: usize = 24;
+/// Number of azimuths for each radius.
 const AZIMUTHS: usize = 72;
-/// Number of grid points across the globe's disc, along each side.
-const DISC: usize = 24;
+/// Number of grid points along each side of the square around the globe's disc.
+const DISC_GRID: usize = 24;
 
 /// The light of rings and their effect on the globe's light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,9 +88,10 @@ impl Globe {
     /// Fraction of a Lambert globe's light that the rings transmit, on the way from the Sun and on the way to the viewer.
     fn transmitted_fraction(&self, layer: &[RingInterval], sun: DVec3, viewer: DVec3) -> f64 {
         let (across, up) = viewer.any_orthonormal_pair();
-        let (mut all, mut transmitted) = (0.0, 0.0);
-        for k in 0..DISC * DISC {
-            let [x, y] = [k % DISC, k / DISC].map(|i| 2.0 * (i as f64 + 0.5) / DISC as f64 - 1.0);
+        let (mut reflected, mut transmitted) = (0.0, 0.0);
+        for k in 0..DISC_GRID * DISC_GRID {
+            let [x, y] = [k % DISC_GRID, k / DISC_GRID].map(|i| 2.0 * (i as f64 + 0.5) / DISC_GRID as f64 - 1.0);
+            // The globe is intersected as a unit sphere: coordinates divided by its semi-axes.
             let plane_point = (across * x + up * y) / self.axes;
             let towards = viewer / self.axes;
             let (a, b, c) = (towards.length_squared(), plane_point.dot(towards), plane_point.length_squared() - 1.0);
@@ -100,10 +102,10 @@ impl Globe {
             let normal = (hit / self.axes).normalize();
             let point = hit * self.axes;
             let light = normal.dot(sun).max(0.0);
-            all += light;
+            reflected += light;
             transmitted += light * transmittance(layer, point, sun) * transmittance(layer, point, viewer);
         }
-        if all > 0.0 { transmitted / all } else { 1.0 }
+        if reflected > 0.0 { transmitted / reflected } else { 1.0 }
     }
 }
 
@@ -128,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn rings_seen_edge_on_or_dark_add_nothing() {
+    fn rings_seen_edge_on_add_almost_nothing_and_a_body_without_rings_is_unchanged() {
         let catalog = Catalog::embedded();
         let saturn = catalog.body(NaifId(699)).expect("Saturn");
         let edge_on = RingLight::of(&RingTables::default(), saturn, direction(10.0, 0.0), direction(0.0, 3.0));

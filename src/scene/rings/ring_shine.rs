@@ -1,9 +1,10 @@
 //! Ring-shine: light that rings scatter onto their own planet, on its night side and in the rings' shadow.
 //!
-//! In: the rings, the planet's oblateness, the Sun's height over their plane, the particles' phase function. Out: [`RingShine`], a table of irradiance over
-//! height above the plane and hour angle from the Sun; two variables are enough because planet and rings are axially symmetric. Always: no value is
-//! negative; a place where the outermost ring is below the horizon gets no light; both sides are equal if the Sun is in the plane. Not modelled: light
-//! reflected between globe and ring more than once, and the penumbra of the globe's shadow on the ring (a thousandth of a radius).
+//! In: the rings, the planet's oblateness, the Sun's height over their plane, the particles' phase function. Out: [`RingShine`], a table of irradiance
+//! divided by height, as a function of height (|z| of the unit-sphere frame) and hour angle from the Sun; two variables are enough because planet and rings
+//! are axially symmetric. Always: no value is negative; a place where the outermost ring is below the horizon gets no light; both sides are equal if the Sun
+//! is in the plane. Not modelled: light reflected between globe and ring more than once, and the penumbra of the globe's shadow on the ring (a thousandth of
+//! a radius).
 //!
 //! The light is single scattering as in shaders/lib/ring/photometry.wesl, integrated over the part of the ring above the ground's horizon and outside the
 //! globe's shadow. The edges of this part are the limits of integration, so that the quadrature never crosses a discontinuity.
@@ -40,13 +41,13 @@ impl RingShine {
     pub(crate) fn irradiance(&self, point: DVec3, sun: DVec3) -> f64 {
         let height = point.z.abs();
         let horizontal = sun.truncate().try_normalize().unwrap_or(DVec2::X);
-        let hour = point.truncate().perp_dot(horizontal).abs().atan2(point.truncate().dot(horizontal)) / PI;
+        let hour_fraction = point.truncate().perp_dot(horizontal).abs().atan2(point.truncate().dot(horizontal)) / PI;
         let cell = |fraction: f64, count: usize| {
             let position = fraction.clamp(0.0, 1.0) * (count - 1) as f64;
             let low = (position as usize).min(count - 2);
             (low, position - low as f64)
         };
-        let (column, right) = cell(hour, COLUMNS);
+        let (column, right) = cell(hour_fraction, COLUMNS);
         let (row, up) = cell((height / self.max_height).min(1.0).sqrt(), ROWS);
         let first = if point.z * sun.z >= 0.0 { 0 } else { ROWS };
         let texel = |row: usize, column: usize| {
@@ -82,7 +83,7 @@ struct Annulus {
 }
 
 impl Annulus {
-    fn at(&self, side: usize, slope: f64) -> DVec3 {
+    fn light_along(&self, side: usize, slope: f64) -> DVec3 {
         let position = (slope.log2() * PER_OCTAVE).clamp(0.0, (SLOPES - 1) as f64 - 1e-9);
         let below = position as usize;
         self.light[side][below].lerp(self.light[side][below + 1], position.fract())
@@ -210,8 +211,9 @@ impl RingShines {
 }
 
 impl RingShineGeometry<'_> {
-    /// Irradiance divided by height, at a height and hour angle. `side`: 0 on the side of the plane on which the Sun's centre is.
-    fn at(&self, annuli: &[Annulus], gauss: &[(f64, f64)], side: usize, height: f64, hour: f64) -> DVec3 {
+    /// Irradiance divided by height, at a height and an hour angle in radians. `side`: 0 on the side of the plane on which the Sun's centre is, 1 on the
+    /// other.
+    fn irradiance_per_height(&self, annuli: &[Annulus], gauss: &[(f64, f64)], side: usize, height: f64, hour: f64) -> DVec3 {
         let horizontal = (1.0 - height * height).max(0.0).sqrt();
         let normal = DVec3::new(horizontal, 0.0, height / self.polar).normalize();
         let place = DVec3::new(horizontal, 0.0, self.polar * height);
@@ -246,7 +248,7 @@ impl RingShineGeometry<'_> {
                     let phase = particle_phase(-sun.dot(to_ring) / distance);
                     // The ring's projected area divided by height: polar / distance is the cosine of emission divided by height.
                     let projected_area = (b - a) * w * r * cos_incidence * self.polar / (distance * distance_sq);
-                    sum += annulus.at(side, 1.0 / cos_emission) * (0.25 / PI * phase * projected_area);
+                    sum += annulus.light_along(side, 1.0 / cos_emission) * (0.25 / PI * phase * projected_area);
                 }
             }
         }
@@ -256,11 +258,11 @@ impl RingShineGeometry<'_> {
     /// Computes the table. `None` if no ring scatters light.
     fn table(&self) -> Option<RingShine> {
         let annuli = annuli(self);
-        let last = annuli.iter().map(|a| a.radius).fold(0.0, f64::max);
-        if last <= 1.0 {
+        let outermost = annuli.iter().map(|a| a.radius).fold(0.0, f64::max);
+        if outermost <= 1.0 {
             return None;
         }
-        let max_height = (1.0 - 1.0 / (last * last)).sqrt();
+        let max_height = (1.0 - 1.0 / (outermost * outermost)).sqrt();
         let gauss = gauss_legendre(ARC_NODES);
         let rows: Vec<Vec<(DVec3, f64)>> = (0..2 * ROWS)
             .into_par_iter()
@@ -268,7 +270,7 @@ impl RingShineGeometry<'_> {
                 let height = max_height * ((n % ROWS) as f64 / (ROWS - 1) as f64).powi(2);
                 let light_at_column = |column: usize| {
                     let hour = PI * column as f64 / (COLUMNS - 1) as f64;
-                    (self.at(&annuli, &gauss, n / ROWS, height.max(EQUATOR_HEIGHT), hour), height)
+                    (self.irradiance_per_height(&annuli, &gauss, n / ROWS, height.max(EQUATOR_HEIGHT), hour), height)
                 };
                 (0..COLUMNS).map(light_at_column).collect()
             })
@@ -386,12 +388,17 @@ mod tests {
                 sun_tangent: 5e-4,
                 ..geometry(&rings, sine)
             };
-            let (own, mixed) = (geometry.table().expect("a table"), geometry.interpolate(&RingShines::default()).expect("a table"));
-            let worst = |other: &RingShine| own.texels.iter().zip(&other.texels).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-            let brightest = own.texels.iter().copied().fold(0.0, f32::max);
-            assert!(worst(&mixed) < 1e-3 * brightest, "sine {sine}: {} of {brightest}", worst(&mixed));
+            let (exact, interpolated) =
+                (geometry.table().expect("a table"), geometry.interpolate(&RingShines::default()).expect("a table"));
+            let max_error = |other: &RingShine| exact.texels.iter().zip(&other.texels).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            let brightest = exact.texels.iter().copied().fold(0.0, f32::max);
+            assert!(max_error(&interpolated) < 1e-3 * brightest, "sine {sine}: {} of {brightest}", max_error(&interpolated));
             let alone = RingShineGeometry { sine: below, ..geometry }.table().expect("a table");
-            assert!(worst(&alone) > 3.0 * worst(&mixed), "one milestone alone, sine {sine}: {} of {brightest}", worst(&alone));
+            assert!(
+                max_error(&alone) > 3.0 * max_error(&interpolated),
+                "one milestone alone, sine {sine}: {} of {brightest}",
+                max_error(&alone)
+            );
         }
     }
 

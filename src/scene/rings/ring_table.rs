@@ -104,13 +104,13 @@ impl RingTables {
 }
 
 /// Slopes of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: sine of the height of the Sun's centre over
-/// the plane; `tangent`: tangent of the Sun's angular radius; `disc`: whether the Sun's disc is resolved.
+/// the plane; `tangent`: tangent of the Sun's angular radius.
 ///
 /// One slope is enough if it varies so little across the disc that the light removed by an interval changes by less than 0.155 `tangent` / `sine` from one
 /// half of the disc to the other: up to 0.4 % of the light. For a lower Sun the slope of the centre is followed by one slope for each strip of the disc.
-pub fn slopes_of_sunlight(sine: f64, tangent: f64, disc: bool) -> Vec<f64> {
+pub fn slopes_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Vec<f64> {
     let slope = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
-    if !disc || sine.abs() > MIN_HEIGHT_FOR_ONE_SLOPE * tangent {
+    if !is_disc_resolved || sine.abs() > MIN_HEIGHT_FOR_ONE_SLOPE * tangent {
         return vec![slope(sine)];
     }
     let cosine = (1.0 - sine * sine).max(0.0).sqrt();
@@ -129,6 +129,7 @@ const BIN_MARGIN: f64 = 0.01;
 /// An index that maps a radius to its interval; shaders/lib/ring/intervals.wesl reads it.
 struct RadiusBins {
     texels: Vec<f32>,
+    /// The bin of a radius is `formula[0] - formula[1] / radius`, clamped to at most `formula[2]`.
     formula: [f64; 3],
 }
 
@@ -181,9 +182,9 @@ pub struct RingConditions {
 impl RingConditions {
     /// `steepest` and `flattest`: smallest and largest slope of the view rays.
     pub fn new(sunlight: Option<[[f64; 2]; 2]>, steepest: f64, flattest: f64) -> Self {
-        let place = |slope: f64| slope.clamp(1.0, 1.0 / MIN_COSINE).log2() * f64::from(RING_SLOPES_PER_OCTAVE);
-        let first = (place(steepest).floor() as u32).min(SLOPES - 2);
-        Self { sunlight, slopes: [first, (place(flattest).ceil() as u32).clamp(first + 1, SLOPES - 1)] }
+        let fractional_index = |slope: f64| slope.clamp(1.0, 1.0 / MIN_COSINE).log2() * f64::from(RING_SLOPES_PER_OCTAVE);
+        let first = (fractional_index(steepest).floor() as u32).min(SLOPES - 2);
+        Self { sunlight, slopes: [first, (fractional_index(flattest).ceil() as u32).clamp(first + 1, SLOPES - 1)] }
     }
 
     /// Light that an interval scatters along a path of a slope, without the factors albedo and phase function / 4.
@@ -210,13 +211,14 @@ impl RingTable {
         let bins = RadiusBins::of(intervals);
         let mut texels = bins.texels;
         texels.reserve(nodes * height as usize * 4);
-        let mut dusty = 0.0;
+        let mut dusty_count = 0.0;
         for (interval, end) in intervals.iter().zip(ends(intervals)) {
-            let code = dusty + if interval.has_dust() { 0.5 } else { 0.0 };
-            dusty += if interval.has_dust() { 1.0 } else { 0.0 };
-            texels.extend([narrow_scalar(interval.from), end, code, 0.0]);
+            // The number of dusty intervals farther in, plus one half if this one is dusty.
+            let dust_code = dusty_count + if interval.has_dust() { 0.5 } else { 0.0 };
+            dusty_count += if interval.has_dust() { 1.0 } else { 0.0 };
+            texels.extend([narrow_scalar(interval.from), end, dust_code, 0.0]);
         }
-        texels.extend([narrow_scalar(radius_range[1]), f32::MAX, dusty, 0.0]);
+        texels.extend([narrow_scalar(radius_range[1]), f32::MAX, dusty_count, 0.0]);
         for k in first..=last {
             let slope = (f64::from(k) / f64::from(RING_SLOPES_PER_OCTAVE)).exp2();
             // Dust has rows of its own: it has another phase function, and its sums would lose precision if added to those of dense rings.
@@ -284,8 +286,8 @@ mod tests {
         Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.5, 0.25, 0.125], dust: 0.0 }
     }
 
-    /// A table without sunlight, with rows for every slope.
-    const COLOURS: RingConditions = RingConditions { sunlight: None, slopes: [0, SLOPES - 1] };
+    /// The conditions of the albedo view, with rows for every slope.
+    const ALBEDO_VIEW: RingConditions = RingConditions { sunlight: None, slopes: [0, SLOPES - 1] };
 
     #[test]
     fn a_later_ring_lies_over_an_earlier_one() {
@@ -296,7 +298,7 @@ mod tests {
 
     #[test]
     fn rows_contain_the_removed_light_and_its_integral() {
-        let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), 1.0, &COLOURS).expect("a table");
+        let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), 1.0, &ALBEDO_VIEW).expect("a table");
         assert_eq!((table.width, table.height, table.radius_range), (4, RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * SLOPES, [1.0, 3.0]));
         let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
         for k in 0..SLOPES {
@@ -308,7 +310,7 @@ mod tests {
             assert_eq!((at(value, 1, 3), at(integral, 2, 3)), (0.0, at(integral, 1, 3)), "a gap adds nothing");
             assert!((at(integral, 3, 3) - first - 0.5 * last).abs() < 1e-6, "slope {k}");
         }
-        assert!(RingTable::of([].iter(), 1.0, &COLOURS).is_none());
+        assert!(RingTable::of([].iter(), 1.0, &ALBEDO_VIEW).is_none());
     }
 
     /// Repeats the shader's search for the interval of a radius in f32: a bin never begins past that interval, and the search needs few reads.
@@ -341,7 +343,7 @@ mod tests {
     #[test]
     fn dust_is_summed_apart_from_large_particles() {
         let faint = Ring { dust: 0.8, ..ring(4.0, 5.0, 1e-6) };
-        let table = RingTable::of([ring(1.0, 2.0, 3.0), faint].iter(), 1.0, &COLOURS).expect("a table");
+        let table = RingTable::of([ring(1.0, 2.0, 3.0), faint].iter(), 1.0, &ALBEDO_VIEW).expect("a table");
         let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
         let (large, dust) = (RING_HEADER_ROWS + 1, RING_HEADER_ROWS + 3);
         assert_eq!([0, 3].map(|c| at(dust, 2, c)), [0.0; 2], "no dust inside the faint ring");

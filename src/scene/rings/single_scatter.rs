@@ -5,7 +5,8 @@
 
 use std::f64::consts::PI;
 
-/// Fraction of the Sun's disc on one side of the plane and the mean sine of its height, then the same for the other side.
+/// The two parts into which the layer's plane cuts the Sun's disc, first the part on the side of the Sun's centre: for each its fraction of the disc, and
+/// the mean sine of its height over the plane on its own side. `sine`: that of the centre's height, not negative; `tangent`: of the Sun's angular radius.
 pub fn sun_halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     if sine >= tangent {
         return [[1.0, sine], [0.0, 1.0]];
@@ -18,7 +19,8 @@ pub fn sun_halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     [[above, moment / above.max(1e-9)], [1.0 - above, (moment - sine) / (1.0 - above).max(1e-9)]]
 }
 
-/// Light scattered towards a path of slope `x`, per unit of phase function / 4, under sunlight of slope `y` from the same side or from the other.
+/// Light scattered into a view path of slope `x` by sunlight of slope `y` from the same side or from the other, without the factors albedo and phase
+/// function / 4.
 pub fn scattered(tau: f64, x: f64, y: f64, same_side: bool) -> f64 {
     if same_side {
         return x / (x + y) * -(-tau * (x + y)).exp_m1();

@@ -26,8 +26,8 @@ use std::sync::Arc;
 const OUTLINE_CORNERS: usize = 96;
 /// Maximum number of segments into which a pixel's footprint is divided.
 const MAX_SEGMENTS: f64 = 16.0;
-/// Thickness relative to radius of the spheroid that represents the ring when its outline is computed.
-const THIN: f64 = 1e-6;
+/// Polar over equatorial radius of the thin spheroid that represents a ring when its outline is computed.
+const OUTLINE_THICKNESS: f64 = 1e-6;
 
 /// Rounds to 17 significant bits (relative error below 8e-6, of the light of the rings below 2e-5), so that frames of some minutes share a table.
 fn rounded_for_reuse(x: f64) -> f64 {
@@ -53,14 +53,18 @@ pub(crate) struct RingView<'a> {
     pub caches: &'a Caches,
 }
 
-/// What the limits of all rings have in common: the camera's height over the plane and its distance from the axis, equatorial radii; the length of the longest ray of
-/// the frame of view depth 1; the smallest cosine between a ray and the rings' normal; and the angle between the body's centre and the farthest corner.
+/// What the limits of all rings have in common.
 struct FrameLimits {
+    /// The camera's height over the rings' plane, equatorial radii.
     height: f64,
+    /// The camera's distance from the body's axis, equatorial radii.
     axis_distance: f64,
+    /// Length of the longest ray of the frame, scaled to view depth 1.
     longest_ray: f64,
+    /// Smallest cosine between a ray of the frame and the rings' normal.
     min_cosine: f64,
-    to_corner: f64,
+    /// Largest angle between the body's centre and a corner of the frame, radians.
+    corner_angle: f64,
 }
 
 /// How a ring may be seen: limits over all pixels that may show it.
@@ -73,11 +77,13 @@ struct RingLimits {
     max_filled: f64,
 }
 
-/// Upper limits of a ring's effect on a pixel: the fraction of the background that it hides and the radiance that it adds if it fills the pixel, and the
-/// fraction of the pixel that it fills.
+/// Upper limits of a ring's effect on a pixel.
 struct RingChange {
+    /// Fraction of the background that a ring that fills the pixel hides.
     hidden: f64,
+    /// Radiance that a ring that fills the pixel adds.
     added: f64,
+    /// Fraction of the pixel that the ring fills.
     filled: f64,
 }
 
@@ -125,19 +131,19 @@ impl<'a> RingView<'a> {
         let to_one_side = corners.iter().all(|r| r.z > 0.0) || corners.iter().all(|r| r.z < 0.0);
         let min_cosine = if to_one_side { corners.iter().map(|r| r.z.abs()).fold(f64::INFINITY, f64::min) / longest_ray } else { 0.0 };
         let centre = -(self.placement.body_from_icrf * -self.placement.centre_km);
-        let to_corner = corners.iter().map(|r| crate::ephemeris::angle_rad(*r, centre)).fold(0.0, f64::max);
-        FrameLimits { height, axis_distance, longest_ray, min_cosine, to_corner }
+        let corner_angle = corners.iter().map(|r| crate::ephemeris::angle_rad(*r, centre)).fold(0.0, f64::max);
+        FrameLimits { height, axis_distance, longest_ray, min_cosine, corner_angle }
     }
 
     /// Limits over all pixels that may show a ring.
     fn limits(&self, ring: &Ring, frame: &FrameLimits) -> RingLimits {
-        let &FrameLimits { height, axis_distance, longest_ray, min_cosine, to_corner } = frame;
+        let &FrameLimits { height, axis_distance, longest_ray, min_cosine, corner_angle } = frame;
         let [inner, outer] = [ring.inner_km, ring.outer_km].map(|r| r / self.body.radii_km.x);
         let min_cosine = min_cosine.max(height / height.hypot(axis_distance + outer)).max(MIN_COSINE);
         // The angle between a ray and the direction to the body's centre is at most the ring's angular radius, and at most the angle of the farthest
         // corner.
-        let to_edge = if outer < height.hypot(axis_distance) { (outer / height.hypot(axis_distance)).asin() } else { PI };
-        let spread = to_corner.min(to_edge);
+        let ring_angle = if outer < height.hypot(axis_distance) { (outer / height.hypot(axis_distance)).asin() } else { PI };
+        let spread = corner_angle.min(ring_angle);
         let gap = (inner - axis_distance).max(axis_distance - outer).max(0.0);
         // A pixel spans a smaller angle away from the middle of the image.
         let nearest_pixel = height.hypot(gap) * self.camera.pixel_tangent() / (longest_ray * longest_ray);
@@ -207,6 +213,7 @@ impl<'a> RingView<'a> {
         self.rect(self.outermost_km()).is_some()
     }
 
+    /// Tangent of the Sun's angular radius.
     fn sun_tangent(&self, sun_radius_km: f64) -> f64 {
         sun_radius_km / self.sun_km
     }
@@ -217,14 +224,14 @@ impl<'a> RingView<'a> {
         let tangent = self.sun_tangent(sun_radius_km);
         // Paths from the lit globe to the Sun cross the plane at most this far from the axis: the path from the terminator crosses it farthest out.
         let farthest_km = self.body.radii_km.x / sine.max(1e-9);
-        let darkest =
+        let max_removed_fraction =
             rings.iter().filter(|r| r.inner_km < farthest_km).map(|r| -(-r.tau_normal / sine.max(MIN_COSINE)).exp_m1()).fold(0.0, f64::max);
         let penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius();
         let model = if penumbra_px > MAX_EDGE_ERROR_PX { RingShadow::Penumbra } else { RingShadow::PointSun };
-        let (degrees, light) = (sine.asin().to_degrees(), self.threshold.change_description(darkest));
+        let (degrees, light) = (sine.asin().to_degrees(), self.threshold.change_description(max_removed_fraction));
         let reason = reason!("ring-shadow-sun", degrees = format_args!("{degrees:.3}"), light = light)
             .and(reason!("ring-shadow-penumbra", size = format_args!("{penumbra_px:.1}")));
-        (ThresholdCheck { on: self.threshold.is_exceeded_by_change(darkest) && sine > 0.0, reason }, model)
+        (ThresholdCheck { on: self.threshold.is_exceeded_by_change(max_removed_fraction) && sine > 0.0, reason }, model)
     }
 
     /// Whether the globe's shadow falls on the ring, and its model.
@@ -246,16 +253,17 @@ impl<'a> RingView<'a> {
         (ThresholdCheck { on: axis_distance <= penumbra_radius, reason }, model)
     }
 
-    /// The rectangle around the outline of the outermost visible ring.
+    /// The rectangle around the outline of rings out to a radius.
     pub(crate) fn rect(&self, outer_km: f64) -> Option<ClipRect> {
-        let disc = Placement { radii_km: DVec3::new(outer_km, outer_km, outer_km * THIN), ..*self.placement };
+        let disc = Placement { radii_km: DVec3::new(outer_km, outer_km, outer_km * OUTLINE_THICKNESS), ..*self.placement };
         if disc.camera_is_inside() {
             return Some(ClipRect::VIEWPORT);
         }
         Outline::of(self.camera, &disc).rect(self.camera)
     }
 
-    /// The rectangle around the half of the visible rings in front of the body's centre (`side` 1) or behind it (-1), as lib/ring/surface.wesl divides them.
+    /// The rectangle around one half of the rings out to a radius: in front of the body's centre (`side` 1) or behind it (-1), as
+    /// shaders/lib/ring/surface.wesl divides them.
     pub(crate) fn half_rect(&self, outer_km: f64, side: f64) -> Option<ClipRect> {
         let whole = self.rect(outer_km)?;
         self.half_bounds(outer_km, side).map_or(Some(whole), |half| whole.common(&half))
@@ -268,8 +276,8 @@ impl<'a> RingView<'a> {
         if distance < 1.01 * outer_km {
             return None;
         }
-        // The halves meet where the view ray is nearest to the axis: on the circle over the line from the centre to the camera's foot v. So p.v >= |p|^2 >= 0 in
-        // front, and p.v <= |p|^2 <= outer^2 behind.
+        // The halves meet where view rays are nearest to the axis. With v the camera's projection onto the plane (`viewer`), these points p form the circle
+        // whose diameter runs from the centre to v. So p.v >= |p|^2 >= 0 in front, and p.v <= |p|^2 <= outer^2 behind.
         let towards = viewer / distance;
         let limit = if side > 0.0 { 0.0 } else { outer_km * outer_km / distance };
         let excess = |p: DVec2| side * (p.dot(towards) - limit);
@@ -300,7 +308,7 @@ impl<'a> RingView<'a> {
     fn max_segments(&self) -> f64 {
         let (height, axis_distance) = self.viewer_radii();
         let outer = self.outermost_km() / self.body.radii_km.x;
-        // A pixel turns the ray by at most its tangent. The part added covers what a pixel at the edge has outside of the ring.
+        // A pixel turns the ray by at most its tangent. The 5 % added to the outer radius cover pixels at the edge, whose middle is outside the ring.
         let cosine = (height / height.hypot(axis_distance + 1.05 * outer)).max(MIN_COSINE);
         (32.0 * 1.05 * height * self.camera.pixel_tangent() / (cosine * cosine)).ceil().clamp(1.0, MAX_SEGMENTS)
     }
@@ -360,7 +368,7 @@ impl<'a> RingView<'a> {
         )
     }
 
-    /// The ring uniforms of both draws, behind and in front of the globe, except `half`.
+    /// The ring uniforms that the draws behind and in front of the globe share: all except `side`.
     pub(crate) fn uniforms(&self, rings: &[&Ring], sun: Option<&Body>, pixel_view: PixelView) -> RingUniforms {
         let table = self.caches.ring_tables.profile(rings, self.body.radii_km.x, &self.conditions(sun, pixel_view));
         table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))

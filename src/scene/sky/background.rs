@@ -26,11 +26,16 @@ use std::f64::consts::TAU;
 pub struct SkyBackground {
     /// `None`: no panorama.
     pub map_file: Option<String>,
+    /// View ray of depth 1 through the middle of the image, and its change to the right and to the upper edge. Axes of all directions here: those of
+    /// the panorama.
     pub middle: Vec3,
     pub across: Vec3,
     pub up: Vec3,
+    /// Radiance of the panorama's linear value 1; 0 if it is not drawn.
     pub map_radiance: f32,
+    /// Mip level of the panorama.
     pub map_level: f32,
+    /// [`zodiacal::unit_radiance`]; 0 if zodiacal light is not drawn.
     pub zodiacal_radiance: f32,
     pub to_sun: Vec3,
     pub ecliptic_pole: Vec3,
@@ -39,6 +44,7 @@ pub struct SkyBackground {
     pub near: f32,
     pub inner_cosine: f32,
     pub outer_cosine: f32,
+    /// 1: zodiacal light fades out where the corona replaces it; 0: it continues up to the Sun.
     pub corona: f32,
 }
 

@@ -55,10 +55,10 @@ const MAX_ION_LENGTH_AU: f64 = 0.8;
 /// Radius of the dense part of a coma, au (80 000 km), and tangent of the ion tail's half opening angle.
 const COMA_AU: f64 = 80_000.0 / KM_PER_AU;
 const ION_SPREAD: f64 = 0.03;
-/// Integral of the ribbon's Gaussian profile from edge to edge.
-const PROFILE: f64 = 0.839_4;
+/// Integral of an ion ribbon's Gaussian profile from edge to edge, in half widths.
+const RIBBON_PROFILE_INTEGRAL: f64 = 0.839_4;
 /// Integral of the profile of a dust patch, relative to the patch's width.
-const SOFT_PROFILE: f64 = 0.5;
+const PATCH_PROFILE_INTEGRAL: f64 = 0.5;
 /// Linear RGB of CO+, whose bands lie from 400 to 500 nm, and of a coma with the green of C2; the code scales them to luminance 1. Chosen by eye.
 const ION_RGB: [f64; 3] = [0.30, 0.55, 1.0];
 const COMA_RGB: [f64; 3] = [0.85, 1.05, 0.8];
@@ -188,7 +188,7 @@ impl CometProjection<'_> {
             let around = [k.checked_sub(1), Some(k)].into_iter().flatten().filter(|j| *j + 1 < stations.len());
             let (light, length_px) = around.fold((0.0, 0.0), |(light, px), j| (light + irradiance[j], px + length(j)));
             // The lower limit on the length prevents a ribbon seen end-on from becoming a bright needle.
-            narrow_scalar(light * s.gain / (length_px.max(half_px[k]) * half_px[k] * PROFILE))
+            narrow_scalar(light * s.gain / (length_px.max(half_px[k]) * half_px[k] * RIBBON_PROFILE_INTEGRAL))
         };
         for k in 0..stations.len() - 1 {
             let (Some(a), Some(b)) = (stations[k], stations[k + 1]) else { continue };
@@ -225,24 +225,25 @@ impl CometProjection<'_> {
         let beta_weight: Vec<f64> =
             (0..SYNDYNES - 1).map(|line| (PI * 0.5 * (beta_fraction(line) + beta_fraction(line + 1))).sin().powi(2)).collect();
         let total = production.iter().sum::<f64>() * beta_weight.iter().sum::<f64>();
-        // A point of a patch's centre line, the vector to the patch's edge, widened by the grains' own speed, and the point's projection.
-        let side = |line: usize, k: usize| -> Option<(DVec2, DVec2, ProjectedPoint)> {
+        // A point of a patch's centre line, and the vector in pixels from it to the patch's edge, widened by the grains' own speed.
+        let section = |line: usize, k: usize| -> Option<(ProjectedPoint, DVec2)> {
             let (a, b) = (projected[line][k]?, projected[line + 1][k]?);
             let [before, after] = [k.saturating_sub(1), (k + 1).min(STATIONS - 1)].map(|j| projected[line][j].unwrap_or(a));
             let spread = (0.5 * COMA_AU + GRAIN_SPEED_AU_DAY * age(k)) * a.px_per_au;
             // Each patch extends to the centre line of the next.
             let gap = b.px - a.px;
             let across = gap.try_normalize().or_else(|| (after.px - before.px).perp().try_normalize()).unwrap_or(DVec2::X);
-            Some((0.5 * (a.px + b.px), gap + across * spread, ProjectedPoint { px: 0.5 * (a.px + b.px), ..a }))
+            Some((ProjectedPoint { px: 0.5 * (a.px + b.px), ..a }, gap + across * spread))
         };
         let radiance = |line: usize, k: usize| -> Option<f64> {
-            let (a, b) = (side(line, k)?, side(line, k + 1)?);
-            let length_px = (b.0 - a.0).length().max(0.5 * COMA_AU * a.2.px_per_au);
-            let width_px = 2.0 * 0.5 * (a.1.length() + b.1.length());
-            Some(light * production[k] * beta_weight[line] / total * a.2.gain / (length_px * width_px * SOFT_PROFILE))
+            let ((a, edge_a), (b, edge_b)) = (section(line, k)?, section(line, k + 1)?);
+            let length_px = (b.px - a.px).length().max(0.5 * COMA_AU * a.px_per_au);
+            // Twice the mean half width.
+            let width_px = 2.0 * 0.5 * (edge_a.length() + edge_b.length());
+            Some(light * production[k] * beta_weight[line] / total * a.gain / (length_px * width_px * PATCH_PROFILE_INTEGRAL))
         };
-        // Mean radiance of the patches that share a grain.
-        let mean = |line: usize, k: usize| {
+        // Mean radiance of the patches before and after a section.
+        let mean_radiance = |line: usize, k: usize| {
             let around = [k.checked_sub(1), (k + 1 < STATIONS).then_some(k)].into_iter().flatten().filter_map(|k| radiance(line, k));
             let (sum, count) = around.fold((0.0, 0.0), |(sum, count), r| (sum + r, count + 1.0));
             if count > 0.0 { narrow_scalar(sum / count) } else { 0.0 }
@@ -250,14 +251,14 @@ impl CometProjection<'_> {
         let colour = narrow(star_colour(Some(0.8)));
         for line in 0..SYNDYNES - 1 {
             for k in 0..STATIONS - 1 {
-                let (Some(a), Some(b)) = (side(line, k), side(line, k + 1)) else { continue };
-                if self.is_outside(&a.2, &b.2, a.1.length().max(b.1.length())) {
+                let (Some((a, edge_a)), Some((b, edge_b))) = (section(line, k), section(line, k + 1)) else { continue };
+                if self.is_outside(&a, &b, edge_a.length().max(edge_b.length())) {
                     continue;
                 }
                 segments.push(TailSegment {
-                    ends: [self.clip(&a.2), self.clip(&b.2)],
-                    edges: [narrow2(a.1), narrow2(b.1)],
-                    radiance: [mean(line, k), mean(line, k + 1)],
+                    ends: [self.clip(&a), self.clip(&b)],
+                    edges: [narrow2(edge_a), narrow2(edge_b)],
+                    radiance: [mean_radiance(line, k), mean_radiance(line, k + 1)],
                     softness: 0.0,
                     colour,
                 });

@@ -23,10 +23,13 @@ const STEP: f64 = 1e-4;
 pub struct SkyImageDraw {
     /// The name under which textures are looked up.
     pub image: String,
+    /// The homogeneous image coordinates (u = x / z, v = y / z) of the frame's middle, and their change to the frame's right and to its upper edge.
     pub middle: Vec3,
     pub across: Vec3,
     pub up: Vec3,
+    /// Width and height of the image in pixels of the frame.
     pub span_px: Vec2,
+    /// Mip level.
     pub map_level: f32,
     pub opacity: f32,
 }

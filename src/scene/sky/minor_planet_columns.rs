@@ -27,20 +27,20 @@ pub struct MinorPlanetColumns {
 struct OrbitTiming {
     passage_days: f64,
     days_per_unit: f64,
-    half_turn: f64,
+    half_period: f64,
 }
 
 impl OrbitTiming {
     fn of(orbit: &HeliocentricOrbit) -> Self {
         let (q, alpha) = (orbit.perihelion_au, 1.0 - orbit.eccentricity);
-        let half_turn = if alpha > 0.0 { PI * alpha.powf(-1.5) } else { f64::INFINITY };
-        Self { passage_days: orbit.passage_days, days_per_unit: q.powf(1.5) / GAUSS_CONSTANT, half_turn }
+        let half_period = if alpha > 0.0 { PI * alpha.powf(-1.5) } else { f64::INFINITY };
+        Self { passage_days: orbit.passage_days, days_per_unit: q.powf(1.5) / GAUSS_CONSTANT, half_period }
     }
 
     /// Time since the nearest perihelion passage, negative before it, in the shader's unit.
     fn time(&self, days: f64) -> f64 {
         let t = (days - self.passage_days) / self.days_per_unit;
-        if self.half_turn.is_finite() { t - 2.0 * self.half_turn * (0.5 * t / self.half_turn).round() } else { t }
+        if self.half_period.is_finite() { t - 2.0 * self.half_period * (0.5 * t / self.half_period).round() } else { t }
     }
 }
 
@@ -91,7 +91,7 @@ mod tests {
             let period_days = TAU / GAUSS_CONSTANT * (q / (1.0 - e)).powf(1.5);
             for days in [-700_000.0, -3.5, 8375.25, 9000.0, 812_345.6] {
                 let t = timing.time(days);
-                assert!(t.abs() <= timing.half_turn * (1.0 + 1e-12), "{q} {e} {days}: {t}");
+                assert!(t.abs() <= timing.half_period * (1.0 + 1e-12), "{q} {e} {days}: {t}");
                 let turns = ((days - 8375.25) - t * timing.days_per_unit) / period_days;
                 assert!((turns - turns.round()).abs() < 1e-9, "{turns}");
             }

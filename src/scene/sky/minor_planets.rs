@@ -33,6 +33,7 @@ const B_V: f32 = 0.78;
 #[derive(Clone, Debug, PartialEq)]
 pub struct MinorPlanets {
     pub columns: Arc<MinorPlanetColumns>,
+    /// [`MinorPlanetColumns::times`].
     pub times: Arc<Vec<f32>>,
     /// The camera's axes; right and up are divided by the tangents of half the field of view.
     pub axes: [Vec3; 3],
@@ -45,6 +46,7 @@ pub struct MinorPlanets {
     pub flux_per_irradiance: f32,
     /// Brightness of the central pixel of a point of flux 1, relative to white.
     pub peak_over_white: f32,
+    /// Flux of a marker: the smallest flux with which a body is drawn.
     pub mark_flux: f32,
 }
 

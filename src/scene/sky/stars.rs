@@ -81,7 +81,7 @@ struct AirTint {
     tints: Vec<DVec3>,
 }
 
-/// Rows of the table, from [`AirTint::LOWEST_DEG`] upwards, denser near the horizon.
+/// Steps of the table of tints, from [`AirTint::LOWEST_DEG`] to the zenith, denser near the horizon.
 const TINT_STEPS: usize = 48;
 
 impl AirTint {
@@ -138,10 +138,10 @@ pub(crate) fn stars(
         return (Vec::new(), decided(false, reason!("set-by-you")));
     }
     let camera = &viewer.camera;
-    // A boost of one stop lowers the limit by 2.5 log10(2) magnitudes.
+    // A boost of one stop shows stars that are 2.5 log10(2) magnitudes fainter.
     let boost = request.stars_boost.exp2();
     let limit_as_set = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
-    // In air the sky itself outshines the stars by day: brightened ones would show through it.
+    // In air the layer of bright stars has no effect: by day brightened stars would show through the sky that outshines them.
     let lift = if request.layers.bright_stars && air.is_none() { (BRIGHTENED_LIMIT - limit_as_set).max(0.0) } else { 0.0 };
     let limit = limit_as_set + lift;
     let boost = boost * 10f64.powf(0.4 * lift);

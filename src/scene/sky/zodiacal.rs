@@ -92,10 +92,10 @@ mod tests {
                 if cos_elongation > 14.9_f64.to_radians().cos() {
                     continue;
                 }
-                let off = law(cos_elongation, lat.sin()) / published - 1.0;
-                worst = worst.max(off.abs());
+                let error = law(cos_elongation, lat.sin()) / published - 1.0;
+                worst = worst.max(error.abs());
                 compared += 1;
-                assert!(off.abs() < 0.13, "{longitude}, {latitude}: {off:.3}");
+                assert!(error.abs() < 0.13, "{longitude}, {latitude}: {error:.3}");
                 assert_eq!(law(cos_elongation, lat.sin()), law(cos_elongation, -lat.sin()));
             }
         }
@@ -105,7 +105,8 @@ mod tests {
         assert!(law(0.5, 0.0) / law(0.5, 0.866) > 2.0);
     }
 
-    /// From outside the ecliptic, any combination of elongation and latitude occurs: the law stays within the table's range.
+    /// From outside the ecliptic, any combination of elongation and latitude occurs: the law stays between 60 and its value in the ecliptic at the smallest
+    /// elongation.
     #[test]
     fn the_law_stays_finite_for_every_direction() {
         let (brightest, faintest) = (law(CORONA_BLEND_DEG.0.to_radians().cos(), 0.0), 60.0);

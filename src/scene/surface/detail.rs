@@ -24,7 +24,7 @@ pub(crate) fn law(detail: Detail) -> Reason {
 
 /// Assumed number of columns of a map whose catalog entry does not state it: that of the coarsest embedded map.
 const DEFAULT_MAP_COLUMNS: u32 = 512;
-/// Pixels per texel, directly below the camera, above which detail appears: WANTED of the fragment.
+/// Pixels per texel, directly below the camera, above which detail appears: the lower end of `wanted` in shaders/lib/detail.wesl.
 const MIN_TEXEL_PX: f64 = 6.0;
 /// Ground that a pixel may span on a body without a map: a fourth of the coarsest cell, degrees.
 const UNMAPPED_DEG_PER_PX: f64 = 0.72;

@@ -1,7 +1,7 @@
 //! The ground of a body: its shape and its maps.
 //!
-//! Relief, sun glint and cloud shadows are visible at every size of a disc: averaged over a pixel they still change its light by several levels. They are
-//! left out if no sunlit ground is in view.
+//! Relief, sun glint and cloud shadows are visible at every size of a disc: averaged over a pixel they still change its light by several levels. Cloud
+//! shadows are left out if no sunlit ground is in view, and the glint if in addition the light of other bodies is too weak for one.
 
 use crate::message::{Reason, reason};
 use crate::scene::draw::features::{Detail, MapSet};
@@ -18,10 +18,10 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let available = Capabilities::of(body);
     let normal_tilt_rad = flattening(body);
     // A normal tilted by an angle changes the cosine of incidence by at most this angle; the change is visible first on white ground at the terminator.
-    let changed = normal_tilt_rad * lights::sunlight(inputs.placed.sun_from_body_km).irradiance.max_element();
-    let light = threshold.description(changed);
+    let max_change = normal_tilt_rad * lights::sunlight(inputs.placed.sun_from_body_km).irradiance.max_element();
+    let light = threshold.description(max_change);
     let reason = reason!("ellipsoid-lean", lean = format_args!("{normal_tilt_rad:.2e}"), light = light);
-    decisions.chosen.ellipsoid = available.ellipsoid && log.effect(Effect::Ellipsoid, threshold.is_exceeded_by(changed), reason);
+    decisions.chosen.ellipsoid = available.ellipsoid && log.effect(Effect::Ellipsoid, threshold.is_exceeded_by(max_change), reason);
     if !available.ellipsoid {
         log.note(Effect::Ellipsoid.name(), false, reason!("axes-equal"));
     }

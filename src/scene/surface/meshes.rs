@@ -62,11 +62,12 @@ pub(crate) fn clip_from_unit_sphere(camera: &Camera, placement: &Placement) -> (
     let from_camera_km = placement.centre_km + icrf_from_body * (anchor.as_dvec3() * placement.radii_km);
     let near = NEAR_DEPTH_KM / unit_km;
     let steepened = (MIN_DEPTH - unit_km / placement.centre_km.length()).max(0.0);
-    let clip = |v_km: DVec3, constant: f64| {
+    // `homogeneous`: 1 for a position relative to the camera, 0 for a direction.
+    let clip = |v_km: DVec3, homogeneous: f64| {
         let v = v_km / unit_km;
         let depth = v.dot(camera.forward);
         let across = DVec3::new(v.dot(camera.right) / camera.tan_half_fov.x, v.dot(camera.up) / camera.tan_half_fov.y, 0.0);
-        let z = near * (constant - steepened * if constant == 0.0 { depth } else { 0.0 });
+        let z = near * (homogeneous - steepened * if homogeneous == 0.0 { depth } else { 0.0 });
         camera::narrow4(DVec4::new(across.x, across.y, z, depth))
     };
     let axis = |k: usize| clip(icrf_from_body.col(k) * placement.radii_km[k], 0.0);
@@ -84,8 +85,8 @@ mod tests {
         let clip = matrix * (vertex - anchor).extend(1.0);
         let direction_km = placement.centre_km + placement.body_from_icrf.transpose() * (vertex.as_dvec3() * placement.radii_km);
         let computed = DVec2::new(f64::from(clip.x / clip.w), f64::from(clip.y / clip.w));
-        let depth = f64::from(clip.z / clip.w) * direction_km.dot(camera.forward) / NEAR_DEPTH_KM;
-        (camera.pixel_from_clip(computed), camera.clip(direction_km).map(|c| camera.pixel_from_clip(c)), depth)
+        let depth_ratio = f64::from(clip.z / clip.w) * direction_km.dot(camera.forward) / NEAR_DEPTH_KM;
+        (camera.pixel_from_clip(computed), camera.clip(direction_km).map(|c| camera.pixel_from_clip(c)), depth_ratio)
     }
 
     #[test]
@@ -102,10 +103,10 @@ mod tests {
             let down = body_from_icrf.transpose() * -ground;
             let forward = (down + down.any_orthonormal_vector() * 0.3 * (0.5 * fov_deg.to_radians()).tan()).normalize();
             let camera = Camera::looking(DVec3::ZERO, forward, DVec3::Z, fov_deg, 1000, 1000);
-            let (computed, exact, depth) = vertex_pixels(&camera, &placement, vertex);
-            let off = (computed - exact.expect("in front of the camera")).length();
-            assert!(off < 0.02, "{height_km} km over {radii_km}: {off} pixels");
-            assert!((depth - 1.0).abs() < 1.1e-5, "{height_km} km over {radii_km}: depth is wrong by {}", depth - 1.0);
+            let (computed, exact, depth_ratio) = vertex_pixels(&camera, &placement, vertex);
+            let error_px = (computed - exact.expect("in front of the camera")).length();
+            assert!(error_px < 0.02, "{height_km} km over {radii_km}: {error_px} pixels");
+            assert!((depth_ratio - 1.0).abs() < 1.1e-5, "{height_km} km over {radii_km}: depth is wrong by {}", depth_ratio - 1.0);
         }
     }
 

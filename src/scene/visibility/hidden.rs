@@ -22,9 +22,9 @@ use glam::{DVec2, DVec3, Vec4};
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Limb {
     /// Coefficients of F: 1, x, y, x², xy, y².
-    form: [f64; 6],
+    quadratic: [f64; 6],
     /// Coefficients of L: 1, x, y.
-    near: [f64; 3],
+    linear: [f64; 3],
 }
 
 impl Limb {
@@ -36,11 +36,11 @@ impl Limb {
         // before rounding.
         let [d0, d1, d2] = [ray, dx, dy].map(|v| placement.direction_in_unit_sphere(v));
         let [n0, n1, n2] = [ray, dx, dy].map(|v| camera.cross(placement.direction_in_unit_sphere(v - middle * v.dot(middle))));
-        let near = [-camera.dot(d0), -camera.dot(d1), -camera.dot(d2)];
+        let linear = [-camera.dot(d0), -camera.dot(d1), -camera.dot(d2)];
         // The scale is arbitrary but must suit f32. It does not use L, because above a horizon the middle ray may point away from the body.
         let unit = 1.0 / (camera.length() * d0.length());
         Self {
-            form: [
+            quadratic: [
                 d0.dot(d0) - n0.dot(n0),
                 2.0 * (d0.dot(d1) - n0.dot(n1)),
                 2.0 * (d0.dot(d2) - n0.dot(n2)),
@@ -49,24 +49,24 @@ impl Limb {
                 d2.dot(d2) - n2.dot(n2),
             ]
             .map(|v| v * unit * unit),
-            near: near.map(|v| v * unit),
+            linear: linear.map(|v| v * unit),
         }
     }
 
     fn contains(&self, x: f64, y: f64) -> bool {
-        let [c, gx, gy, xx, xy, yy] = self.form;
-        let form = c + gx * x + gy * y + xx * x * x + xy * x * y + yy * y * y;
-        form > 0.0 && self.near[0] + self.near[1] * x + self.near[2] * y > 0.0
+        let [c, gx, gy, xx, xy, yy] = self.quadratic;
+        let quadratic = c + gx * x + gy * y + xx * x * x + xy * x * y + yy * y * y;
+        quadratic > 0.0 && self.linear[0] + self.linear[1] * x + self.linear[2] * y > 0.0
     }
 
     /// Values of x where the limb may cross a line of constant y.
     fn crossings(&self, y: f64) -> [f64; 3] {
-        let [c, gx, gy, xx, xy, yy] = self.form;
+        let [c, gx, gy, xx, xy, yy] = self.quadratic;
         let (a, b, c) = (xx, gx + xy * y, c + gy * y + yy * y * y);
         let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
         let q = -0.5 * (b + root.copysign(b));
         // Infinite roots are filtered by the caller.
-        [q / a, c / q, -(self.near[0] + self.near[2] * y) / self.near[1]]
+        [q / a, c / q, -(self.linear[0] + self.linear[2] * y) / self.linear[1]]
     }
 }
 
@@ -106,11 +106,11 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'
     let occluding = in_front_of(placed, farther, 0.0);
     let Some(first) = occluding.first() else { return DVec3::ONE };
     // A quick test: a body's inscribed sphere covers the entire disc, for example far below the horizon.
-    let contains = |p: &PlacedBody<'_>| {
+    let covers_disc = |p: &PlacedBody<'_>| {
         let inner = (p.body.radii_km.min_element() / p.distance_km).min(1.0).asin();
         crate::ephemeris::angle_rad(p.placement.centre_km, farther.placement.centre_km) + angular_radius(farther) < inner
     };
-    if occluding.iter().any(|p| contains(p) && p.limb_profile.is_none()) {
+    if occluding.iter().any(|p| covers_disc(p) && p.limb_profile.is_none()) {
         return DVec3::ZERO;
     }
     let towards = farther.placement.centre_km / farther.distance_km;
@@ -196,15 +196,16 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         let (dx, dy) = (ray(from_px.as_dvec2() + DVec2::X) - origin_ray, ray(from_px.as_dvec2() + DVec2::Y) - origin_ray);
         for (p, rows) in nearer.iter().zip(draw.uniforms.foreground_limbs.rows.as_chunks_mut::<3>().0) {
             let limb = Limb::on(&p.placement, origin_ray, dx, dy);
-            let small_px = (p.body.radii_km.max_element() / p.distance_km) / camera.pixel_tangent();
+            let radius_px = (p.body.radii_km.max_element() / p.distance_km) / camera.pixel_tangent();
+            // The kinds of shaders/lib/foreground_limb.wesl: 1 drawn over the disc, 2 too small to be drawn, 3 hides all.
             let (kind, factor) = match shape(p) {
                 _ if visible == DVec3::ZERO => (3.0, 1.0),
                 Some(_) => (1.0, 1.0),
-                None => (2.0, small_disc_area_ratio(small_px)),
+                None => (2.0, small_disc_area_ratio(radius_px)),
             };
             let row = |values: [f64; 4]| Vec4::from_array(values.map(narrow_scalar));
-            let [c, gx, gy, xx, xy, yy] = limb.form;
-            *rows = [row([c, gx, gy, kind]), row([xx, xy, yy, factor]), row([limb.near[0], limb.near[1], limb.near[2], 0.0])];
+            let [c, gx, gy, xx, xy, yy] = limb.quadratic;
+            *rows = [row([c, gx, gy, kind]), row([xx, xy, yy, factor]), row([limb.linear[0], limb.linear[1], limb.linear[2], 0.0])];
         }
         let moon = nearer.iter().take(2).position(|p| p.limb_profile.is_some());
         if let (Some(k), Some(moon_limb)) = (moon, &moon_limb) {

@@ -75,7 +75,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
     let apparent_limb = ApparentLimb::of(profile, &moon.placement);
     let ahead = moon.placement.centre_km.normalize();
     let to_sun = sun.placement.centre_km / sun.placement.centre_km.dot(ahead);
-    let middle = DVec2::new(to_sun.dot(apparent_limb.position_angle_axes[0]), to_sun.dot(apparent_limb.position_angle_axes[1]));
+    let sun_centre = DVec2::new(to_sun.dot(apparent_limb.position_angle_axes[0]), to_sun.dot(apparent_limb.position_angle_axes[1]));
     let radius = (sun.body.radii_km.max_element() / sun.distance_km).min(1.0).asin().tan();
     let (u1, u2) = limb_law(sun.body);
     let total = PI * (DVec3::ONE - u1 / 3.0 - u2 / 6.0);
@@ -84,12 +84,13 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
     for (k, height_km) in profile.heights_km().iter().enumerate() {
         let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
         let radial = DVec2::new(cos, sin);
-        let (along, offset_across) = (middle.dot(radial), middle.perp_dot(radial));
-        let half_squared = radius * radius - offset_across * offset_across;
-        if half_squared <= 0.0 {
+        // The Sun's disc along the ray from the Moon's centre at this position angle.
+        let (along, offset_across) = (sun_centre.dot(radial), sun_centre.perp_dot(radial));
+        let half_chord_sq = radius * radius - offset_across * offset_across;
+        if half_chord_sq <= 0.0 {
             continue;
         }
-        let (enters, leaves) = (along - half_squared.sqrt(), along + half_squared.sqrt());
+        let (enters, leaves) = (along - half_chord_sq.sqrt(), along + half_chord_sq.sqrt());
         let limb = apparent_limb.limb_angle_tan(*height_km);
         is_any_seen |= leaves > limb.max(0.0);
         // The light between profile and mean limb is gained if the profile is lower, and lost if it is higher.
@@ -98,7 +99,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
             continue;
         }
         let light_at = |r: f64| {
-            let from_sun_centre = (radial * r - middle) / radius;
+            let from_sun_centre = (radial * r - sun_centre) / radius;
             let mu = (1.0 - from_sun_centre.length_squared()).max(0.0).sqrt();
             (DVec3::ONE - u1 * (1.0 - mu) - u2 * (1.0 - mu).powi(2)) * r
         };

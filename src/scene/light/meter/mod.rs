@@ -145,8 +145,8 @@ impl Meter<'_, '_> {
         f64::from(self.camera.width) * f64::from(self.camera.height)
     }
 
-    /// Meters everything in the frame. `night`: the radiance that an image of the dark sky shows as white.
-    pub(crate) fn read(&self, night: f64) -> MeterReading {
+    /// Meters everything in the frame. `night_white`: the radiance that an image of the dark sky shows as white.
+    pub(crate) fn read(&self, night_white: f64) -> MeterReading {
         let glare =
             VeilingGlare::of(self.camera, self.placed).filter(|_| self.context.request.effects.override_of(Effect::Glare) != Some(false));
         let resolved_bodies: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
@@ -182,11 +182,10 @@ impl Meter<'_, '_> {
             // The sky and ground around the camera are darkened in dusk.
             metered.iter_mut().filter(|m| m.body == Some(air.body.id)).for_each(|m| m.target_level *= dusk_factor(m.radiance));
         }
-        let dark = night * AUTO_EXPOSED_MEAN;
         metered.push(Metered {
             name: reason!("subject-dark-sky").into(),
             body: None,
-            radiance: dark,
+            radiance: night_white * AUTO_EXPOSED_MEAN,
             target_level: AUTO_EXPOSED_MEAN,
             weight: DARK_SKY_WEIGHT,
         });
@@ -226,11 +225,11 @@ impl Ground<'_> {
         let secondary: f64 = self.secondary_lights.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
         let lit = night_lights::lit(normal.dot(self.sun)) * self.night_light_weight;
         let night_lights = self.night_lights.map_or(0.0, |l| if lit > 0.0 { lit * l.at(point) } else { 0.0 });
-        let rings = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
+        let ring_shine = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
         self.albedo_scale * (reflected(self.sun, self.sun_irradiance * sunlight_fraction) + secondary)
             + body.geometric_albedo * self.sky
             + night_lights
-            + rings
+            + ring_shine
     }
 }
 
@@ -442,11 +441,11 @@ impl MeteredFrame<'_, '_> {
             return None;
         }
         let (x, y) = towards.any_orthonormal_pair();
-        let (rings, sectors) = (12, 16);
-        let growth = (CORONA_RADII[1] / CORONA_RADII[0]).powf(1.0 / f64::from(rings));
+        let (annuli, sectors) = (12, 16);
+        let growth = (CORONA_RADII[1] / CORONA_RADII[0]).powf(1.0 / f64::from(annuli));
         let transmittance = self.meter.air.map_or(1.0, |a| a.mean_transmittance(sun.placement.centre_km));
         let mut tally = LogMean::default();
-        for k in 0..rings {
+        for k in 0..annuli {
             let inner = CORONA_RADII[0] * growth.powi(k);
             let rho = inner * growth.sqrt();
             let area = PI * (growth * growth - 1.0) * inner * inner * tangent * tangent;

@@ -30,8 +30,8 @@ impl MeteredFrame<'_, '_> {
             return None;
         }
         let shine = self.ring_view(p).ring_shine(&rings, crate::units::SUN_RADIUS_KM, Some(true)).1?;
-        let unit = photometry::albedo_normalisation(p.body).x * p.body.geometric_albedo * f64::from(p.body.colour.max_element());
-        Some((shine, weight * unit * lights::sunlight(p.sun_from_body_km).irradiance.x))
+        let albedo_scale = photometry::albedo_normalisation(p.body).x * p.body.geometric_albedo * f64::from(p.body.colour.max_element());
+        Some((shine, weight * albedo_scale * lights::sunlight(p.sun_from_body_km).irradiance.x))
     }
 
     pub(super) fn ring_view<'v>(&'v self, p: &'v PlacedBody<'_>) -> view::RingView<'v> {
@@ -51,9 +51,9 @@ impl MeteredFrame<'_, '_> {
     /// Meters a body's rings with rays over their rectangle.
     pub(super) fn rings_of(&self, p: &PlacedBody<'_>) -> LogMean {
         let (camera, mut tally) = (self.meter.camera, LogMean::default());
-        let none = p.body.rings.iter().all(|r| r.tau_normal <= 0.0);
+        let no_rings = p.body.rings.iter().all(|r| r.tau_normal <= 0.0);
         let user_choice = self.meter.context.request.effects.override_of(Effect::Rings);
-        if none || user_choice == Some(false) || matches!(p.body.photometry, Photometry::Emissive { .. }) {
+        if no_rings || user_choice == Some(false) || matches!(p.body.photometry, Photometry::Emissive { .. }) {
             return tally;
         }
         let unit_km = p.body.radii_km.x;
@@ -91,14 +91,14 @@ impl MeteredFrame<'_, '_> {
             let radius = ring_point.truncate().length();
             let cos_emission = along.z.abs().max(phase::MIN_COSINE);
             let radial = (along.truncate().dot(ring_point.truncate()) / radius.max(1e-9)).abs() / cos_emission;
-            let blur = 0.5 * (distance * spacing * (1.0 + radial)).max(1e-6);
-            if radius - blur > outer {
+            let half_width = 0.5 * (distance * spacing * (1.0 + radial)).max(1e-6);
+            if radius - half_width > outer {
                 continue;
             }
             let cos_phase = (-along.dot(sun)).clamp(-1.0, 1.0);
-            let (of_large, of_dust) = (phase::particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
-            let [large, dust] = sums.mean([radius - blur, radius + blur], 1.0 / cos_emission);
-            let light = of_large * large + of_dust * dust;
+            let (large_phase, dust_phase) = (phase::particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
+            let [large, dust] = sums.mean([radius - half_width, radius + half_width], 1.0 / cos_emission);
+            let light = large_phase * large + dust_phase * dust;
             // The ring gets no light in the globe's shadow, and is hidden behind the globe.
             let stretch = DVec3::new(1.0, 1.0, 1.0 / polar);
             let (point, to_sun) = (ring_point * stretch, (sun * stretch).normalize());
