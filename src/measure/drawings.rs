@@ -51,12 +51,12 @@ pub(super) fn standard_request(name: &str, effort: Effort) -> Result<ViewRequest
     with_effects(&ViewRequest { layers: Layers { stars: false, ..Layers::default() }, ..request }, "-points,-glow")
 }
 
-/// The qualities at which the scene of this view contains a draw for which `what` is true.
-fn qualities(dual: &DualRenderer<'_>, request: &ViewRequest, what: impl Fn(&Draw) -> bool) -> Result<Vec<Quality>, SessionError> {
+/// The qualities at which the scene of this view contains a draw that satisfies `condition`.
+fn qualities(dual: &DualRenderer<'_>, request: &ViewRequest, condition: impl Fn(&Draw) -> bool) -> Result<Vec<Quality>, SessionError> {
     let mut found = Vec::new();
     for quality in Quality::ALL {
         let view = dual.plan_view(&ViewRequest { quality, ..request.clone() }, SINGLE_SAMPLE)?;
-        if view.scene.draws.iter().any(&what) {
+        if view.scene.draws.iter().any(&condition) {
             found.push(quality);
         }
     }
@@ -73,8 +73,8 @@ fn max_percent_of_light(image: &LinearImage, reference: &LinearImage) -> f64 {
 
 /// Sum of absolute differences from the reference, in percent of all light.
 fn mean_percent_of_light(image: &LinearImage, reference: &LinearImage) -> f64 {
-    let sum = |of: &dyn Fn(usize, usize) -> f32| {
-        (0..reference.light.len()).map(|k| (0..3).map(|c| f64::from(of(k, c))).sum::<f64>()).sum::<f64>()
+    let sum = |value_at: &dyn Fn(usize, usize) -> f32| {
+        (0..reference.light.len()).map(|k| (0..3).map(|c| f64::from(value_at(k, c))).sum::<f64>()).sum::<f64>()
     };
     let difference = sum(&|k, c| (image.light[k][c] - reference.light[k][c]).abs());
     100.0 * difference / sum(&|k, c| reference.light[k][c]).max(f64::MIN_POSITIVE)
