@@ -49,8 +49,8 @@ fn luminance([r, g, b, _]: &[f32; 4]) -> f64 {
 }
 
 impl Session {
-    /// Draws `request` with and without `effect`, and compares. `of_body`: switch the effect only for this body. `on`: the view has the effect already,
-    /// by its request or automatically; otherwise the effect is switched on for the comparison. `stops`: the exposure of the view.
+    /// Draws `request` with and without `effect`, and compares. `of_body`: switch the effect only for this body. `on`: the view has the effect
+    /// already, by its request or automatically; otherwise the effect is switched on for the comparison. `stops`: the exposure of the view.
     ///
     /// # Errors
     /// The reason why the view cannot be drawn.

@@ -23,8 +23,8 @@ fn luminances(image: &LinearImage) -> Vec<f64> {
 const MAX_CHANGE_FRACTION: f64 = 0.5;
 
 /// Greatest change of light, in levels, that a movement of the first image by a pixel does not explain, and its pixel. The range of light within two
-/// pixels in the first image gives the change that such a movement explains. Means over 3 x 3 pixels are compared, so that a sharp point may move within
-/// its pixel. The frame's edge is excluded because its neighbours are unknown.
+/// pixels in the first image gives the change that such a movement explains. Means over 3 x 3 pixels are compared, so that a sharp point may move
+/// within its pixel. The frame's edge is excluded because its neighbours are unknown.
 fn change_unexplained_by_first(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 2]) {
     let (a, b) = (luminances(first), luminances(second));
     let (w, h) = (first.width as i64, first.height as i64);
@@ -49,8 +49,8 @@ fn change_unexplained_by_first(first: &LinearImage, second: &LinearImage) -> (f6
     worst
 }
 
-/// The greater of the changes that a movement of the first image does not explain (light that appears) and that a movement of the second does not explain
-/// (light that disappears).
+/// The greater of the changes that a movement of the first image does not explain (light that appears) and that a movement of the second does not
+/// explain (light that disappears).
 fn unexplained_change(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 2]) {
     let (forward, reverse) = (change_unexplained_by_first(first, second), change_unexplained_by_first(second, first));
     if forward.0 >= reverse.0 { forward } else { reverse }

@@ -102,7 +102,7 @@ fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effec
     Ok(FramePair { chosen, all: PlannedView { scene, plan } })
 }
 
-/// Width (and height) of the true frame, which decides which of two frames is wrong, divided by theirs.
+/// Factor from the width and the height of the two frames to those of the true frame.
 const TRUTH_SCALE: u32 = 8;
 
 /// The worst pixel of two frames: the difference, and the pixel's index.

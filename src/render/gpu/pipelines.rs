@@ -140,8 +140,8 @@ impl Pipelines {
     }
 }
 
-/// Number of threads on which a backend compiles: as many as there are cores, but one for GL. GL has one context, for which calls wait; wgpu panics when
-/// a call has waited for six seconds, and with NVIDIA's GL driver the compilation of one view's modules on sixteen threads took longer.
+/// Number of threads on which a backend compiles: as many as there are cores, but one for GL. GL has one context, for which calls wait; wgpu panics
+/// when a call has waited for six seconds. With NVIDIA's GL driver, compiling the modules of one view on sixteen threads took longer than that.
 fn compiler_threads(backend: wgpu::Backend) -> usize {
     if backend == wgpu::Backend::Gl { 1 } else { std::thread::available_parallelism().map_or(1, usize::from) }
 }

@@ -76,8 +76,8 @@ fn step_name(draw: &Draw) -> &'static str {
 /// The steps of one frame. The passes of the coarse image of the air come first, because bodies read it. Then, in drawing order:
 /// 1. The sky and its stars, because everything else is in front of them.
 /// 2. Opaque bodies, translucent layers (rings, shells) and the corona, from far to near: an antialiased limb is blended over the object behind it,
-///    which may be a ring. A refracted limb has two draws: before its body, one that occludes the Sun's disc drawn without refraction; after its body,
-///    one that adds the refracted light.
+///    which may be a ring. A refracted limb has two draws: before its body, one that occludes the Sun's disc drawn without refraction; after its
+///    body, one that adds the refracted light.
 /// 3. Lines, points and the glare.
 /// 4. The tone map.
 /// 5. Over the display image, the outline and the labels.

@@ -1,9 +1,9 @@
 //! Bounds the pixels that a body's draw can change, so that a renderer may skip the others: by the outline of its ellipsoid on the screen, and by
 //! marked texels.
 //!
-//! In: the uniforms of a body's draw. Their silhouette form is |ray|^2 (1 - q^2), a quadratic form over the draw's rectangle; q is the distance of the
-//! view ray from the centre in the unit-sphere frame. Out: quadratic forms over pixel coordinates that are positive inside an outline. Always: each
-//! outline is an ellipse, so its form is concave: it is least at a corner of a rectangle, and nowhere above its tangent plane at the middle.
+//! In: the uniforms of a body's draw. Their silhouette form is |ray|^2 (1 - q^2), a quadratic form over the draw's rectangle; q is the distance of
+//! the view ray from the centre in the unit-sphere frame. Out: quadratic forms over pixel coordinates that are positive inside an outline. Always:
+//! each outline is an ellipse, so its form is concave: it is least at a corner of a rectangle, and nowhere above its tangent plane at the middle.
 
 use crate::scene::camera::silhouette::PADDING_PX;
 use crate::scene::draw::{BodyPart, Draw, DrawUniforms, Shape};
@@ -45,8 +45,8 @@ impl MarkedTexels {
 struct Ellipse([f64; 6]);
 
 impl Extent {
-    /// The extent of a body's draw on a screen of this size; `None` if nothing narrower than its rectangle is known. `marked`: the marks of clouds that
-    /// the ground's draw shows in part.
+    /// The extent of a body's draw on a screen of this size; `None` if nothing narrower than its rectangle is known. `marked`: the marks of clouds
+    /// that the ground's draw shows in part.
     pub(super) fn of(draw: &Draw, screen: [u32; 2], marked: Option<MarkedTexels>) -> Option<Self> {
         let (features, uniforms) = (&draw.features, &draw.uniforms);
         if features.shape == Shape::Mesh || features.limb_heights {
@@ -79,8 +79,8 @@ impl Extent {
 }
 
 impl Ellipse {
-    /// Converts a form over the draw's rectangle to pixel coordinates; `None` if its outline is no ellipse. (Of a hyperbola, one branch would belong to
-    /// rays behind the camera.)
+    /// Converts a form over the draw's rectangle to pixel coordinates; `None` if its outline is no ellipse. (Of a hyperbola, one branch would belong
+    /// to rays behind the camera.)
     fn over_pixels(form: [DVec4; 2], uniforms: &DrawUniforms, screen: [u32; 2]) -> Option<Self> {
         let form = form_over_pixels(form, uniforms, screen);
         let [_, _, _, xx, xy, yy] = form;
@@ -123,8 +123,8 @@ fn raised(ground: [DVec4; 2], uniforms: &DrawUniforms) -> [DVec4; 2] {
     [0, 1].map(|row: usize| ground[row] + top * length_sq[row].extend(0.0))
 }
 
-/// Converts a form over the draw's rectangle to pixel coordinates. `linear`: coefficients of 1, u, v; `quadratic`: of u^2, uv, v^2. u and v are 0 to 1
-/// over the rectangle.
+/// Converts a form over the draw's rectangle to pixel coordinates. `linear`: coefficients of 1, u, v; `quadratic`: of u^2, uv, v^2. u and v are 0 to
+/// 1 over the rectangle.
 fn form_over_pixels([linear, quadratic]: [DVec4; 2], uniforms: &DrawUniforms, [width, height]: [u32; 2]) -> [f64; 6] {
     let rect = uniforms.rect_in_clip.as_dvec4();
     // u = u0 + du x, and v = v0 + dv y; clip y points up.

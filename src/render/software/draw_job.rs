@@ -46,7 +46,8 @@ pub(crate) struct DrawJob<'a, R: Real> {
     pub blend: Blend,
     /// The pixels that the draw may change, if it is known.
     pub extent: Option<DrawExtent>,
-    /// Number of instructions that one texture read counts as. `Some` only in the pixel view of shading cost, where instruction counts replace colour.
+    /// Number of instructions that one texture read counts as. `Some` only in the pixel view of shading cost, where instruction counts replace
+    /// colour.
     pub instructions_per_read: Option<f64>,
 }
 

@@ -1,8 +1,8 @@
 //! Which pixels a draw discards because of marks in an image: those whose four nearest texels are all marked ([`MarkedTexels`]).
 //!
 //! In: the image that an earlier pass drew, and where its texels lie on the screen. Out: whether a rectangle of pixels is discarded completely, kept
-//! completely, or neither. Always: a pixel that the draw's module keeps is never called discarded, and the reverse. Where only some of a pixel's texels
-//! are marked, the module decides.
+//! completely, or neither. Always: a pixel that the draw's module keeps is never called discarded, and the reverse. Where only some of a pixel's
+//! texels are marked, the module decides.
 
 use super::sample::texels::{Decode, Float, Texels};
 use crate::image::TexelFormat;

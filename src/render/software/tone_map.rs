@@ -13,8 +13,8 @@ use sha2::{Digest, Sha256};
 use std::sync::LazyLock;
 
 const MODULE: &str = "tone_map";
-/// SHA-256 of the emitted WGSL whose formula [`ToneMapUniforms::compress`] repeats. If the WGSL has another digest, its tape is executed instead. After
-/// a change of the fragments, adapt `compress` and record the new digest here.
+/// SHA-256 of the emitted WGSL whose formula [`ToneMapUniforms::compress`] repeats. If the WGSL has another digest, its tape is executed instead.
+/// After a change of the fragments, adapt `compress` and record the new digest here.
 const REPEATED_WGSL_SHA256: &str = "9fee924628a7509ea6951054ece6b59f661f8d3e4c33a68cac1b0dc0e2b0884c";
 
 /// Offsets of the shipped tone map's uniforms, in bytes.
@@ -54,8 +54,8 @@ pub struct ToneMapUniforms {
 /// The table's first value, 2^-13, is shown as level 0; its last is the largest value below 1.
 const FIRST: u32 = (127 - 13) << 23;
 const LAST: u32 = 0x3f7f_ffff;
-/// A cell's values have equal high bits. There are 128 cells to a factor of two, so that a cell spans at most 1/128 of its values. The curve's slope is
-/// at most 113 levels per unit of the natural logarithm, so that it rises by less than a level in a cell: a cell has at most one threshold.
+/// A cell's values have equal high bits. There are 128 cells to a factor of two, so that a cell spans at most 1/128 of its values. The curve's slope
+/// is at most 113 levels per unit of the natural logarithm, so that it rises by less than a level in a cell: a cell has at most one threshold.
 const CELL_BITS: u32 = 16;
 const CELLS: usize = ((LAST - FIRST) >> CELL_BITS) as usize + 1;
 

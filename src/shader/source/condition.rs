@@ -180,10 +180,10 @@ mod tests {
         let reason = |text: &str| Condition::parse(text).expect(text).reason(on);
         assert_eq!(reason("has_air"), "air.pixel-8");
         assert_eq!(reason("lights_1 && !has_ring_shadow"), "not ring-shadow.point-sun, ring-shadow.penumbra");
-        for wrong in
+        for invalid in
             ["", "lights_9", "lights_1 + 2", "lights_1 &&", "f(lights_1)", "lights_1 == lights_2", "lights_1 || lights_2 && lights_3"]
         {
-            assert!(Condition::parse(wrong).is_err(), "{wrong}");
+            assert!(Condition::parse(invalid).is_err(), "{invalid}");
         }
         assert!(Condition::parse("light_1").is_err_and(|e| e.contains("lights_1")), "the nearest name is told");
     }

@@ -1,14 +1,14 @@
 //! Texture sampling for the executor, batch by batch.
 //!
-//! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates (`registers`: with AVX2), `single` reads single
-//! texels, and `between` interpolates between the four texels around a position.
-//! [`Textures`] binds textures to the texture uses of one program and samples them with the kernels of one instruction set (a kernel class). Weights
-//! have the type of the lanes; texels are f32, exact to f32 rounding.
+//! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates (`registers`: with AVX2), `single` reads
+//! single texels, and `between` interpolates between the four texels around a position. [`Textures`] binds textures to the texture uses of one
+//! program and samples them with the kernels of one instruction set (a kernel class). Weights have the type of the lanes; texels are f32, exact to
+//! f32 rounding.
 //!
 //! Texels are kept as the texture stores them, 4 bytes each in a map (16 in a table of floats), and are decoded when read: a map of 8192x4096 takes
-//! 179 MB with its mip levels, whereas half floats or 16-bit integers would take 358 MB and f32 716 MB. Decoding sRGB with a table of 1 kB costs three
-//! loads per texel. `texels::gather` loads the texels of eight lanes with one gather instruction, on machines that have one. Every class gives the same
-//! bits.
+//! 179 MB with its mip levels, whereas half floats or 16-bit integers would take 358 MB and f32 716 MB. Decoding sRGB with a table of 1 kB costs
+//! three loads per texel. `texels::gather` loads the texels of eight lanes with one gather instruction, on machines that have one. Every class gives
+//! the same bits.
 
 mod between;
 #[cfg(target_arch = "x86_64")]
@@ -86,8 +86,8 @@ fn filter_batch<R: Real, D: Decode>(
     request: Request<'_, R>,
     out: Channels<'_, R>,
 ) {
-    // Buffers that pad a partial batch to all lanes. A request has either levels or gradients, so that the levels and du/dx share one. Separate variables,
-    // because an array of buffers would be zeroed at each call.
+    // Buffers that pad a partial batch to all lanes. A request has either levels or gradients, so that the levels and du/dx share one. Separate
+    // variables, because an array of buffers would be zeroed at each call.
     let (mut u, mut v, mut level_or_du_dx, mut dv_dx, mut du_dy, mut dv_dy, mut taps) = (None, None, None, None, None, None, None);
     let mut filter_request = FilterRequest::new(full_batch(request.u, &mut u), full_batch(request.v, &mut v));
     match request.level_source {

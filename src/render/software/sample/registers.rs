@@ -1,8 +1,8 @@
 //! Filters maps eight lanes at a time in AVX2 registers, without arrays in between.
 //!
 //! In: a batch of f32 lanes, in lane order. Eight neighbouring lanes nearly always read the same mip level; where they do not, they are filtered once
-//! for each level, which costs less than sorting the batch. Out: as [`super::filter`], by the same steps for each lane, so that the bits are the same.
-//! Integers wrap and indices are clamped as there. Not here: levels and footprints (`footprint`).
+//! for each level, which costs less than sorting the batch. Out: as [`super::filter`], by the same steps for each lane, so that the bits are the
+//! same. Integers wrap and indices are clamped as there. Not here: levels and footprints (`footprint`).
 
 use super::corners::{Corners, TexelsBeside};
 use super::footprint::FilterRequest;
