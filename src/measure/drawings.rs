@@ -1,7 +1,7 @@
 //! Cost and error of drawing: models of light, shapes, sampling, resolution and precision, each in a view where the choice matters.
 //!
-//! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw one view at one exposure. Which option each
-//! quality uses is read from the scene that the program builds at that quality.
+//! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw the same views at the same exposures. Which
+//! model each quality uses is read from the scene that the program builds at that quality; precision and resolution by quality are stated here.
 
 use super::images::{DualRenderer, LinearImage, PlannedView, level_differences, p999};
 use super::rule::ErrorUnit;

@@ -71,7 +71,7 @@ fn responsible_draw(bench: &SweepBench<'_>, views: [&PlannedView; 2]) -> String 
     best.map_or_else(String::new, |(rest, label)| format!("light out of reach; without the draw `{label}` {rest:.2} levels"))
 }
 
-/// Cameras that rotate by a third of a pixel per step, and moons and shadows that move by less than a pixel.
+/// Cameras that rotate by a third of a pixel per step or recede from a body, and moons and shadows that move by less than a pixel.
 pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
     let (side, steps, steps_away) = bench.pick((64, 10, 40), (160, 60, 300));

@@ -153,7 +153,7 @@ fn horizon_views(bench: &SweepBench<'_>, fovs_deg: &[f64]) -> Result<SweepResult
     compare_views(bench, views)
 }
 
-/// Views down and along the horizon at the poles, on the date line, at the sub-solar point and its antipode, and at the terminator.
+/// Views down, along the horizon and towards the Sun: at the poles, on the date line, at the sub-solar point and its antipode, and at the terminator.
 pub(super) fn places(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let names: &[&str] = bench
         .pick(&["earth", "saturn", "moon"], &["earth", "saturn", "moon", "mars", "jupiter", "venus", "titan", "pluto", "io", "mercury"]);

@@ -2,8 +2,8 @@
 //! so unlimited input could exhaust the stack or the time.
 //!
 //! In: a fragment's text. Out: the first position that exceeds a limit. Always: each byte is read once; comments do not count. The shipped
-//! fragments stay far below the limits (brackets nest at most 7 deep; the longest part of a statement has 600 bytes). Not here: whether the
-//! text is WESL.
+//! fragments stay far below the limits (brackets nest at most 7 deep; the longest part between separators has less than 200 bytes). Not
+//! here: whether the text is WESL.
 
 /// Most `<` without a matching `>` in a statement. At each `<`, wgsl-parse reads ahead to see whether it opens a template list, and does so
 /// again inside each; every `<` doubles the time.
