@@ -101,7 +101,8 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
 fn margin_labels(labels: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow_px = (labels.size_px / 13.0).round().max(1.0);
     let margin = &labels.margin;
-    let ring = |centre: &glam::DVec2| glyph_quad(&glyphs.marker, [centre.x - 0.5, centre.y - 0.5], colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
+    let ring =
+        |centre: &glam::DVec2| glyph_quad(&glyphs.marker, [centre.x - 0.5, centre.y - 0.5], colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
     let text = |t: &TextLine| text_quads(&t.text, t.left_px.to_array(), colour(t.colour).to_array(), t.opacity as f32, glyphs, shadow_px);
     let shadow = |bar: &Bar| {
         let offset = glam::DVec2::splat(shadow_px);

@@ -113,9 +113,8 @@ impl RasterGeometry {
         try_grow(&mut all.flat_values, sum(|p| p.flat_values.len()), "the triangles' varyings")?;
         for part in parts {
             let (triangle_base, plane_base, value_base) = (all.source_triangles.len() as u32, all.planes.len(), all.flat_values.len());
-            all.triangles.extend(
-                part.triangles.iter().map(|t| RasterTriangle { source_triangle: t.source_triangle + triangle_base, ..t.clone() }),
-            );
+            all.triangles
+                .extend(part.triangles.iter().map(|t| RasterTriangle { source_triangle: t.source_triangle + triangle_base, ..t.clone() }));
             all.source_triangles.extend(part.source_triangles.iter().map(|s| SourceTriangle {
                 first_plane: s.first_plane + plane_base,
                 first_flat_value: s.first_flat_value + value_base,
