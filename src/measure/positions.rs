@@ -49,7 +49,7 @@ fn candidates<'a>(
     for (name, method, default_of) in methods {
         let error = worst_arcsec(&method, reference)?;
         let workload = Box::new(move || {
-            for _ in 0..PASSES {
+            for _ in 0..REPETITIONS {
                 for t in instants() {
                     for body in BODIES {
                         std::hint::black_box(method(body, t)?);
