@@ -1,7 +1,7 @@
 //! Cost and error of drawing: models of light, shapes, sampling, resolution and precision, each in a view where the choice matters.
 //!
-//! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw one view at one exposure. Which option each
-//! quality uses is read from the scene that the program builds at that quality.
+//! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw the same views at the same exposures. Which
+//! model each quality uses is read from the scene that the program builds at that quality; precision and resolution by quality are stated here.
 
 use super::images::{DualRenderer, LinearImage, PlannedView, level_differences, p999};
 use super::rule::ErrorUnit;
@@ -51,12 +51,12 @@ pub(super) fn standard_request(name: &str, effort: Effort) -> Result<ViewRequest
     with_effects(&ViewRequest { layers: Layers { stars: false, ..Layers::default() }, ..request }, "-points,-glow")
 }
 
-/// The qualities at which the scene of this view contains a draw for which `what` is true.
-fn qualities(dual: &DualRenderer<'_>, request: &ViewRequest, what: impl Fn(&Draw) -> bool) -> Result<Vec<Quality>, SessionError> {
+/// The qualities at which the scene of this view contains a draw that satisfies `condition`.
+fn qualities(dual: &DualRenderer<'_>, request: &ViewRequest, condition: impl Fn(&Draw) -> bool) -> Result<Vec<Quality>, SessionError> {
     let mut found = Vec::new();
     for quality in Quality::ALL {
         let view = dual.plan_view(&ViewRequest { quality, ..request.clone() }, SINGLE_SAMPLE)?;
-        if view.scene.draws.iter().any(&what) {
+        if view.scene.draws.iter().any(&condition) {
             found.push(quality);
         }
     }
@@ -73,8 +73,8 @@ fn max_percent_of_light(image: &LinearImage, reference: &LinearImage) -> f64 {
 
 /// Sum of absolute differences from the reference, in percent of all light.
 fn mean_percent_of_light(image: &LinearImage, reference: &LinearImage) -> f64 {
-    let sum = |of: &dyn Fn(usize, usize) -> f32| {
-        (0..reference.light.len()).map(|k| (0..3).map(|c| f64::from(of(k, c))).sum::<f64>()).sum::<f64>()
+    let sum = |value_at: &dyn Fn(usize, usize) -> f32| {
+        (0..reference.light.len()).map(|k| (0..3).map(|c| f64::from(value_at(k, c))).sum::<f64>()).sum::<f64>()
     };
     let difference = sum(&|k, c| (image.light[k][c] - reference.light[k][c]).abs());
     100.0 * difference / sum(&|k, c| reference.light[k][c]).max(f64::MIN_POSITIVE)

@@ -156,9 +156,9 @@ mod tests {
         for light in [0.0, 1e-4, 0.02, 0.3, 0.9] {
             for bound in [1e-5, 1e-3, 0.05] {
                 let greatest = f64::from(level_bound(light, bound));
-                for off in [-bound, -0.5 * bound, bound] {
-                    let change = (level((light + off).max(0.0)).round() - level(light).round()).abs();
-                    assert!(change <= greatest, "{light} off by {off}: {change} levels, {greatest} stated");
+                for deviation in [-bound, -0.5 * bound, bound] {
+                    let change = (level((light + deviation).max(0.0)).round() - level(light).round()).abs();
+                    assert!(change <= greatest, "light {light}, deviation {deviation}: {change} levels, {greatest} stated");
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! Linear images and their differences.
 //!
-//! In: views. Out: [`LinearImage`]s and differences. Always: differences in levels are of the encoded value at the view's exposure, not rounded to bytes, so that
-//! errors below a level can be distinguished; radiance above white counts as white.
+//! In: views. Out: [`LinearImage`]s and differences. Always: differences in levels are of the encoded value at the view's exposure, not rounded to
+//! bytes, so that errors below a level can be distinguished; radiance above white counts as white.
 
 use super::timing::quantile;
 use crate::image::levels::{self, ExposedPixels};
@@ -145,14 +145,14 @@ pub(crate) struct PlannedView {
 mod tests {
     use super::*;
 
-    fn grey(width: u32, height: u32, of: impl Fn(u32, u32) -> f32) -> LinearImage {
-        let light = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| [of(x, y), 0.0, 0.0, 1.0]).collect();
+    fn red_image(width: u32, height: u32, red: impl Fn(u32, u32) -> f32) -> LinearImage {
+        let light = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| [red(x, y), 0.0, 0.0, 1.0]).collect();
         LinearImage { width, height, light, exposure_factor: 1.0 }
     }
 
     #[test]
     fn downsampling_and_upsampling_do_not_shift_light() {
-        let ramp = grey(8, 4, |x, _| x as f32);
+        let ramp = red_image(8, 4, |x, _| x as f32);
         let half = ramp.downsampled(2);
         assert_eq!((half.width, half.height), (4, 2));
         assert_eq!(half.light.iter().map(|p| p[0]).collect::<Vec<_>>(), [0.5, 2.5, 4.5, 6.5, 0.5, 2.5, 4.5, 6.5]);
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn levels_follow_the_exposure() {
-        let (black, white) = (grey(2, 1, |_, _| 0.0), grey(2, 1, |x, _| if x == 0 { 0.0 } else { 3.0 }));
+        let (black, white) = (red_image(2, 1, |_, _| 0.0), red_image(2, 1, |x, _| if x == 0 { 0.0 } else { 3.0 }));
         let difference = level_differences(&black, &white);
         assert!(difference[0] == 0.0 && (difference[1] - 255.0).abs() < 1e-9, "{difference:?}");
         let dark = LinearImage { exposure_factor: 0.0, ..white };

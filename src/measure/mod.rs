@@ -2,8 +2,9 @@
 //!
 //! In: a session, and the time that the measurement may take. Out: `ChoiceMeasure`s: for each option of each choice its error in a
 //! perceptible unit and the ratio of its time to that of the choice's most accurate option. Always: times are ratios of alternating runs
-//! ([`timing`]); errors are relative to the most expensive option in f64; the option that each quality uses is read from the program; the
-//! options that it may use are computed by [`rule`]. Not measured: tessellation, because ellipsoids are intersected and not tessellated.
+//! ([`timing`]); errors are relative to the choice's most expensive option, drawn in f64 (in f32 for `resolution`); the models and the
+//! sampling that each quality uses are read from the program; the options that it may use are computed by [`rule`]. Not measured:
+//! tessellation, because ellipsoids are intersected and not tessellated.
 
 mod drawings;
 mod error_bound;

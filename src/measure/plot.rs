@@ -71,10 +71,10 @@ where
     area.present().map_err(failed)
 }
 
-/// A range of a logarithmic axis around positive values.
-fn axis_range(values: impl Iterator<Item = f64> + Clone, below: f64, above: f64) -> std::ops::Range<f64> {
-    let (least_error, greatest) = (values.clone().fold(f64::INFINITY, f64::min), values.fold(0.0, f64::max));
-    if greatest > 0.0 { least_error * below..greatest * above } else { 0.1..10.0 }
+/// The range of a logarithmic axis for positive values: from the least times `low_factor` to the greatest times `high_factor`.
+fn axis_range(values: impl Iterator<Item = f64> + Clone, low_factor: f64, high_factor: f64) -> std::ops::Range<f64> {
+    let (least, greatest) = (values.clone().fold(f64::INFINITY, f64::min), values.fold(0.0, f64::max));
+    if greatest > 0.0 { least * low_factor..greatest * high_factor } else { 0.1..10.0 }
 }
 
 fn draw_panel<B: DrawingBackend>(panel: &DrawingArea<B, Shift>, choice: &ChoiceMeasure) -> Result<(), PlotError>
@@ -121,7 +121,7 @@ where
         chart.draw_series([PathElement::new(ends.to_vec(), colour.stroke_width(2))]).map_err(failed)?;
         chart.draw_series([Circle::new((x, y), 5, style)]).map_err(failed)?;
     }
-    let ends = (chart.backend_coord(&(times.start, errors.start)), chart.backend_coord(&(times.end, errors.end)));
+    let corners = (chart.backend_coord(&(times.start, errors.start)), chart.backend_coord(&(times.end, errors.end)));
     let points: Vec<_> = options.iter().map(|o| chart.backend_coord(&(o.measurement.relative_time.median, height(o)))).collect();
     let texts: Vec<String> = options
         .iter()
@@ -130,7 +130,7 @@ where
             format!("{} ({:.2}{zero})", o.name.chars().take(26).collect::<String>(), o.measurement.relative_time.median)
         })
         .collect();
-    for (k, offset) in label_offsets(&points, &texts, ends).into_iter().enumerate() {
+    for (k, offset) in label_offsets(&points, &texts, corners).into_iter().enumerate() {
         let colour = if options[k].is_dominated { DOMINATED } else { FRONTIER };
         let font = (FONT, LABEL_PX).into_font().color(&colour);
         let position = (options[k].measurement.relative_time.median, height(&options[k]));
@@ -142,8 +142,9 @@ where
 /// Height of the options' names, pixels.
 const LABEL_PX: i32 = 15;
 
-/// Offset of each label from its point: the first position within the panel that overlaps no other label and no point. `ends`: two opposite corners of the panel.
-fn label_offsets(points: &[(i32, i32)], texts: &[String], ends: ((i32, i32), (i32, i32))) -> Vec<(i32, i32)> {
+/// Offset of each label from its point: the first position within the panel that overlaps no other label and no point. `corners`: the lower left and
+/// the upper right corner of the panel.
+fn label_offsets(points: &[(i32, i32)], texts: &[String], corners: ((i32, i32), (i32, i32))) -> Vec<(i32, i32)> {
     type Rect = (i32, i32, i32, i32);
     let overlap = |a: &Rect, b: &Rect| a.0 < b.2 && b.0 < a.2 && a.1 < b.3 && b.1 < a.3;
     let mut occupied: Vec<Rect> = points.iter().map(|(x, y)| (x - 5, y - 5, x + 5, y + 5)).collect();
@@ -154,7 +155,7 @@ fn label_offsets(points: &[(i32, i32)], texts: &[String], ends: ((i32, i32), (i3
         let rows = [-1, 0, -2, 1, -3, 2, -4, 3, -5, 4].map(|row| row * (LABEL_PX + 3) + if row < 0 { -2 } else { 4 });
         let places = rows.into_iter().flat_map(|dy| [7, -width - 7, -width / 2].map(|dx| (dx, dy)));
         let rect = |(dx, dy): (i32, i32)| (x + dx, y + dy, x + dx + width, y + dy + LABEL_PX);
-        let inside = |r: &Rect| r.0 >= ends.0.0 && r.2 <= ends.1.0.max(ends.0.0) + 8 && r.1 >= ends.1.1 && r.3 <= ends.0.1;
+        let inside = |r: &Rect| r.0 >= corners.0.0 && r.2 <= corners.1.0.max(corners.0.0) + 8 && r.1 >= corners.1.1 && r.3 <= corners.0.1;
         let free = places.clone().find(|position| inside(&rect(*position)) && !occupied.iter().any(|t| overlap(t, &rect(*position))));
         let offset = free.unwrap_or((7, -LABEL_PX - 5));
         occupied.push(rect(offset));

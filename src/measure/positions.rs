@@ -22,7 +22,7 @@ const FIRST_JD_TDB: f64 = 2_416_847.3;
 const STEP_DAYS: f64 = 1_983.7;
 const DATES: usize = 35;
 /// Repetitions over all bodies and dates in one timed run, since a position takes microseconds.
-const PASSES: usize = 3;
+const REPETITIONS: usize = 3;
 
 fn instants() -> impl Iterator<Item = Instant> {
     (0..DATES).map(|k| Instant::from_jd_tdb(FIRST_JD_TDB + STEP_DAYS * k as f64))
@@ -49,7 +49,7 @@ fn candidates<'a>(
     for (name, method, default_of) in methods {
         let error = worst_arcsec(&method, reference)?;
         let workload = Box::new(move || {
-            for _ in 0..PASSES {
+            for _ in 0..REPETITIONS {
                 for t in instants() {
                     for body in BODIES {
                         std::hint::black_box(method(body, t)?);

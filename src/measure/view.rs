@@ -1,6 +1,7 @@
 //! The sufficient quality for one view.
 //!
-//! In: a view. Out: [`ViewMeasure`]: error and time of each quality relative to the reference quality's image at the same exposure, and the cheapest sufficient one.
+//! In: a view. Out: [`ViewMeasure`]: error and time of each quality relative to the reference quality's image at the same exposure, and the lowest
+//! sufficient quality.
 
 use super::images::{DualRenderer, level_differences, p999};
 use super::rule::ErrorUnit;
@@ -18,7 +19,7 @@ pub(crate) const SUFFICIENT_LEVELS: f64 = 1.0;
 pub(crate) struct ViewMeasure {
     /// Error and time of each quality.
     pub qualities: ChoiceMeasure,
-    /// The first sufficient quality.
+    /// The lowest sufficient quality.
     pub sufficient: Quality,
 }
 

@@ -44,7 +44,7 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
     measure_choice("quality", about, ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
-/// `--layers -stars`, and star catalogues of different size.
+/// `--layers -stars` against the star catalogue; the error is that of the image's summed green light.
 pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
     let side = effort.side_px();
@@ -53,12 +53,12 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let request = dual.with_metered_exposure(sky)?;
     let sampling = SamplingQuality::of(Quality::Standard);
     let view = |stars: bool| dual.plan_view(&ViewRequest { layers: Layers { stars, ..Layers::default() }, ..request.clone() }, sampling);
-    let sum = |p: &LinearImage| p.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
-    let reference = sum(&dual.light(&view(true)?, Precision::F64)?);
+    let green_sum = |image: &LinearImage| image.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
+    let reference = green_sum(&dual.light(&view(true)?, Precision::F64)?);
     let mut candidates = Vec::new();
-    for (on, name, default_of) in [(false, "none", vec![]), (true, "catalogue", Quality::ALL.to_vec())] {
-        let planned_view = view(on)?;
-        let error = 100.0 * (sum(&dual.light(&planned_view, Precision::F32)?) - reference).abs() / reference.max(f64::MIN_POSITIVE);
+    for (has_stars, name, default_of) in [(false, "none", vec![]), (true, "catalogue", Quality::ALL.to_vec())] {
+        let planned_view = view(has_stars)?;
+        let error = 100.0 * (green_sum(&dual.light(&planned_view, Precision::F32)?) - reference).abs() / reference.max(f64::MIN_POSITIVE);
         let dual = &dual;
         candidates.push(Candidate {
             name: name.to_owned(),

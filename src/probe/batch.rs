@@ -69,12 +69,12 @@ impl ProbeBatch {
         let count = queries.len();
         let edge = |k: usize| 2.0 * k as f32 / count as f32 - 1.0;
         let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
-        let numbers = |quad: usize, part: fn((f32, f32)) -> f32| {
-            attribute(4, queries.iter().flat_map(|q| q[4 * quad..4 * quad + 4].iter().map(|v| part(split(*v)))).collect())
+        let numbers = |group: usize, part: fn((f32, f32)) -> f32| {
+            attribute(4, queries.iter().flat_map(|q| q[4 * group..4 * group + 4].iter().map(|v| part(split(*v)))).collect())
         };
         let mut attributes = vec![attribute(2, (0..count).flat_map(|k| [edge(k), edge(k + 1)]).collect())];
-        attributes.extend((0..3).map(|quad| numbers(quad, |(high, _)| high)));
-        attributes.extend((0..3).map(|quad| numbers(quad, |(_, low)| low)));
+        attributes.extend((0..3).map(|group| numbers(group, |(high, _)| high)));
+        attributes.extend((0..3).map(|group| numbers(group, |(_, low)| low)));
         let (width, height) = (count as u32, self.rows);
         let draw = PlanDraw {
             label: "queries".into(),

@@ -189,15 +189,15 @@ fn number(v: f64) -> Value {
     serde_json::Number::from_f64(v).map_or(Value::Null, Value::Number)
 }
 
-fn draw_json(of: &PixelDraw) -> Value {
+fn draw_json(draw: &PixelDraw) -> Value {
     let named = |v: &NamedValue| match v.numbers[..] {
         [single] => number(single),
         ref all => all.iter().copied().map(number).collect(),
     };
-    let values: Map<String, Value> = of.values.values.iter().map(|v| (v.name.clone(), named(v))).collect();
-    let [lat, lon] = of.ground_deg.map_or([Value::Null, Value::Null], |degrees| degrees.map(number));
+    let values: Map<String, Value> = draw.values.values.iter().map(|v| (v.name.clone(), named(v))).collect();
+    let [lat, lon] = draw.ground_deg.map_or([Value::Null, Value::Null], |degrees| degrees.map(number));
     json!({
-        "body": of.name, "part": of.part.name(), "lat": lat, "lon": lon, "key": of.module.to_string(),
-        "colour": of.values.colour.map(number), "values": values,
+        "body": draw.name, "part": draw.part.name(), "lat": lat, "lon": lon, "key": draw.module.to_string(),
+        "colour": draw.values.colour.map(number), "values": values,
     })
 }

@@ -133,11 +133,11 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
 
 /// Checks the field values of an atmosphere.
 fn check(a: &Atmosphere) -> Result<(), String> {
-    let wrong = |field: &str, allowed: &str| Err(format!("field \"atmosphere\": {field} must be {allowed}"));
+    let out_of_range = |field: &str, allowed: &str| Err(format!("field \"atmosphere\": {field} must be {allowed}"));
     let is_positive = |x: f64| x > 0.0 && x.is_finite();
     for (field, value) in [("planet_radius_km", a.planet_radius_km), ("top_km", a.top_km)] {
         if !is_positive(value) {
-            return wrong(field, "greater than 0");
+            return out_of_range(field, "greater than 0");
         }
     }
     for s in &a.species {
@@ -149,19 +149,19 @@ fn check(a: &Atmosphere) -> Result<(), String> {
             ),
             Species::Tent { centre_km, half_width_km, extinction_per_m } => {
                 if !(*centre_km >= 0.0 && centre_km.is_finite()) {
-                    return wrong("centre_km", "0 or greater");
+                    return out_of_range("centre_km", "0 or greater");
                 }
                 (vec![("half_width_km", *half_width_km)], vec![("extinction_per_m", extinction_per_m)], 0.0)
             }
         };
         if let Some((field, _)) = lengths.into_iter().find(|(_, x)| !is_positive(*x)) {
-            return wrong(field, "greater than 0");
+            return out_of_range(field, "greater than 0");
         }
         if let Some((field, _)) = coefficients.into_iter().find(|(_, v)| !v.iter().all(|x| (0.0..=1.0).contains(x))) {
-            return wrong(field, "three numbers from 0 to 1 per metre");
+            return out_of_range(field, "three numbers from 0 to 1 per metre");
         }
         if g.abs() >= 1.0 || g.is_nan() {
-            return wrong("g", "between -1 and 1");
+            return out_of_range("g", "between -1 and 1");
         }
     }
     Ok(())

@@ -11,15 +11,15 @@ const SUBFOLDERS: [&str; 4] = ["shaders", "air", "rings", "maps"];
 /// The given cache folder, or else the user's cache folder on this system.
 ///
 /// # Errors
-/// There is none, or other users could write to it.
+/// The system names no cache folder, or other users could write to the folder.
 pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
     let system_folder = || directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned());
     let Some(folder) = cache.map(Path::to_owned).or_else(system_folder) else {
         return Err(CacheFolderError::None);
     };
     let program_folder = folder.join("orrery");
-    let parts = SUBFOLDERS.map(|part| (program_folder.join(part), false));
-    for (path, is_parent) in [(folder.clone(), true), (program_folder, false)].into_iter().chain(parts) {
+    let subfolders = SUBFOLDERS.map(|name| (program_folder.join(name), false));
+    for (path, is_parent) in [(folder.clone(), true), (program_folder, false)].into_iter().chain(subfolders) {
         if let Some(why) = foreign_write_access(&path, is_parent) {
             return Err(CacheFolderError::Shared { folder: echo(&path.display().to_string()), why });
         }

@@ -138,8 +138,8 @@ mod tests {
     fn body_and_file_are_separated_at_the_first_equals_sign() {
         let surface: SurfaceFile = "mars=a=b.wesl".parse().expect("a surface");
         assert_eq!((surface.body.as_str(), surface.file.as_path()), ("mars", Path::new("a=b.wesl")));
-        for wrong in ["mars", "=a.wesl", "mars=", " =a"] {
-            assert_eq!(wrong.parse::<SurfaceFile>(), Err(SurfaceArgumentError), "{wrong}");
+        for invalid in ["mars", "=a.wesl", "mars=", " =a"] {
+            assert_eq!(invalid.parse::<SurfaceFile>(), Err(SurfaceArgumentError), "{invalid}");
         }
     }
 }

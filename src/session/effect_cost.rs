@@ -35,7 +35,7 @@ pub struct LightChange {
 impl LightChange {
     /// The change from one image to another of the same size, in linear light.
     pub fn between(first: &[[f32; 4]], second: &[[f32; 4]]) -> Self {
-        let sum = |of: &[[f32; 4]]| of.iter().map(luminance).sum::<f64>();
+        let sum = |pixels: &[[f32; 4]]| pixels.iter().map(luminance).sum::<f64>();
         let (before, after) = (sum(first), sum(second));
         let moved = first.iter().zip(second).map(|(a, b)| (luminance(a) - luminance(b)).abs()).sum::<f64>();
         let brighter = before.max(after);
@@ -49,8 +49,8 @@ fn luminance([r, g, b, _]: &[f32; 4]) -> f64 {
 }
 
 impl Session {
-    /// Draws `request` with and without `effect`, and compares. `of_body`: switch the effect only for this body. `on`: the view has the effect already, by
-    /// its request or automatically; otherwise the effect is switched on for the comparison. `stops`: the exposure of the view.
+    /// Draws `request` with and without `effect`, and compares. `of_body`: switch the effect only for this body. `on`: the view has the effect
+    /// already, by its request or automatically; otherwise the effect is switched on for the comparison. `stops`: the exposure of the view.
     ///
     /// # Errors
     /// The reason why the view cannot be drawn.

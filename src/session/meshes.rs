@@ -25,14 +25,14 @@ const MAX_BYTES: u64 = 1 << 30;
 struct SunHeightInputs {
     model: Arc<Mesh>,
     towards_sun: DVec3,
-    radius_rad: f64,
+    sun_radius_rad: f64,
 }
 
 impl SunHeightInputs {
     /// Whether heights computed for `self` can be used for `other`: the same model, and the Sun within the tolerance.
     fn is_usable_for(&self, other: &Self) -> bool {
         let is_near = self.towards_sun.cross(other.towards_sun).length() < TOLERANCE_RAD && self.towards_sun.dot(other.towards_sun) > 0.0;
-        Arc::ptr_eq(&self.model, &other.model) && is_near && (self.radius_rad / other.radius_rad - 1.0).abs() < 0.01
+        Arc::ptr_eq(&self.model, &other.model) && is_near && (self.sun_radius_rad / other.sun_radius_rad - 1.0).abs() < 0.01
     }
 }
 
@@ -84,10 +84,10 @@ impl Meshes {
     }
 
     /// Height of the Sun over the model's own horizon at each vertex, in solar radii. `towards_sun`: unit vector in body axes.
-    /// `radius_rad`: the Sun's angular radius.
-    pub fn sun_heights(&self, model: &Arc<Mesh>, towards_sun: DVec3, radius_rad: f64) -> Arc<Vec<f32>> {
-        let inputs = SunHeightInputs { model: Arc::clone(model), towards_sun, radius_rad };
-        self.heights.get_compatible(SunHeightInputs::is_usable_for, inputs, || Arc::new(model.sun_heights(towards_sun, radius_rad)))
+    /// `sun_radius_rad`: the Sun's angular radius.
+    pub fn sun_heights(&self, model: &Arc<Mesh>, towards_sun: DVec3, sun_radius_rad: f64) -> Arc<Vec<f32>> {
+        let inputs = SunHeightInputs { model: Arc::clone(model), towards_sun, sun_radius_rad };
+        self.heights.get_compatible(SunHeightInputs::is_usable_for, inputs, || Arc::new(model.sun_heights(towards_sun, sun_radius_rad)))
     }
 }
 

@@ -119,7 +119,7 @@ pub struct Session {
     meshes: meshes::Meshes,
     /// City lights by body, read when the light meter first needs them.
     night_lights: Memo<NaifId, Option<Arc<NightLights>>>,
-    /// The textures of the last tables of rings.
+    /// The textures of the most recently used ring tables.
     ring_profiles: Memo<Arc<RingTable>, SharedTexture>,
     /// The glyph atlas of the last requested size.
     glyphs: Memo<u64, Arc<GlyphAtlas>>,
@@ -400,7 +400,7 @@ impl Session {
 
     fn draw_by(
         &self,
-        by: &SoftwareRenderer,
+        software: &SoftwareRenderer,
         request: &ViewRequest,
         sampling: SamplingQuality,
         keep_hdr: bool,
@@ -408,7 +408,7 @@ impl Session {
         let requested = if keep_hdr { RequestedOutput::Linear } else { RequestedOutput::Pixels };
         loop {
             let (scene, plan) = self.plan(request, sampling)?;
-            match self.timed(Stage::Draw, || self.devices.draw(by, &plan, &self.library, requested)) {
+            match self.timed(Stage::Draw, || self.devices.draw(software, &plan, &self.library, requested)) {
                 Ok(output) => return Ok(drawn_frame(scene, &plan, output)),
                 Err(_) if self.replace_forged(&plan.modules()) => {}
                 Err(why) => return Err(why.into()),

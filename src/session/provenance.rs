@@ -31,7 +31,7 @@ pub enum ExistingImage {
     None,
     /// A complete file with the same provenance.
     Same,
-    /// A file of another request. The text lists the differences, each as `name: its value, not ours`.
+    /// A file of another request. The text lists the differences, each as `name its value, not ours`.
     Other(String),
     /// The provenance matches, but the file is incomplete. The text gives the reason.
     Damaged(String),
@@ -203,7 +203,7 @@ impl Provenance {
         serde_json::from_str(text).ok().map(Self)
     }
 
-    /// The fields in which two provenances differ, at most three, each as `name theirs, not ours`.
+    /// The fields in which two provenances differ, at most three, each as `name its value, not ours`.
     fn differences(theirs: &Self, ours: &Self) -> String {
         // The fields that a user knows best come first.
         let order = ["target", "time", "from", "size", "effects", "layers", "quality"];

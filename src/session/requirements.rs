@@ -88,7 +88,7 @@ impl Session {
     fn resources(&self, required: &Requirements) -> Resources {
         let mut resources = Resources { sky_map: self.sky_map.clone(), ..Resources::default() };
         for mesh in &required.meshes {
-            let Some((body, named)) = self.catalog.body(mesh.body).and_then(|b| Some((b, b.mesh.as_ref()?))) else { continue };
+            let Some((body, catalog_mesh)) = self.catalog.body(mesh.body).and_then(|b| Some((b, b.mesh.as_ref()?))) else { continue };
             match self.timed(Stage::Maps, || self.meshes.model(body)) {
                 Ok(model) => {
                     if let Some((towards, radius_rad)) = mesh.sun {
@@ -98,7 +98,7 @@ impl Session {
                     resources.meshes.insert(body.id, model);
                 }
                 Err(why) => {
-                    self.record_unreadable(&named.file, || format!("{why}; {} is drawn as its ellipsoid", body.name));
+                    self.record_unreadable(&catalog_mesh.file, || format!("{why}; {} is drawn as its ellipsoid", body.name));
                 }
             }
         }

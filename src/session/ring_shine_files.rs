@@ -12,7 +12,7 @@ const MAGIC: &Magic = b"ORRSHN01";
 /// Length of the texels: four floats per column and row, for both sides of the rings.
 const TEXEL_BYTES: usize = 2 * ROWS * COLUMNS * 16;
 /// Length of the two f64 in front of the texels: the largest height and the brightest irradiance.
-const NUMBERS: usize = 16;
+const NUMBER_BYTES: usize = 16;
 
 #[derive(Debug)]
 pub(super) struct RingShineFiles {
@@ -25,7 +25,7 @@ fn to_bytes(table: &RingShine) -> Vec<u8> {
 }
 
 fn from_bytes(bytes: &[u8]) -> Option<RingShine> {
-    let (numbers, texels) = bytes.split_at_checked(NUMBERS)?;
+    let (numbers, texels) = bytes.split_at_checked(NUMBER_BYTES)?;
     let [max_height, brightest] = numbers.as_chunks::<8>().0 else { return None };
     Some(RingShine {
         texels: stored_tables::floats(texels).collect(),
@@ -49,7 +49,7 @@ impl RingShineFiles {
 
 impl RingShineStore for RingShineFiles {
     fn read(&self, key: &[f64]) -> Option<RingShine> {
-        from_bytes(&stored_tables::read(&self.path(key), MAGIC, NUMBERS + TEXEL_BYTES)?)
+        from_bytes(&stored_tables::read(&self.path(key), MAGIC, NUMBER_BYTES + TEXEL_BYTES)?)
     }
 
     fn write(&self, key: &[f64], table: &RingShine) {

@@ -25,7 +25,7 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// All stages, in order of execution.
+    /// All stages, in the order of reports.
     pub const ALL: [Self; 8] = [Self::Catalog, Self::Kernel, Self::Scene, Self::Shaders, Self::Maps, Self::Plan, Self::Draw, Self::Write];
 
     /// The name in reports.

@@ -121,13 +121,13 @@ mod with_gpu {
         /// The reason for the failure, in one line; the surface must be dropped.
         pub fn show(
             &self,
-            on: &mut DeviceSurface,
+            device_surface: &mut DeviceSurface,
             primitives: Vec<UiPrimitive>,
             size: [u32; 2],
             before_present: impl FnOnce(),
         ) -> Result<bool, DisplayError> {
             let plan = plan::interface(primitives, size, self)?;
-            Ok(on.renderer.present(&mut on.window_surface, &plan, &self.library, before_present)?)
+            Ok(device_surface.renderer.present(&mut device_surface.window_surface, &plan, &self.library, before_present)?)
         }
     }
 }

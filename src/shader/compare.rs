@@ -28,8 +28,8 @@ fn lines_of<'a>(wgsl: &'a str, map: &'a SourceMap) -> impl Iterator<Item = (&'a 
     })
 }
 
-/// Lines that occur in only one of the two modules, grouped by feature, sorted by its name. Empty exactly if the texts are equal line for
-/// line.
+/// Lines that occur in only one of the two modules, grouped by feature, sorted by its name. A line is identified by its text and its position in the
+/// fragments; its position in the module is not compared.
 pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDiff> {
     let lines = |e: &Emitted| -> BTreeSet<DiffLine> { lines_of(&e.wgsl, &e.source_map).map(|(_, l)| l).collect() };
     let (in_first, in_second) = (lines(first), lines(second));
@@ -110,13 +110,13 @@ fn count_block(block: &naga::Block, branches: &mut u32) {
     }
 }
 
-/// Texture reads of a function and of its callees; each call counts, a loop counts once. `of_earlier`: reads of the functions declared
+/// Texture reads of a function and of its callees; each call counts, a loop counts once. `reads_of_earlier`: reads of the functions declared
 /// before it.
-fn texture_reads(function: &naga::Function, of_earlier: &[u32]) -> u32 {
-    fn calls(block: &naga::Block, of_earlier: &[u32]) -> u32 {
-        let calls_in = |b: &naga::Block| calls(b, of_earlier);
+fn texture_reads(function: &naga::Function, reads_of_earlier: &[u32]) -> u32 {
+    fn calls(block: &naga::Block, reads_of_earlier: &[u32]) -> u32 {
+        let calls_in = |b: &naga::Block| calls(b, reads_of_earlier);
         let each = block.iter().map(|statement| match statement {
-            Statement::Call { function, .. } => of_earlier.get(function.index()).copied().unwrap_or(0),
+            Statement::Call { function, .. } => reads_of_earlier.get(function.index()).copied().unwrap_or(0),
             Statement::Block(inner) => calls_in(inner),
             Statement::If { accept, reject, .. } => calls_in(accept) + calls_in(reject),
             Statement::Switch { cases, .. } => cases.iter().map(|c| calls_in(&c.body)).sum(),
@@ -126,7 +126,7 @@ fn texture_reads(function: &naga::Function, of_earlier: &[u32]) -> u32 {
         each.sum()
     }
     let own = function.expressions.iter().filter(|(_, e)| matches!(e, Expression::ImageSample { .. } | Expression::ImageLoad { .. }));
-    own.count() as u32 + calls(&function.body, of_earlier)
+    own.count() as u32 + calls(&function.body, reads_of_earlier)
 }
 
 /// Counts the operations of a module's IR.

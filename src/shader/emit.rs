@@ -94,6 +94,7 @@ impl Emitter<'_> {
                 }
             }
             let start = self.wgsl.len();
+            // The line belongs to the block of its first piece that is not blank.
             let mut block = None;
             for piece in line.pieces.iter().filter(|p| emitted[p.block as usize]) {
                 let piece_text = &text[piece.span.clone()];
@@ -104,6 +105,7 @@ impl Emitter<'_> {
             }
             self.wgsl.truncate(start + self.wgsl[start..].trim_end().len());
             let blank = self.wgsl.len() == start;
+            // A blank line is kept only if it was one in the fragment, and not at the start of the module or after another blank line.
             let Some(block) = block.filter(|_| !blank || !(line.is_divided || self.wgsl.is_empty() || self.wgsl.ends_with("\n\n"))) else {
                 continue;
             };

@@ -53,8 +53,8 @@ pub fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<naga::WithSpan<
     Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module).map_err(Box::new)
 }
 
-/// naga's message about a module that does not parse or is not valid, with the emitted lines and a caret below the position; `None` for a
-/// valid module.
+/// The first error in the fragments or in the emitted text of a module: the message of the generator or of naga, with the line and a caret below the
+/// position. `None` for a valid module, and for a name that no module has.
 pub fn diagnosis(fragments: &Fragments, id: &ModuleId) -> Option<String> {
     let Emitted { wgsl, source_map } = match emit_module_with(fragments, id) {
         Ok(emitted) => emitted,

@@ -1,9 +1,9 @@
 //! Recorded digests of modules, and the reasons for differences from them.
 //!
 //! In: module ids. Out: a text with one line per fragment and per module, sorted by name, and the changes between two such records, each
-//! with its reason: a changed fragment, the emitter, or naga. Every module is emitted, parsed, validated and lowered; modules of the
-//! covering sets are also translated. The record contains only digests, because the modules of all keys together would fill gigabytes. Not
-//! here: the record's path.
+//! with its reason: a changed fragment, the emitter, or naga. Every module is emitted, parsed, validated and lowered; simple shaders, probes
+//! and the covering sets are also translated. The record contains only digests, because the modules of all keys together would fill
+//! gigabytes. Not here: the record's path.
 
 use super::fragments::{FRAGMENTS, Fragments};
 use super::generator::{hex, naga_version};
@@ -26,6 +26,7 @@ fn digest_of(parts: &[&str]) -> String {
     hex(&hash.finalize()[..DIGITS / 2])
 }
 
+/// Hexadecimal digits of a recorded digest.
 const DIGITS: usize = 16;
 
 fn is_digest(word: &str) -> bool {
@@ -253,10 +254,10 @@ mod tests {
         assert_eq!(several.modules.keys().collect::<Vec<_>>(), ["lambert.sun1", "sky"]);
         assert_eq!(several.modules["lambert.sun1"].translations, None);
         assert_eq!(DigestRecord::parse(&several.to_text()), Ok(several));
-        for wrong in
+        for invalid in
             ["sky".to_owned(), format!("sky {}", &a[1..]), format!("sky {a}0"), format!("sky {}", digest('A')), format!("sky {a} {b} {b}")]
         {
-            assert_eq!(DigestRecord::parse(&format!("naga 1\n{wrong}\n")).expect_err(&wrong).line, 2);
+            assert_eq!(DigestRecord::parse(&format!("naga 1\n{invalid}\n")).expect_err(&invalid).line, 2);
         }
     }
 

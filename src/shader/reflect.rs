@@ -98,14 +98,14 @@ pub enum LayoutError {
     /// A name that the module does not have.
     #[error("the module has no uniform field `{0}`")]
     Unknown(String),
-    /// A value of the wrong length.
+    /// A value of another type or length than the field.
     #[error("uniform field `{name}` is {expected} in the module, {given} numbers were given")]
     Mistyped {
         /// The field.
         name: String,
         /// Its type in the module.
         expected: FieldType,
-        /// The number of values given.
+        /// The numbers given: their count, or rows x columns.
         given: String,
     },
     /// A field was written a second time.

@@ -28,8 +28,8 @@ impl Language {
     /// Every language, WGSL first.
     pub const ALL: [Self; 7] = [Self::Wgsl, Self::Hlsl, Self::Glsl, Self::Msl, Self::Spirv, Self::Assembly, Self::Ir];
 
-    /// Whether a module's text in this language has a digest of its own. WGSL is what the module's digest is of, and SPIR-V text and naga's representation
-    /// are other forms of languages that have one.
+    /// Whether the record needs a digest of a module's text in this language. The module's own digest is that of its WGSL; naga's IR follows
+    /// from WGSL, and disassembled SPIR-V from SPIR-V.
     pub fn needs_own_digest(self) -> bool {
         !matches!(self, Self::Wgsl | Self::Assembly | Self::Ir)
     }

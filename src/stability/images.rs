@@ -17,7 +17,7 @@ use serde_json::json;
 
 /// Diameter of the disc, pixels.
 const DISC_PX: f64 = 24.0;
-/// Distance beyond which an image must equal the image from the next distance, because the perspective changes it by less than a level.
+/// Distance in radii beyond which an image must equal the one from the distance before, because the perspective changes it by less than a level.
 const FLAT_RADII: f64 = 3e4;
 
 /// Layers of the Earth and of Saturn from 1.2 radii to 100 au: f32 against f64, 1 sample against 4, and at large distances each distance
@@ -25,28 +25,28 @@ const FLAT_RADII: f64 = 3e4;
 pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
     let session = bench.session();
-    // A day without an eclipse. At every distance the light leaves the body at the same instant.
-    let left = Instant::from_jd_tdb(2_460_469.762);
+    // A day without an eclipse. At every distance the light leaves the body at this instant.
+    let emission_time = Instant::from_jd_tdb(2_460_469.762);
     let bodies = [(NaifId::EARTH, "+clouds,+atmosphere,-planet-shine,-eclipse,-points"), (SATURN, "+rings,-planet-shine,-eclipse,-points")];
     for (body, effects) in bodies {
         let Some(radius_km) = session.catalog().body(body).map(|b| b.radii_km.x) else { continue };
-        let towards = (sunward(bench, body, left) + DVec3::new(0.1, -0.2, 0.3)).normalize();
+        let towards = (sunward(bench, body, emission_time) + DVec3::new(0.1, -0.2, 0.3)).normalize();
         let far_km = 100.0 * KM_PER_AU;
         let steps = bench.pick(14, 60);
         let mut before: Option<LinearImage> = None;
         for k in 0..steps {
             let distance_km = 1.2 * radius_km * (far_km / (1.2 * radius_km)).powf(f64::from(k) / f64::from(steps - 1));
             let side = (1.5 * DISC_PX) as u32;
-            let half = ((radius_km / distance_km).asin().tan() * 1.5).atan();
+            let half_fov_rad = ((radius_km / distance_km).asin().tan() * 1.5).atan();
             let request = ViewRequest {
                 effects: EffectOverrides::parse(effects)?,
                 exposure: ExposureRequest::Stops(if body == SATURN { 6.0 } else { 0.0 }),
                 layers: Layers { stars: false, ..Layers::default() },
                 ..view_from_offset(
                     body,
-                    left.plus_seconds(distance_km / SPEED_OF_LIGHT_KM_S),
+                    emission_time.plus_seconds(distance_km / SPEED_OF_LIGHT_KM_S),
                     towards * distance_km,
-                    2.0 * half.to_degrees(),
+                    2.0 * half_fov_rad.to_degrees(),
                     side,
                 )
             };
@@ -78,23 +78,23 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
 /// Standard scenes against downsampled larger images of themselves; without points, stars and glare, whose size is in pixels.
 pub(super) fn scale(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
-    let (side, finer) = bench.pick((64, 8), (256, 8));
+    let (side, factor) = bench.pick((64, 8), (256, 8));
     for name in ["earth-3-radii", "saturn", "moon-limb"] {
         let Some(scene) = standard_scenes(side, side).into_iter().find(|s| s.name == name) else { continue };
         let layers = Layers { stars: false, ..Layers::default() };
         let request = ViewRequest { effects: EffectOverrides::parse("-points,-glow")?, layers, ..scene.request };
         let request = bench.dual.with_metered_exposure(request)?;
-        let fine = ViewRequest { width: side * finer, height: side * finer, ..request.clone() };
+        let fine = ViewRequest { width: side * factor, height: side * factor, ..request.clone() };
         let sampling = SamplingQuality { samples: 4, anisotropy: 8 };
         let coarse = bench.light(&bench.dual.plan_target(&request, sampling)?, Precision::F32)?;
-        let fine = bench.light(&bench.dual.plan_target(&fine, sampling)?, Precision::F32)?.downsampled(finer);
+        let fine = bench.light(&bench.dual.plan_target(&fine, sampling)?, Precision::F32)?.downsampled(factor);
         let differences = level_differences(&coarse, &fine);
         let mean = differences.iter().sum::<f64>() / differences.len() as f64;
         let (at, worst) = worst_of(&differences);
         found.add(mean, || {
             let pixel = [at as u32 % side, at as u32 / side];
             (
-                json!({ "scene": name, "side_px": side, "finer_side_px": side * finer, "pixel": pixel }),
+                json!({ "scene": name, "side_px": side, "finer_side_px": side * factor, "pixel": pixel }),
                 format!("{worst:.1} levels at the worst pixel"),
             )
         });

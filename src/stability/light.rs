@@ -61,14 +61,14 @@ fn points_around(body: &Body, sun: DVec3, occluder_km: DVec3, steps: u32) -> Vec
     for turn in 0..8 {
         let (sin, cos) = (f64::from(turn) * std::f64::consts::FRAC_PI_4 + 0.1).sin_cos();
         for k in 0..steps {
-            let out = 1e-6 * 1e6_f64.powf(f64::from(k) / f64::from(steps - 1));
-            points.push((middle + (x * cos + y * sin) * out).normalize() * shape);
+            let distance_radii = 1e-6 * 1e6_f64.powf(f64::from(k) / f64::from(steps - 1));
+            points.push((middle + (x * cos + y * sin) * distance_radii).normalize() * shape);
         }
     }
     points
 }
 
-/// Sweep of the fraction of sunlight: f32 against f64, and both against the value that follows from the angles alone.
+/// Sweep of the fraction of sunlight: f32 against f64, and both against the value that follows from the angles alone, where one does.
 pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
     let session = bench.session();
@@ -85,13 +85,13 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
         let sun_km = receiver.body_from_icrf * receiver.sun_from_body_km;
         let points = points_around(body, sun_km.normalize(), occluder_km, bench.pick(40, 400));
         for model in [EclipseModel::LimbDarkened, EclipseModel::UniformDisc] {
-            let left = |precision| {
+            let sunlight_in = |precision| {
                 let prober = Prober { session, renderer: bench.dual.renderer(precision) };
                 let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(model)).ok()?;
-                let this: Vec<_> = sky.occluders.iter().filter(|o| o.body.id == occluder.id).cloned().collect();
-                sky.sunlight(&this, &points, None).ok()
+                let one_occluder: Vec<_> = sky.occluders.iter().filter(|o| o.body.id == occluder.id).cloned().collect();
+                sky.sunlight(&one_occluder, &points, None).ok()
             };
-            let (Some(single), Some(double)) = (left(Precision::F32), left(Precision::F64)) else {
+            let (Some(single), Some(double)) = (sunlight_in(Precision::F32), sunlight_in(Precision::F64)) else {
                 found.add(f64::INFINITY, || {
                     (json!({ "body": receiver_name, "occluder": occluder_name }), "no light could be computed".into())
                 });
@@ -99,15 +99,15 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
             };
             for ((point, a), b) in points.iter().zip(&single).zip(&double) {
                 let place_km = *point * body.radii_km.x;
-                let certain = light_from_angles(sun_km - place_km, occluder_km - place_km, occluder);
+                let light_by_angles = light_from_angles(sun_km - place_km, occluder_km - place_km, occluder);
                 let difference = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, larger_or_nan);
-                let is_wrong = certain.is_some_and(|light| a.iter().chain(b).any(|v| *v != light));
+                let is_wrong = light_by_angles.is_some_and(|light| a.iter().chain(b).any(|v| *v != light));
                 found.add(if is_wrong { 1.0 } else { difference }, || {
                     let location = json!({
                         "body": receiver_name, "occluder": occluder_name, "time": time.to_utc_iso(), "model": model.name(),
                         "point_radii": point.to_array(),
                     });
-                    let cause = match certain {
+                    let cause = match light_by_angles {
                         Some(light) if is_wrong => format!("the light is {light} by the angles; f32 {a:?}, f64 {b:?}"),
                         _ => format!("eclipse_light: f32 {a:?}, f64 {b:?}"),
                     };
@@ -120,7 +120,7 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
 }
 
 /// Duration of the search: longer than 172 hours, the period of Ganymede, which is the longest of the three moons.
-const PERIOD_S: f64 = 175.0 * 3600.0;
+const SEARCH_DURATION_S: f64 = 175.0 * 3600.0;
 
 /// The instant after `from` at which a moon is deepest in its planet's shadow, and the distance of its centre from the shadow's axis, in
 /// planet radii.
@@ -128,7 +128,7 @@ fn deepest(bench: &SweepBench<'_>, moon: NaifId, planet: &Body, from: Instant) -
     let ephemeris = bench.session().ephemeris();
     let mut best = (from, f64::INFINITY);
     const STEP_S: f64 = 120.0;
-    for k in 0..(PERIOD_S / STEP_S) as u32 {
+    for k in 0..(SEARCH_DURATION_S / STEP_S) as u32 {
         let time = from.plus_seconds(STEP_S * f64::from(k));
         let moon_km = ephemeris.state(moon, planet.id, time, None)?.state.pos_km;
         let antisunward = -ephemeris.state(NaifId::SUN, planet.id, time, None)?.state.pos_km.normalize();
@@ -156,12 +156,12 @@ pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<SweepResult, Sess
         // The view is along the shadow axis, from the Sun's side.
         let antisunward = -session.ephemeris().state(NaifId::SUN, moon, time, None)?.state.pos_km.normalize();
         for stops in (-20..=25).step_by(bench.pick(9, 1)) {
-            let seen = time.plus_seconds(20.0 * radius_km / SPEED_OF_LIGHT_KM_S);
+            let observation_time = time.plus_seconds(20.0 * radius_km / SPEED_OF_LIGHT_KM_S);
             let request = ViewRequest {
                 exposure: ExposureRequest::Stops(f64::from(stops)),
                 layers: Layers { stars: false, ..Layers::default() },
                 effects: effects.clone(),
-                ..view_from_offset(moon, seen, -antisunward * 20.0 * radius_km, 4.0, bench.pick(24, 64))
+                ..view_from_offset(moon, observation_time, -antisunward * 20.0 * radius_km, 4.0, bench.pick(24, 64))
             };
             let mut view = bench.plan_view(&request, SINGLE_SAMPLE)?;
             // Only the moon's draws, not Jupiter's.

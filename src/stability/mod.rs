@@ -3,8 +3,8 @@
 //! In: a session and an effort. Out: for each sweep the number of cases, the worst result, its case and cause, and the bound that it must
 //! keep. Always: every bound is in [`SWEEPS`] with its unit and reason; a sweep fails above its bound; the same seed gives the same cases.
 //! Most sweeps compare the emitted modules in f32 with the same modules in f64; others compare complete images, or positions with another
-//! computation. If the user requests the GPU, it draws the f32 images; the bounds, the named values and the results for single quantities
-//! are always those of the software renderer.
+//! computation. If the user requests the GPU, it draws the f32 images, and the bounds for a GPU apply; named values and results for single
+//! quantities are always those of the software renderer.
 
 mod difference;
 mod images;
@@ -144,7 +144,7 @@ impl<'a> SweepBench<'a> {
 
     /// Plans a view and applies the injected fault.
     fn plan_view(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
-        // Draws are drawn by themselves to find the one at fault.
+        // Without the coarse image of the air, each draw can be drawn by itself, which is needed to find the one at fault.
         let (scene, plan) = self.session().plan(&ViewRequest { coarse_air: false, ..request.clone() }, sampling)?;
         let mut view = PlannedView { scene, plan };
         if let Some(change) = self.faults.plan {

@@ -19,21 +19,22 @@ fn luminances(image: &LinearImage) -> Vec<f64> {
 }
 
 /// Fraction of the range of radiance around a pixel by which the mean over 3 x 3 pixels can change when the image moves by a pixel: a
-/// third for each axis along which the image moves.
+/// third along an axis, 0.47 along the diagonal.
 const MAX_CHANGE_FRACTION: f64 = 0.5;
 
-/// Greatest increase of light, in levels, that no neighbour within two pixels had before, and its pixel. Means over 3 x 3 pixels are
-/// compared, so that a sharp point may move within its pixel. The frame's edge is excluded because its neighbours are unknown.
-fn unexplained_increase(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 2]) {
+/// Greatest change of light, in levels, that a movement of the first image by a pixel does not explain, and its pixel. The range of light within two
+/// pixels in the first image gives the change that such a movement explains. Means over 3 x 3 pixels are compared, so that a sharp point may move
+/// within its pixel. The frame's edge is excluded because its neighbours are unknown.
+fn change_unexplained_by_first(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 2]) {
     let (a, b) = (luminances(first), luminances(second));
     let (w, h) = (first.width as i64, first.height as i64);
-    let around = |of: &[f64], x: i64, y: i64, radius: i64| -> Vec<f64> {
+    let around = |values: &[f64], x: i64, y: i64, radius: i64| -> Vec<f64> {
         (-radius..=radius)
             .flat_map(|dy| (-radius..=radius).map(move |dx| (dx, dy)))
-            .map(|(dx, dy)| of[((y + dy) * w + x + dx) as usize])
+            .map(|(dx, dy)| values[((y + dy) * w + x + dx) as usize])
             .collect()
     };
-    let mean = |of: &[f64], x: i64, y: i64| around(of, x, y, 1).iter().sum::<f64>() / 9.0;
+    let mean = |values: &[f64], x: i64, y: i64| around(values, x, y, 1).iter().sum::<f64>() / 9.0;
     let level = |light: f64| 255.0 * linear_to_srgb((light * first.exposure_factor).clamp(0.0, 1.0));
     let mut worst = (0.0, [0, 0]);
     for (x, y) in (2..h - 2).flat_map(|y| (2..w - 2).map(move |x| (x, y))) {
@@ -48,9 +49,10 @@ fn unexplained_increase(first: &LinearImage, second: &LinearImage) -> (f64, [i64
     worst
 }
 
-/// The greater of the unexplained increases in both directions: light that appears and light that disappears.
+/// The greater of the changes that a movement of the first image does not explain (light that appears) and that a movement of the second does not
+/// explain (light that disappears).
 fn unexplained_change(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 2]) {
-    let (forward, reverse) = (unexplained_increase(first, second), unexplained_increase(second, first));
+    let (forward, reverse) = (change_unexplained_by_first(first, second), change_unexplained_by_first(second, first));
     if forward.0 >= reverse.0 { forward } else { reverse }
 }
 
@@ -69,7 +71,7 @@ fn responsible_draw(bench: &SweepBench<'_>, views: [&PlannedView; 2]) -> String 
     best.map_or_else(String::new, |(rest, label)| format!("light out of reach; without the draw `{label}` {rest:.2} levels"))
 }
 
-/// Cameras that rotate by a third of a pixel per step, and moons and shadows that move by less than a pixel.
+/// Cameras that rotate by a third of a pixel per step or recede from a body, and moons and shadows that move by less than a pixel.
 pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
     let (side, steps, steps_away) = bench.pick((64, 10, 40), (160, 60, 300));
@@ -100,7 +102,7 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
             look: Look::Along { direction: -towards + perpendicular * (k * step_rad).tan(), axes: Axes::Icrf },
             ..base.clone()
         })?;
-        // Moves away from the body, by a third of a pixel at the image's edge, where other moons may be. A full run ends at three times the distance.
+        // Moves away from the body, by a third of a pixel at the image's edge, where other moons may be. A full run ends at 3.4 times the height.
         let growth = 0.33 * 2.0 / f64::from(side);
         sequence(&format!("away from {} at {distance_radii} radii", body.0), steps_away, &|k| {
             let offset_km = towards * (distance_radii - 1.0) * (1.0 + growth).powf(k) * radius_km + towards * radius_km;
@@ -163,7 +165,7 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
             let display = bench.display(&view, Precision::F32)?;
             let brightest = display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
             let stops = view.scene.exposure.stops;
-            // Io goes from sunlight to darkness within one step of its orbit; there only what can be seen is checked.
+            // Io goes from sunlight to darkness within one step of its orbit; there only visibility is checked.
             let before = previous.filter(|_| name != ORBIT_OF_IO);
             let step = before.map_or(0.0, |before: f64| (stops - before).abs() / step_factor);
             let result = if brightest < VISIBLE_LEVEL { INVISIBLE_RESULT } else { step };

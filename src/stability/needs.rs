@@ -2,9 +2,10 @@
 //!
 //! In: random views. Out: the fraction of views in which some pixel differs by more than the stated bound, the views above the bound, and
 //! two distributions: of the differences, and of the ratio of operations of the chosen frame to those of the frame with every feature. For
-//! each of the worst views the result names the omitted effect, the pixel, and which of the two frames is wrong there: both are compared
-//! with the frame with every feature in f64 at [`TRUTH_SCALE`] times the width and height. Always: both frames have the same exposure;
-//! "every feature" means that each effect is switched on by hand, in the model that the scene would choose.
+//! each of the worst views the result contains the omitted effect, the pixel, and the values there of both frames and of the true frame,
+//! which show which of the two is wrong. The true frame has every feature, in f64, at [`TRUTH_SCALE`] times the width and height. Always:
+//! both frames have the same exposure; "every feature" means that each effect is switched on by hand, in the model that the scene would
+//! choose.
 
 use super::difference::worst_of;
 use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
@@ -76,8 +77,8 @@ struct FramePair {
     all: PlannedView,
 }
 
-/// The frame that the scene chooses, and the frame with `effects` switched on. Both use the models of the first, because a model's own
-/// error is that of its model.
+/// The frame that the scene chooses, and the frame with `effects` switched on. Both use the models of the first, because the difference of two models
+/// is not the effect of an omitted feature.
 fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<FramePair, SessionError> {
     let exposed = bench.dual.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let mut everything = exposed.clone();
@@ -101,7 +102,7 @@ fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effec
     Ok(FramePair { chosen, all: PlannedView { scene, plan } })
 }
 
-/// Width (and height) of the true frame, which decides which of two frames is wrong, divided by theirs.
+/// Factor from the width and the height of the two frames to those of the true frame.
 const TRUTH_SCALE: u32 = 8;
 
 /// The worst pixel of two frames: the difference, and the pixel's index.
@@ -191,25 +192,25 @@ fn sweep_views(
         found.location = Value::Array(explained);
     }
     let named = omitted.iter().map(|(effect, (views, max))| format!("{effect} in {views} (up to {max:.2e})")).collect::<Vec<_>>();
-    let over = figures.iter().filter(|f| f.0.difference > bound).count();
+    let over_bound = figures.iter().filter(|f| f.0.difference > bound).count();
     let mut sorted: Vec<f64> = figures.iter().map(|f| f.0.difference).collect();
     sorted.sort_by(f64::total_cmp);
     costs.sort_by(f64::total_cmp);
-    let at = |of: &[f64], fraction: f64| quantile(of, fraction).unwrap_or(0.0);
+    let quantile_of = |sorted: &[f64], fraction: f64| quantile(sorted, fraction).unwrap_or(0.0);
     found.cause = format!(
-        "{over} views over {bound:e}, by the effect that they lack: {}; over all views median {:.2e}, 90 % {:.2e}, 99 % {:.2e}, worst {:.2e}; operations over those \
+        "{over_bound} views over {bound:e}, by the effect that they lack: {}; over all views median {:.2e}, 90 % {:.2e}, 99 % {:.2e}, worst {:.2e}; operations over those \
          with everything: least {:.2}, 10 % {:.2}, median {:.2}, 90 % {:.2}",
         if named.is_empty() { "none".to_owned() } else { named.join(", ") },
-        at(&sorted, 0.5),
-        at(&sorted, 0.9),
-        at(&sorted, 0.99),
-        at(&sorted, 1.0),
-        at(&costs, 0.0),
-        at(&costs, 0.1),
-        at(&costs, 0.5),
-        at(&costs, 0.9),
+        quantile_of(&sorted, 0.5),
+        quantile_of(&sorted, 0.9),
+        quantile_of(&sorted, 0.99),
+        quantile_of(&sorted, 1.0),
+        quantile_of(&costs, 0.0),
+        quantile_of(&costs, 0.1),
+        quantile_of(&costs, 0.5),
+        quantile_of(&costs, 0.9),
     );
-    found.worst = 100.0 * over as f64 / sorted.len().max(1) as f64;
+    found.worst = 100.0 * over_bound as f64 / sorted.len().max(1) as f64;
     Ok(found)
 }
 

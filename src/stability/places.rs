@@ -22,14 +22,14 @@ fn by_bisection(session: &Session, body: NaifId, time: Instant) -> Result<DVec3,
     let ephemeris = session.ephemeris();
     let state = |body, time| ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None).map(|s| s.state);
     let observer = state(NaifId::EARTH, time)?;
-    let (mut near_s, mut far_s) = (0.0, 40_000.0);
+    let (mut low_s, mut high_s) = (0.0, 40_000.0);
     // To a microsecond, in which a body moves by less than 0.1 m.
-    while far_s - near_s > 1e-6 {
-        let middle_s = 0.5 * (near_s + far_s);
-        let way_s = (state(body, time.plus_seconds(-middle_s))?.pos_km - observer.pos_km).length() / SPEED_OF_LIGHT_KM_S;
-        if way_s > middle_s { near_s = middle_s } else { far_s = middle_s }
+    while high_s - low_s > 1e-6 {
+        let middle_s = 0.5 * (low_s + high_s);
+        let light_time_s = (state(body, time.plus_seconds(-middle_s))?.pos_km - observer.pos_km).length() / SPEED_OF_LIGHT_KM_S;
+        if light_time_s > middle_s { low_s = middle_s } else { high_s = middle_s }
     }
-    let seen = (state(body, time.plus_seconds(-near_s))?.pos_km - observer.pos_km).normalize();
+    let seen = (state(body, time.plus_seconds(-low_s))?.pos_km - observer.pos_km).normalize();
     // Lorentz transformation of the photon's direction.
     let beta = observer.vel_km_s / SPEED_OF_LIGHT_KM_S;
     let gamma = 1.0 / (1.0 - beta.length_squared()).sqrt();
@@ -40,12 +40,12 @@ fn by_bisection(session: &Session, body: NaifId, time: Instant) -> Result<DVec3,
 pub(super) fn light_time(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::none();
     let session = bench.session();
-    let place = bench.faults.place.unwrap_or(by_scene);
+    let direction_of = bench.faults.place.unwrap_or(by_scene);
     let bodies = session.catalog().bodies().iter().filter(|b| b.id != NaifId::EARTH);
     for body in bodies {
         for k in 0..bench.pick(2, 20) {
             let time = Instant::from_jd_tdb(2_415_500.3 + 72_000.0 * f64::from(k) / f64::from(bench.pick(2, 20)));
-            let (Ok(drawn), Ok(expected)) = (place(session, body.id, time), by_bisection(session, body.id, time)) else { continue };
+            let (Ok(drawn), Ok(expected)) = (direction_of(session, body.id, time), by_bisection(session, body.id, time)) else { continue };
             let separation = angle_rad(drawn, expected) / RAD_PER_ARCSEC;
             found.add(separation, || {
                 (

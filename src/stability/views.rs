@@ -153,14 +153,14 @@ fn horizon_views(bench: &SweepBench<'_>, fovs_deg: &[f64]) -> Result<SweepResult
     compare_views(bench, views)
 }
 
-/// Views down and along the horizon at the poles, on the date line, at the sub-solar point and its antipode, and at the terminator.
+/// Views down, along the horizon and towards the Sun: at the poles, on the date line, at the sub-solar point and its antipode, and at the terminator.
 pub(super) fn places(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let names: &[&str] = bench
         .pick(&["earth", "saturn", "moon"], &["earth", "saturn", "moon", "mars", "jupiter", "venus", "titan", "pluto", "io", "mercury"]);
     let mut views = Vec::new();
     for body in named(bench, names) {
-        let Ok(turned) = bench.session().ephemeris().body_from_icrf(body.id, instant()) else { continue };
-        let sun = turned * sunward(bench, body.id, instant());
+        let Ok(body_from_icrf) = bench.session().ephemeris().body_from_icrf(body.id, instant()) else { continue };
+        let sun = body_from_icrf * sunward(bench, body.id, instant());
         let (latitude, longitude) = (sun.z.asin().to_degrees(), sun.y.atan2(sun.x).to_degrees());
         let spots = [
             ("north pole", 90.0, 0.0),
@@ -190,16 +190,16 @@ pub(super) fn places(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     compare_views(bench, views)
 }
 
-/// The camera within and beside Saturn's ring plane, and the days on which the Earth and the Sun cross it.
+/// The camera within and beside the ring plane of each ringed body, and Saturn around the days on which the Earth and the Sun cross its ring plane.
 pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut views = Vec::new();
     let catalog = bench.session().catalog();
     let ringed = catalog.bodies().iter().filter(|b| !b.rings.is_empty());
     for body in ringed {
-        let Ok(turned) = bench.session().ephemeris().body_from_icrf(body.id, instant()) else { continue };
+        let Ok(body_from_icrf) = bench.session().ephemeris().body_from_icrf(body.id, instant()) else { continue };
         for height in [0.0, 1e-9, -1e-6, 1e-4, 1e-2] {
             for distance_radii in [1.5, 4.0, 30.0, 1e5] {
-                let offset = turned.transpose() * DVec3::new(0.6, -0.8, height) * distance_radii * body.radii_km.x;
+                let offset = body_from_icrf.transpose() * DVec3::new(0.6, -0.8, height) * distance_radii * body.radii_km.x;
                 let fov_deg = (2.0 * (2.5_f64 / distance_radii).atan().to_degrees()).min(120.0);
                 let location = json!({ "body": body.name, "distance_radii": distance_radii, "height": height });
                 views.push(ExtremeView { location, request: view_from_offset(body.id, instant(), offset, fov_deg, bench.pick(24, 64)) });

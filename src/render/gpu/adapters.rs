@@ -75,14 +75,14 @@ fn candidates(backends: Backends) -> Vec<AdapterCandidate> {
 /// Sort key of an adapter: smaller is better.
 fn rank(adapter: &Adapter) -> (AdapterKind, u8, bool) {
     let info = adapter.get_info();
-    let speed = match info.device_type {
+    let device_rank = match info.device_type {
         DeviceType::DiscreteGpu => 0,
         DeviceType::IntegratedGpu => 1,
         DeviceType::VirtualGpu => 2,
         DeviceType::Other => 3,
         DeviceType::Cpu => 4,
     };
-    (AdapterFacts::of(adapter).kind, speed, info.backend == Backend::Gl)
+    (AdapterFacts::of(adapter).kind, device_rank, info.backend == Backend::Gl)
 }
 
 /// Whether there may be hardware that only GL supports. GL drivers take long to load; on Linux they find hardware by these device nodes.

@@ -37,7 +37,7 @@ pub(crate) struct PipelineKey {
     attributes: Vec<u32>,
     /// Number of attributes that are per vertex; the others are per instance.
     vertex_attribute_count: usize,
-    /// Bindings of textures of 32-bit floats, which cannot be filtered.
+    /// Bindings that are declared unfilterable: textures of 32-bit floats, and outputs of passes, which may be 32-bit floats.
     unfiltered: Vec<u32>,
 }
 
@@ -140,14 +140,14 @@ impl Pipelines {
     }
 }
 
-/// Number of threads on which a backend compiles: as many as there are cores, but one for GL. Its calls need the one context, and wgpu gives up (panics) when it has
-/// waited for the context for six seconds. With NVIDIA's GL driver the modules of one view took longer on sixteen threads.
+/// Number of threads on which a backend compiles: as many as there are cores, but one for GL. GL has one context, for which calls wait; wgpu panics
+/// when a call has waited for six seconds. With NVIDIA's GL driver, compiling the modules of one view on sixteen threads took longer than that.
 fn compiler_threads(backend: wgpu::Backend) -> usize {
     if backend == wgpu::Backend::Gl { 1 } else { std::thread::available_parallelism().map_or(1, usize::from) }
 }
 
-/// Maps all items on up to `threads` threads; the order of the results is arbitrary. It starts its own threads, because in a shared pool drawing the window would
-/// wait for the driver's compiler.
+/// Maps all items on up to `threads` threads; the order of the results is arbitrary. It starts its own threads: in a shared pool, the drawing of the
+/// window would wait for the driver's compiler.
 fn parallel_map<T: Send, R: Send>(threads: usize, items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let threads = threads.min(items.len());
     let items = Mutex::new(items.into_iter());

@@ -31,7 +31,7 @@ use wgpu::{
 pub struct GpuTimings {
     /// GPU milliseconds by pass, if the adapter has timestamps.
     pub passes: Vec<(String, f64)>,
-    /// Bytes of maps uploaded for this frame.
+    /// Bytes of textures uploaded for this frame.
     pub sent_bytes: u64,
     /// Milliseconds from the call to the finished frame, including waiting and readback.
     pub wall_ms: f64,
@@ -104,7 +104,7 @@ struct PreparedDraw<'a> {
     indices: Option<u64>,
 }
 
-/// Bindings of textures of 32-bit floats, which are not filtered.
+/// Bindings of textures that are not filtered: 32-bit floats, and outputs of passes, which may be 32-bit floats.
 fn unfiltered(draw: &PlanDraw) -> Vec<u32> {
     let is_float = |source: &TextureSource| match source {
         TextureSource::Image(texture) | TextureSource::Persistent(texture) => texture.format == TexelFormat::Rgba32Float,
@@ -189,7 +189,7 @@ impl GpuRenderer {
         }
     }
 
-    /// Bytes of maps in GPU memory, and the number of pipelines.
+    /// Bytes of uploaded textures in GPU memory, and the number of pipelines.
     pub fn resource_use(&self) -> (u64, usize) {
         let state = self.state.lock();
         (state.uploads.total_bytes(), state.pipelines.len())
@@ -293,7 +293,7 @@ impl GpuRenderer {
         }
     }
 
-    /// Uploads a plan's data and submits its passes. Returns the bytes of maps that were uploaded.
+    /// Uploads a plan's data and submits its passes. Returns the bytes of textures that were uploaded.
     pub(super) fn submit(
         &self,
         state: &mut FrameResources,
@@ -477,14 +477,14 @@ impl GpuRenderer {
             render_pass.set_bind_group(0, &prepared.bind_group, prepared.uniform_offset.as_slice());
             render_pass.set_scissor_rect(x0, y0, x1 - x0, y1 - y0);
             if let Some(buffer) = &state.buffers.attributes {
-                for (slot, (at, length)) in (0..).zip(&prepared.attributes) {
-                    render_pass.set_vertex_buffer(slot, buffer.slice(*at..at + length));
+                for (slot, (offset, length)) in (0..).zip(&prepared.attributes) {
+                    render_pass.set_vertex_buffer(slot, buffer.slice(*offset..offset + length));
                 }
             }
             match (&prepared.draw.vertices, prepared.indices, &state.buffers.indices) {
                 (Vertices::Count(n), ..) => render_pass.draw(0..*n, 0..prepared.draw.instances.count),
-                (Vertices::Mesh { indices, .. }, Some(at), Some(buffer)) => {
-                    render_pass.set_index_buffer(buffer.slice(at..at + 4 * indices.len() as u64), IndexFormat::Uint32);
+                (Vertices::Mesh { indices, .. }, Some(offset), Some(buffer)) => {
+                    render_pass.set_index_buffer(buffer.slice(offset..offset + 4 * indices.len() as u64), IndexFormat::Uint32);
                     render_pass.draw_indexed(0..indices.len() as u32, 0, 0..prepared.draw.instances.count);
                 }
                 _ => {}

@@ -73,10 +73,11 @@ fn step_name(draw: &Draw) -> &'static str {
     if draw.part == BodyPart::Globe { "opaque bodies" } else { "rings and shells" }
 }
 
-/// The steps of one frame, in drawing order, after the passes of the coarse image of the air, which bodies read:
+/// The steps of one frame. The passes of the coarse image of the air come first, because bodies read it. Then, in drawing order:
 /// 1. The sky and its stars, because everything else is in front of them.
 /// 2. Opaque bodies, translucent layers (rings, shells) and the corona, from far to near: an antialiased limb is blended over the object behind it,
-///    which may be a ring. Of a body's refracted limb, the occlusion of the unbent Sun precedes the body, and the added light follows it.
+///    which may be a ring. A refracted limb has two draws: before its body, one that occludes the Sun's disc drawn without refraction; after its
+///    body, one that adds the refracted light.
 /// 3. Lines, points and the glare.
 /// 4. The tone map.
 /// 5. Over the display image, the outline and the labels.
@@ -84,7 +85,7 @@ pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Sampling
     steps_with(scene, provider, sampling, None)
 }
 
-/// Like [`steps`], with an optional draw between the stars and the bodies (`faces_draw`).
+/// Like [`steps`]. `faces_draw`: a draw between the stars and the bodies, which combines the faces of a dome or a whole sphere.
 pub(super) fn steps_with(
     scene: &Scene,
     provider: &impl ResourceProvider,

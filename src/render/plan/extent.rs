@@ -1,19 +1,21 @@
-//! Where on the screen a draw may show anything, from the outline of its ellipsoid and from marked texels: a renderer may leave out other pixels.
+//! Bounds the pixels that a body's draw can change, so that a renderer may skip the others: by the outline of its ellipsoid on the screen, and by
+//! marked texels.
 //!
-//! In: the uniforms of a body's draw, whose silhouette form is |ray|^2 (1 - q^2), q being the ray's distance from the centre. Out: forms over pixels, which are
-//! positive inside an outline. Always: each outline is an ellipse, so its form is concave, and a rectangle is tested by its corners and its middle.
+//! In: the uniforms of a body's draw. Their silhouette form is |ray|^2 (1 - q^2), a quadratic form over the draw's rectangle; q is the distance of
+//! the view ray from the centre in the unit-sphere frame. Out: quadratic forms over pixel coordinates that are positive inside an outline. Always:
+//! each outline is an ellipse, so its form is concave: it is least at a corner of a rectangle, and nowhere above its tangent plane at the middle.
 
 use crate::scene::camera::silhouette::PADDING_PX;
 use crate::scene::draw::{BodyPart, Draw, DrawUniforms, Shape};
 use glam::{DVec3, DVec4};
 
-/// The pixels that a draw may change: those inside one outline, outside another, and not between marked texels.
+/// The pixels that a draw may change: those inside one outline, outside a second one if there is one, and not between four marked texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
     inside: Ellipse,
-    /// For the sky, which continues behind the antialiased edge of the ground only.
+    /// For the sky: the outline of the ground, which hides the sky except behind its antialiased edge.
     outside: Option<Ellipse>,
-    /// For clouds that the ground's draw shows elsewhere.
+    /// For clouds: where all four texels around a pixel are marked, the ground's draw shows the clouds.
     pub(crate) marked: Option<MarkedTexels>,
 }
 
@@ -22,29 +24,29 @@ pub struct Extent {
 pub struct MarkedTexels {
     /// Binding of the image in the draw's module.
     pub binding: u32,
-    /// Pixels from a texel to the next.
+    /// Distance between neighbouring texels, in pixels.
     pub pixels_per_texel: u32,
     /// The texel at the screen's top left corner.
     pub first_texel: [u32; 2],
 }
 
 impl MarkedTexels {
-    /// The texels between which a rectangle of pixels lies: left, top, right and bottom edge (exclusive), as those of the pixels.
+    /// The rectangle of texels that surround a rectangle of pixels. Both are given by left, top, right and bottom edge, the last two exclusive.
     pub(crate) fn beside(&self, [left, top, right, bottom]: [u32; 4]) -> [u32; 4] {
         let [x, y] = self.first_texel;
         let before = |pixel: u32| pixel / self.pixels_per_texel;
-        // Two more than the texel before the last pixel: that pixel's next texel, exclusive.
+        // The texel after the last pixel is one more than the texel before it; the exclusive edge is one more again.
         [x + before(left), y + before(top), x + before(right.saturating_sub(1)) + 2, y + before(bottom.saturating_sub(1)) + 2]
     }
 }
 
-/// Coefficients of 1, x, y, x^2, xy, y^2 in pixels; the form is positive inside the ellipse.
+/// Coefficients of 1, x, y, x^2, xy, y^2 for a position in pixels; the form is positive inside the ellipse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ellipse([f64; 6]);
 
 impl Extent {
-    /// The extent of a body's draw on a screen of this size; `None` if any pixel of its rectangle may show it. `marked`: for clouds that the ground's draw shows
-    /// elsewhere.
+    /// The extent of a body's draw on a screen of this size; `None` if nothing narrower than its rectangle is known. `marked`: the marks of clouds
+    /// that the ground's draw shows in part.
     pub(super) fn of(draw: &Draw, screen: [u32; 2], marked: Option<MarkedTexels>) -> Option<Self> {
         let (features, uniforms) = (&draw.features, &draw.uniforms);
         if features.shape == Shape::Mesh || features.limb_heights {
@@ -56,7 +58,7 @@ impl Extent {
                 let inside = outline(uniforms.silhouette_form.map(|row| row.as_dvec4()))?;
                 Some(Self { inside, outside: None, marked })
             }
-            // A centre behind the camera would mean that rays meet the ellipsoid behind it.
+            // If the centre is behind the camera, the form is also positive for rays that meet the ellipsoid behind the camera.
             BodyPart::Sky if uniforms.depth_row.w > 0.0 => {
                 let ground = uniforms.silhouette_form.map(|row| row.as_dvec4());
                 Some(Self { inside: outline(raised(ground, uniforms))?, outside: Some(outline(ground)?), marked: None })
@@ -65,26 +67,27 @@ impl Extent {
         }
     }
 
-    /// Whether the draw shows nothing in a rectangle of pixels because of its outlines: left, top, right and bottom edge (exclusive).
+    /// Whether the outlines exclude every pixel of a rectangle: left, top, right and bottom edge (exclusive). Marks are not considered.
     pub(crate) fn misses(&self, pixels: [u32; 4]) -> bool {
         self.inside.is_outside(pixels) || self.outside.is_some_and(|o| o.contains(pixels))
     }
 
-    /// Whether the outlines are outside of a rectangle that the draw does not miss.
+    /// Whether the outlines exclude no pixel of a rectangle, so that none of them crosses it. Marks are not considered.
     pub(crate) fn covers(&self, pixels: [u32; 4]) -> bool {
         self.inside.contains(pixels) && self.outside.is_none_or(|o| o.is_outside(pixels))
     }
 }
 
 impl Ellipse {
-    /// A form over the draw's rectangle, over pixels; `None` if it is no ellipse: a hyperbola's other branch is behind the camera.
+    /// Converts a form over the draw's rectangle to pixel coordinates; `None` if its outline is no ellipse. (Of a hyperbola, one branch would belong
+    /// to rays behind the camera.)
     fn over_pixels(form: [DVec4; 2], uniforms: &DrawUniforms, screen: [u32; 2]) -> Option<Self> {
         let form = form_over_pixels(form, uniforms, screen);
         let [_, _, _, xx, xy, yy] = form;
         (form.iter().all(|c| c.is_finite()) && xx < 0.0 && yy < 0.0 && 4.0 * xx * yy > xy * xy).then_some(Self(form))
     }
 
-    /// Whether the rectangle, with a margin, is entirely inside: the least value of a concave function is at a corner.
+    /// Whether the rectangle, with a margin, is entirely inside: a concave function is least at a corner.
     fn contains(&self, pixels: [u32; 4]) -> bool {
         let ([x, y], [half_x, half_y]) = middle_and_half(pixels);
         [-half_x, half_x].iter().all(|dx| [-half_y, half_y].iter().all(|dy| self.at(x + dx, y + dy) > 0.0))
@@ -111,7 +114,7 @@ fn middle_and_half(pixels: [u32; 4]) -> ([f64; 2], [f64; 2]) {
     ([0.5 * (left + right), 0.5 * (top + bottom)], [0.5 * (right - left) + PADDING_PX, 0.5 * (bottom - top) + PADDING_PX])
 }
 
-/// The form of the top of the air, |ray|^2 (1 + top - q^2), from that of the ground.
+/// The form of the top of the air, |ray|^2 (1 + top - q^2), from that of the ground; 1 + top is the square of the radius of the top.
 fn raised(ground: [DVec4; 2], uniforms: &DrawUniforms) -> [DVec4; 2] {
     let [origin, du, dv] = [uniforms.ray_origin, uniforms.ray_du, uniforms.ray_dv].map(|v| v.as_dvec3());
     let length_sq =
@@ -120,16 +123,17 @@ fn raised(ground: [DVec4; 2], uniforms: &DrawUniforms) -> [DVec4; 2] {
     [0, 1].map(|row: usize| ground[row] + top * length_sq[row].extend(0.0))
 }
 
-/// A form that is given over the draw's rectangle, over pixels.
-fn form_over_pixels([across, bend]: [DVec4; 2], uniforms: &DrawUniforms, [width, height]: [u32; 2]) -> [f64; 6] {
+/// Converts a form over the draw's rectangle to pixel coordinates. `linear`: coefficients of 1, u, v; `quadratic`: of u^2, uv, v^2. u and v are 0 to
+/// 1 over the rectangle.
+fn form_over_pixels([linear, quadratic]: [DVec4; 2], uniforms: &DrawUniforms, [width, height]: [u32; 2]) -> [f64; 6] {
     let rect = uniforms.rect_in_clip.as_dvec4();
     // u = u0 + du x, and v = v0 + dv y; clip y points up.
     let (du, dv) = (2.0 / (f64::from(width) * (rect.z - rect.x)), -2.0 / (f64::from(height) * (rect.w - rect.y)));
     let (u0, v0) = ((-1.0 - rect.x) / (rect.z - rect.x), (1.0 - rect.y) / (rect.w - rect.y));
-    let constant = across.x + u0 * (across.y + u0 * bend.x + v0 * bend.y) + v0 * (across.z + v0 * bend.z);
-    let slope_u = across.y + 2.0 * u0 * bend.x + v0 * bend.y;
-    let slope_v = across.z + 2.0 * v0 * bend.z + u0 * bend.y;
-    [constant, slope_u * du, slope_v * dv, bend.x * du * du, bend.y * du * dv, bend.z * dv * dv]
+    let constant = linear.x + u0 * (linear.y + u0 * quadratic.x + v0 * quadratic.y) + v0 * (linear.z + v0 * quadratic.z);
+    let slope_u = linear.y + 2.0 * u0 * quadratic.x + v0 * quadratic.y;
+    let slope_v = linear.z + 2.0 * v0 * quadratic.z + u0 * quadratic.y;
+    [constant, slope_u * du, slope_v * dv, quadratic.x * du * du, quadratic.y * du * dv, quadratic.z * dv * dv]
 }
 
 #[cfg(test)]

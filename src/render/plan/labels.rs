@@ -31,9 +31,9 @@ struct GlyphQuad {
 }
 
 /// A glyph at a pen position, which is rounded to whole pixels so that each texel covers one pixel.
-fn glyph_quad(cell: &Glyph, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) -> GlyphQuad {
-    let corner_px = std::array::from_fn(|k| (pen[k].round() + f64::from(cell.bearing[k])) as f32);
-    let [x, y, w, h] = [cell.at[0], cell.at[1], cell.size[0], cell.size[1]].map(|v| v as f32);
+fn glyph_quad(glyph: &Glyph, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) -> GlyphQuad {
+    let corner_px = std::array::from_fn(|k| (pen[k].round() + f64::from(glyph.bearing[k])) as f32);
+    let [x, y, w, h] = [glyph.at[0], glyph.at[1], glyph.size[0], glyph.size[1]].map(|v| v as f32);
     GlyphQuad { corner_px, cell: [x, y, w, h], colour: [r, g, b, opacity] }
 }
 
@@ -54,7 +54,7 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<Glyp
             && label.radius_px < FILLS_IMAGE * f64::from(height)
         {
             let [x, y] = side.offset_px(&metrics, label.radius_px).to_array();
-            let width = glyphs.layout(&label.name).last().map_or(0.0, |(x, cell)| f64::from(x + cell.advance));
+            let width = glyphs.layout(&label.name).last().map_or(0.0, |(x, glyph)| f64::from(x + glyph.advance));
             let left_px = [centre[0] + x - if side.left { width } else { 0.0 }, centre[1] + y];
             all.extend(text_quads(&label.name, left_px, text_colour, 1.0, glyphs, shadow_px));
         }
@@ -67,8 +67,8 @@ fn text_quads(text: &str, left_px: [f64; 2], text_colour: [f32; 3], opacity: f32
     let pen = [left_px[0], left_px[1] + f64::from(glyphs.baseline_offset)];
     let mut all = Vec::new();
     for (offset_px, colour, opacity) in [(shadow_px, [0.0; 3], NAME_SHADOW * opacity), (0.0, text_colour, opacity)] {
-        let visible = glyphs.layout(text).filter(|(_, cell)| cell.size[0] > 0);
-        all.extend(visible.map(|(x, cell)| glyph_quad(&cell, [pen[0] + f64::from(x) + offset_px, pen[1] + offset_px], colour, opacity)));
+        let visible = glyphs.layout(text).filter(|(_, glyph)| glyph.size[0] > 0);
+        all.extend(visible.map(|(x, glyph)| glyph_quad(&glyph, [pen[0] + f64::from(x) + offset_px, pen[1] + offset_px], colour, opacity)));
     }
     all
 }
@@ -101,7 +101,8 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
 fn margin_labels(labels: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow_px = (labels.size_px / 13.0).round().max(1.0);
     let margin = &labels.margin;
-    let ring = |at: &glam::DVec2| glyph_quad(&glyphs.marker, [at.x - 0.5, at.y - 0.5], colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
+    let ring =
+        |centre: &glam::DVec2| glyph_quad(&glyphs.marker, [centre.x - 0.5, centre.y - 0.5], colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
     let text = |t: &TextLine| text_quads(&t.text, t.left_px.to_array(), colour(t.colour).to_array(), t.opacity as f32, glyphs, shadow_px);
     let shadow = |bar: &Bar| {
         let offset = glam::DVec2::splat(shadow_px);

@@ -112,7 +112,7 @@ pub struct PlanDraw {
     pub depth: DepthState,
     /// Pixels that may be drawn: x0, y0, x1, y1 (exclusive).
     pub scissor: [u32; 4],
-    /// Which of them the draw can change, if that is known; a renderer may leave the others out.
+    /// Bounds, if known, of the pixels in `scissor` that the draw can change; a renderer may skip the others.
     pub extent: Option<Extent>,
 }
 

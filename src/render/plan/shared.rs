@@ -1,7 +1,7 @@
-//! The draws of simple shaders: stars, points, lines, corona, refracted limbs, glare, tone map, bloom, outline, labels.
+//! The draws of simple shaders: stars, points, lines, corona, refracted limbs, glare, tone map, bloom, outline.
 //!
 //! In: the scene and the layouts of the simple shaders. Out: draws and steps with their uniform bytes filled by field name. Always: only modules
-//! that [`modules`] returns are used. Not here: the draws of bodies; the choice of what is drawn (scene).
+//! that [`modules`] returns are used. Not here: the draws of bodies, labels and small bodies; the choice of what is drawn (scene).
 
 use super::error::PlanError;
 use super::graph::{PassStep, Read, TargetDescriptor, Write};
@@ -172,7 +172,7 @@ pub(super) fn lines(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
     segment_draws("traces", &scene.lines, DEPTH_TESTED, scene, provider)
 }
 
-/// Lines without depth test, ordered by their step.
+/// Lines without depth test. The place of their step in the drawing order determines what covers them.
 pub(super) fn lines_without_depth(
     label: &str,
     segments: &[LineSegment],
@@ -286,7 +286,7 @@ fn linear_target(resource: &'static str, [width, height]: [u32; 2]) -> TargetDes
     TargetDescriptor { resource, width, height, format: ColourFormat::Hdr, samples: 1, clear: [0.0; 4], depth: false }
 }
 
-/// A step that draws over a new target. The resources `reads` are bound from [`FIRST_READ_BINDING`] on.
+/// A step whose draw covers a new target. The resources `reads` are bound from [`FIRST_READ_BINDING`] on.
 pub(super) fn screen_step(name: &'static str, reads: &[&'static str], target: TargetDescriptor, draw: PlanDraw) -> PassStep {
     let reads = (FIRST_READ_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
     let draw = PlanDraw { scissor: [0, 0, target.width, target.height], ..draw };

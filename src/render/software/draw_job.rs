@@ -46,12 +46,13 @@ pub(crate) struct DrawJob<'a, R: Real> {
     pub blend: Blend,
     /// The pixels that the draw may change, if it is known.
     pub extent: Option<DrawExtent>,
-    /// `Some` in the pixel view of shading cost, which stores instruction counts in place of colour: the instructions that a texture read counts as.
+    /// Number of instructions that one texture read counts as. `Some` only in the pixel view of shading cost, where instruction counts replace
+    /// colour.
     pub instructions_per_read: Option<f64>,
 }
 
 impl<R: Real> DrawJob<'_, R> {
-    /// Whether a pixel that is zero in all components changes neither colour nor depth.
+    /// Whether a fragment whose colour is zero in all four components changes neither colour nor depth.
     pub(super) fn ignores_zero_pixels(&self) -> bool {
         let plan = &self.fragment_plan;
         let writes_late_depth = plan.depth.write && !plan.early_depth_test;

@@ -1,8 +1,8 @@
 //! Inspects one draw at one pixel: returns its colour and every named value of its module.
 //!
 //! In: a plan's draw, its modules, a pixel. Out: [`PixelValues`], in the renderer's precision, or `None` if the draw does not shade the
-//! pixel or its red is NaN there. Of a mesh only the nearest triangle is drawn. The module is lowered again with its named values as outputs; rasteriser, kernels and
-//! textures are the same as for images.
+//! pixel or its red is NaN there. Of a mesh only the nearest triangle is drawn. The module is lowered again with its named values as outputs;
+//! rasteriser, kernels and textures are the same as for images.
 
 use super::RenderError;
 use super::exec::{ExecutionCounts, LaneMask};

@@ -1,6 +1,6 @@
 //! Fills the lane inputs of a batch of quads: pixel positions, depth, varyings.
 //!
-//! In: the quads of a batch, with consecutive quads of each source triangle, and the draw's geometry. Out: the inputs of the fragment stage for all
+//! In: the quads of a batch, those of one source triangle in succession, and the draw's geometry. Out: the inputs of the fragment stage for all
 //! lanes. Always: planes are evaluated at offsets from the first quad of their triangle, because small offsets round least; a lane's value does
 //! not depend on other triangles in the batch. Not here: which quads are covered.
 
@@ -87,7 +87,7 @@ impl Span<'_> {
     }
 }
 
-/// One coordinate of a block's pixels less `offset`.
+/// One coordinate of a block's pixels minus `offset`. `first_quad`: index in the tile of the block's first quad.
 #[inline(always)]
 fn offset_block<R: Real>(lanes: &mut [R; LANES], pixels: &[f32], first_quad: usize, offset: f32) {
     let Some(pixels) = pixels.get(first_quad * QUAD_LANES..).and_then(|pixels| pixels.first_chunk::<LANES>()) else { return };
@@ -96,7 +96,7 @@ fn offset_block<R: Real>(lanes: &mut [R; LANES], pixels: &[f32], first_quad: usi
     }
 }
 
-/// One coordinate of the pixels of some quads less `offset`.
+/// One coordinate of the pixels of the quads in `range` minus `offset`.
 #[inline(always)]
 fn offset_quads<R: Real>(lanes: &mut [R; LANES], pixels: &[f32], quads: &[Quad; QUADS], range: Range<usize>, offset: f32) {
     let pixels = pixels.as_chunks::<QUAD_LANES>().0;
@@ -108,8 +108,8 @@ fn offset_quads<R: Real>(lanes: &mut [R; LANES], pixels: &[f32], quads: &[Quad; 
     }
 }
 
-/// Fills the lane inputs of a batch. `block`: the first quad, if the quads are those of a block that one triangle covers; `tile`: the tile's top-left
-/// pixel.
+/// Fills the lane inputs of a batch. `block`: if the quads are those of a block that one triangle covers, the index in the tile of the first of them;
+/// `tile`: the tile's top-left pixel.
 #[inline(always)]
 pub(super) fn fill<R: Real>(
     job: &DrawJob<'_, R>,
@@ -129,9 +129,9 @@ pub(super) fn fill<R: Real>(
         let corner = quad_position(first.index.into());
         let offsets = corner.map(|v| v as f32);
         match block {
-            Some(first) => {
-                offset_block(&mut x, &pixels.x, first, offsets[0]);
-                offset_block(&mut y, &pixels.y, first, offsets[1]);
+            Some(first_quad) => {
+                offset_block(&mut x, &pixels.x, first_quad, offsets[0]);
+                offset_block(&mut y, &pixels.y, first_quad, offsets[1]);
             }
             None => {
                 offset_quads(&mut x, &pixels.x, quads, from..to, offsets[0]);

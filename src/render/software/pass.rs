@@ -54,14 +54,14 @@ struct FusedPass<'a, R: Real> {
     overlay: PassJobs<'a, R>,
     /// The full-screen draw's result for the first pass's clear colour, if that result is the same at every pixel.
     mapped_clear_colour: Option<[f32; 4]>,
-    /// The full-screen draw as a function of a block, if it is the shipped tone map; its result does not depend on the position.
+    /// The uniforms of the full-screen draw if it is the shipped tone map, which then maps complete blocks in native code.
     tone_map: Option<ToneMapUniforms>,
     /// Set if the full-screen draw has read pixels other than its own, which makes the image invalid.
     read_other_pixels: AtomicBool,
 }
 
 impl<R: Real> FusedPass<'_, R> {
-    /// The tone map that makes a tile's display bytes at once, if nothing is drawn over them.
+    /// The tone map that converts a tile to display bytes in native code; `None` if another draw of the second pass covers part of the tile.
     fn direct_tone_map(&self, [tx, ty]: [usize; 2]) -> Option<&ToneMapUniforms> {
         self.tone_map.as_ref().filter(|_| self.mapped_clear_colour.is_some() && self.overlay.bins.tile(tx, ty).is_empty())
     }
@@ -156,9 +156,9 @@ pub(crate) fn execute_fused<R: Real>(
         full_screen.fragment.is_position_independent().then(|| Worker::new(&first_jobs, None).map_clear_colour(&first_jobs, &full_screen));
     let tone_map = full_screen.fragment.tone_map();
     let fused = FusedPass { full_screen, overlay, mapped_clear_colour, tone_map, read_other_pixels: AtomicBool::new(false) };
-    let untouched = unorm8(mapped_clear_colour.unwrap_or_default());
+    let clear_bytes = unorm8(mapped_clear_colour.unwrap_or_default());
     let write = |worker: &Worker<'_, R>, rows: Rows<'_, '_, [u8; 4]>, tile| match fused.direct_tone_map(tile) {
-        Some(tone_map) => worker.first.target.write_tone_mapped(rows, tone_map, untouched),
+        Some(tone_map) => worker.first.target.write_tone_mapped(rows, tone_map, clear_bytes),
         None => worker.final_target().write_to(rows, unorm8),
     };
     let timings = [&mut first_timings, &mut second_timings];

@@ -1,7 +1,7 @@
 //! Shader stages that run the tape of a lowered module.
 //!
-//! In: a program, a draw's uniform bytes and textures. Out: a [`LaneProgram`]. Always: after a batch is stopped at the loop limit no further batch runs. Not
-//! here: how a tape is executed (`exec`).
+//! In: a program, a draw's uniform bytes and textures. Out: a [`LaneProgram`]. Always: after a batch is stopped at the loop limit no further batch
+//! runs. Not here: how a tape is executed (`exec`).
 
 use super::exec::{BoundProgram, ExecutionCounts, Executor, LaneMask, Prepared, TextureUnit};
 use super::kernels::KernelClass;

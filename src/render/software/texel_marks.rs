@@ -1,7 +1,8 @@
-//! Which pixels a draw discards because an image says so: those between four texels that are all marked (`MarkedTexels`).
+//! Which pixels a draw discards because of marks in an image: those whose four nearest texels are all marked ([`MarkedTexels`]).
 //!
-//! In: the image that an earlier pass drew, and where its texels lie on the screen. Out: whether a rectangle of pixels is discarded as a whole, or not at all.
-//! Always: a pixel that the draw's module keeps is never called discarded; the module decides between texels that are not all marked.
+//! In: the image that an earlier pass drew, and where its texels lie on the screen. Out: whether a rectangle of pixels is discarded completely, kept
+//! completely, or neither. Always: a pixel that the draw's module keeps is never called discarded, and the reverse. Where only some of a pixel's
+//! texels are marked, the module decides.
 
 use super::sample::texels::{Decode, Float, Texels};
 use crate::image::TexelFormat;
@@ -10,7 +11,7 @@ use crate::render::plan::MarkedTexels;
 /// The marks of an image.
 #[derive(Clone, Debug)]
 pub struct TexelMarks {
-    place: MarkedTexels,
+    placement: MarkedTexels,
     /// Size of the image in texels.
     size: [u32; 2],
     /// By row: whether the texel is marked.
@@ -19,7 +20,7 @@ pub struct TexelMarks {
 
 impl TexelMarks {
     /// `None` if the image has no floats, or too many texels for memory: then the module discards its pixels one by one.
-    pub(super) fn new(place: MarkedTexels, image: &Texels<'_>) -> Option<Self> {
+    pub(super) fn new(placement: MarkedTexels, image: &Texels<'_>) -> Option<Self> {
         let level = image.levels.first().filter(|_| image.format == TexelFormat::Rgba32Float)?.read();
         let count = level.width * level.height;
         let mut is_marked = super::try_vec(count as usize, false, "the marks of texels").ok()?;
@@ -27,7 +28,7 @@ impl TexelMarks {
             // SAFETY: the level has `count` texels.
             *is_marked = Float.channel::<3>(unsafe { Float.texel(&level, index) }) == 1.0;
         }
-        Some(Self { place, size: [level.width, level.height], is_marked })
+        Some(Self { placement, size: [level.width, level.height], is_marked })
     }
 
     /// Whether every pixel of a rectangle is discarded. `pixels`: left, top, right and bottom edge (exclusive).
@@ -42,7 +43,7 @@ impl TexelMarks {
 
     /// The texels beside which the pixels of a rectangle lie, by row; `None` if some are beyond the image.
     fn rows(&self, pixels: [u32; 4]) -> Option<impl Iterator<Item = &[bool]>> {
-        let [left, top, right, bottom] = self.place.beside(pixels);
+        let [left, top, right, bottom] = self.placement.beside(pixels);
         let [width, height] = self.size;
         (right <= width && bottom <= height)
             .then(|| (top..bottom).map(move |y| &self.is_marked[(y * width + left) as usize..(y * width + right) as usize]))

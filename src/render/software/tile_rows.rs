@@ -33,16 +33,16 @@ fn place_block<T: Copy>(rows: Rows<'_, '_, T>, [x0, y0]: [usize; 2], pixels: &[T
     // The pixels of a quad are two pairs, one in each of two rows.
     let (pairs, _) = pixels.as_chunks::<2>();
     for (y, row) in rows.iter_mut().skip(y0).take(BLOCK_HEIGHT).enumerate() {
-        let Some(pairs_of_rows) = pairs[y / 2 * BLOCK_WIDTH..].first_chunk::<BLOCK_WIDTH>() else { continue };
+        let Some(pairs_of_two_rows) = pairs[y / 2 * BLOCK_WIDTH..].first_chunk::<BLOCK_WIDTH>() else { continue };
         match row.get_mut(x0..).and_then(|row| row.first_chunk_mut::<BLOCK_WIDTH>()) {
             Some(to) => {
-                for (to, of_rows) in to.as_chunks_mut::<2>().0.iter_mut().zip(pairs_of_rows.as_chunks::<2>().0) {
-                    *to = of_rows[y % 2].map(MaybeUninit::new);
+                for (to, pairs_of_quad) in to.as_chunks_mut::<2>().0.iter_mut().zip(pairs_of_two_rows.as_chunks::<2>().0) {
+                    *to = pairs_of_quad[y % 2].map(MaybeUninit::new);
                 }
             }
             // The last columns, if the width is not a multiple of a block's width.
             None => {
-                let row_pixels = pairs_of_rows.iter().skip(y % 2).step_by(2).flatten();
+                let row_pixels = pairs_of_two_rows.iter().skip(y % 2).step_by(2).flatten();
                 row.iter_mut().skip(x0).zip(row_pixels).for_each(|(to, from)| *to = MaybeUninit::new(*from));
             }
         }
@@ -92,13 +92,13 @@ impl TileTarget {
 
     #[inline(always)]
     fn write<T: Copy>(&self, rows: Rows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
-        let untouched = convert(self.clear_colour());
-        let mut converted = [untouched; BLOCK_PIXELS];
+        let clear_value = convert(self.clear_colour());
+        let mut converted = [clear_value; BLOCK_PIXELS];
         for block in 0..TILE_BLOCKS {
             let [x0, y0] = block_position(block).map(|v| v as usize);
             let Some([r, g, b, a]) = self.block(block).filter(|_| y0 < rows.len()) else { continue };
             if !self.is_written(block) {
-                fill_block(rows, [x0, y0], untouched);
+                fill_block(rows, [x0, y0], clear_value);
                 continue;
             }
             for ((((to, r), g), b), a) in converted.iter_mut().zip(r).zip(g).zip(b).zip(a) {
@@ -108,32 +108,32 @@ impl TileTarget {
         }
     }
 
-    /// Writes the display bytes of every pixel of a resolved tile of light. `untouched`: those of the clear colour.
-    pub(super) fn write_tone_mapped(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, untouched: [u8; 4]) {
+    /// Writes the display bytes of every pixel of a resolved tile of linear light. `clear_bytes`: those of the clear colour.
+    pub(super) fn write_tone_mapped(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
-            return unsafe { self.tone_map_avx2(rows, tone_map, untouched) };
+            return unsafe { self.tone_map_avx2(rows, tone_map, clear_bytes) };
         }
-        self.tone_map_generic(rows, tone_map, untouched);
+        self.tone_map_generic(rows, tone_map, clear_bytes);
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn tone_map_avx2(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, untouched: [u8; 4]) {
+    fn tone_map_avx2(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
         let mut words = [0; BLOCK_PIXELS];
         for block in 0..TILE_BLOCKS {
-            if let Some(light) = self.light_or_fill(block, rows, untouched) {
+            if let Some(light) = self.light_or_fill(block, rows, clear_bytes) {
                 tone_map.map_avx2(light, &mut words);
                 place_words(rows, block, &words);
             }
         }
     }
 
-    fn tone_map_generic(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, untouched: [u8; 4]) {
+    fn tone_map_generic(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
         let mut words = [0; BLOCK_PIXELS];
         for block in 0..TILE_BLOCKS {
-            if let Some(light) = self.light_or_fill(block, rows, untouched) {
+            if let Some(light) = self.light_or_fill(block, rows, clear_bytes) {
                 tone_map.map_generic(light, &mut words);
                 place_words(rows, block, &words);
             }
@@ -142,13 +142,13 @@ impl TileTarget {
 
     /// Red, green and blue of a block that was drawn; any other is filled, if it is inside the image.
     #[inline(always)]
-    fn light_or_fill(&self, block: usize, rows: Rows<'_, '_, [u8; 4]>, untouched: [u8; 4]) -> Option<[&[f32; BLOCK_PIXELS]; 3]> {
+    fn light_or_fill(&self, block: usize, rows: Rows<'_, '_, [u8; 4]>, clear_bytes: [u8; 4]) -> Option<[&[f32; BLOCK_PIXELS]; 3]> {
         let corner = block_position(block).map(|v| v as usize);
         if corner[1] >= rows.len() {
             return None;
         }
         if !self.is_written(block) {
-            fill_block(rows, corner, untouched);
+            fill_block(rows, corner, clear_bytes);
             return None;
         }
         let [r, g, b, _] = self.block(block)?;
@@ -171,14 +171,14 @@ mod tests {
         }
         let [x9, y9] = block_position(9).map(|v| v as usize);
         for (width, height) in [(64, 64), (33, 64), (64, 9), (1, 1), (50, 47)] {
-            let mut room = vec![MaybeUninit::uninit(); width * height];
-            t.write_to(&mut room.chunks_mut(width).collect::<Vec<_>>(), |c| c);
-            for (k, pixel) in room.into_iter().enumerate() {
+            let mut image = vec![MaybeUninit::uninit(); width * height];
+            t.write_to(&mut image.chunks_mut(width).collect::<Vec<_>>(), |c| c);
+            for (k, pixel) in image.into_iter().enumerate() {
                 // SAFETY: every pixel has been written.
                 let [x, y, ..] = unsafe { pixel.assume_init() };
                 let (column, row) = (k % width, k / width);
-                let untouched = (x9..x9 + BLOCK_WIDTH).contains(&column) && (y9..y9 + BLOCK_HEIGHT).contains(&row);
-                let expected = if untouched { [-1.0; 2] } else { [column as f32 + 0.5, row as f32 + 0.5] };
+                let is_unwritten = (x9..x9 + BLOCK_WIDTH).contains(&column) && (y9..y9 + BLOCK_HEIGHT).contains(&row);
+                let expected = if is_unwritten { [-1.0; 2] } else { [column as f32 + 0.5, row as f32 + 0.5] };
                 assert_eq!([x, y], expected, "{width}x{height}: {column}, {row}");
             }
         }

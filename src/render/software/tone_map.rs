@@ -1,9 +1,8 @@
 //! The shipped tone map (shaders/entry/tone_map.wesl) as one function over the pixels of a block, in place of its tape.
 //!
-//! In: linear light. Out: display bytes. Always: the sRGB curve rounds to the level that is nearest to its exact value, by a table of its 255 thresholds;
-//! the tape
-//! has an error of up to a thousandth of a level, so that both may differ by one level where a value is that close to the middle between two levels. All kernel classes give the
-//! same bytes. Not here: a tone map that was edited, or f64, which the tape executes.
+//! In: linear light. Out: display bytes. Always: the sRGB curve rounds to the level that is nearest to its exact value, by a table of its 255
+//! thresholds. The tape has an error of up to a thousandth of a level, so that both may differ by one level where a value is that close to the middle
+//! between two levels. All kernel classes give the same bytes. Not here: a tone map that was edited, or f64, which the tape executes.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -14,8 +13,8 @@ use sha2::{Digest, Sha256};
 use std::sync::LazyLock;
 
 const MODULE: &str = "tone_map";
-/// SHA-256 of the emitted WGSL whose formula [`ToneMapUniforms::compress`] repeats. If the WGSL has another digest, its tape is executed instead. After a change of
-/// the fragments, adapt `compress` and record the new digest here.
+/// SHA-256 of the emitted WGSL whose formula [`ToneMapUniforms::compress`] repeats. If the WGSL has another digest, its tape is executed instead.
+/// After a change of the fragments, adapt `compress` and record the new digest here.
 const REPEATED_WGSL_SHA256: &str = "9fee924628a7509ea6951054ece6b59f661f8d3e4c33a68cac1b0dc0e2b0884c";
 
 /// Offsets of the shipped tone map's uniforms, in bytes.
@@ -55,8 +54,8 @@ pub struct ToneMapUniforms {
 /// The table's first value, 2^-13, is shown as level 0; its last is the largest value below 1.
 const FIRST: u32 = (127 - 13) << 23;
 const LAST: u32 = 0x3f7f_ffff;
-/// A cell's values have equal high bits: 128 cells to a factor of two. The curve rises by at most 78 levels in that factor, so that a cell has at most
-/// one threshold.
+/// A cell's values have equal high bits. There are 128 cells to a factor of two, so that a cell spans at most 1/128 of its values. The curve's slope
+/// is at most 113 levels per unit of the natural logarithm, so that it rises by less than a level in a cell: a cell has at most one threshold.
 const CELL_BITS: u32 = 16;
 const CELLS: usize = ((LAST - FIRST) >> CELL_BITS) as usize + 1;
 
@@ -231,8 +230,8 @@ mod tests {
     fn levels_are_nearest_to_the_curve() {
         for bits in (0..1.1_f32.to_bits()).step_by(997) {
             let linear = f32::from_bits(bits);
-            let off = (f64::from(level(linear)) - exact(f64::from(linear)).min(255.0)).abs();
-            assert!(off <= 0.5 + 1e-9, "{linear}: {off}");
+            let error_levels = (f64::from(level(linear)) - exact(f64::from(linear)).min(255.0)).abs();
+            assert!(error_levels <= 0.5 + 1e-9, "{linear}: {error_levels}");
         }
         // Each threshold lies between two neighbouring values.
         for k in 1..=255 {
@@ -260,11 +259,11 @@ mod tests {
 
     #[test]
     fn all_code_gives_the_same_bytes() {
-        let mut odd = light();
-        (odd[0][3], odd[1][4], odd[2][5]) = (f32::NAN, f32::INFINITY, -1.0);
+        let mut special_values = light();
+        (special_values[0][3], special_values[1][4], special_values[2][5]) = (f32::NAN, f32::INFINITY, -1.0);
         for linear_limit in [0.8, f32::MAX] {
             let tone_map = ToneMapUniforms { exposure: 0.75, linear_limit };
-            for light in [light(), odd] {
+            for light in [light(), special_values] {
                 let (mut best, mut generic) = ([0; LANES], [1; LANES]);
                 tone_map.bytes(light.each_ref(), &mut best);
                 tone_map.map_generic(light.each_ref(), &mut generic);

@@ -1,4 +1,5 @@
-//! The built-in tone map as a fragment stage, in native code: for a pass that is not fused with the one before, and for tiles that have draws over the image.
+//! The shipped tone map as a fragment stage, in native code: for a pass that is not fused with the one before, and for tiles that have draws over the
+//! image.
 //!
 //! In: the tone map with its uniforms, the inputs and outputs of its program, the image. Out: a [`LaneRun`]. Always: the colours are the bytes of
 //! [`ToneMapUniforms::bytes`]. Not here: the mapping itself (`tone_map`).

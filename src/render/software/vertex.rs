@@ -262,7 +262,7 @@ pub(crate) fn assemble<R: Real>(
             let shaded = stage.run_all()?;
             let triangles_per_instance = indices.len() / 3;
             let submitted = triangles_per_instance.saturating_mul(instances);
-            let shading = start.elapsed().as_secs_f64();
+            let program_seconds = start.elapsed().as_secs_f64();
             let part = |range: std::ops::Range<usize>| -> Result<DrawPart, RenderError> {
                 let (start, mut geometry) = (Instant::now(), RasterGeometry::default());
                 for triangle in range {
@@ -273,9 +273,9 @@ pub(crate) fn assemble<R: Real>(
                 Ok((geometry, [0.0, start.elapsed().as_secs_f64()]))
             };
             let mut parts = map_parts(submitted, || (), |(), range| part(range))?;
-            if let Some((_, [shading_seconds, _])) = parts.first_mut() {
-                // All vertices were shaded before the first part.
-                *shading_seconds = shading;
+            if let Some((_, [part_program_seconds, _])) = parts.first_mut() {
+                // The vertex program ran on all vertices before the first part.
+                *part_program_seconds = program_seconds;
             }
             (submitted, parts)
         }
@@ -297,19 +297,19 @@ pub(crate) fn assemble<R: Real>(
                 for (batch, rows) in rows.chunks_mut(LANES * row_length).enumerate() {
                     stage.run(run.as_mut(), vertices.start + batch * LANES, rows);
                 }
-                let shading = start.elapsed().as_secs_f64();
+                let program_seconds = start.elapsed().as_secs_f64();
                 for triangle in range {
                     let from = (first_vertex(triangle) - vertices.start) * row_length;
                     let (a, rest) = rows[from..from + 3 * row_length].split_at(row_length);
                     let (b, c) = rest.split_at(row_length);
                     setup.add([a, b, c], &mut geometry)?;
                 }
-                Ok((geometry, [shading, start.elapsed().as_secs_f64() - shading]))
+                Ok((geometry, [program_seconds, start.elapsed().as_secs_f64() - program_seconds]))
             };
             (submitted, map_parts(submitted, || (vertex.start(), Vec::new()), part)?)
         }
     };
-    let total_shading: f64 = parts.iter().map(|(_, [shading_seconds, _])| shading_seconds).sum();
+    let total_program_seconds: f64 = parts.iter().map(|(_, [program_seconds, _])| program_seconds).sum();
     let total_seconds: f64 = parts.iter().map(|(_, seconds)| seconds[0] + seconds[1]).sum();
     let geometry = match &mut parts[..] {
         [(only, _)] => std::mem::take(only),
@@ -317,7 +317,7 @@ pub(crate) fn assemble<R: Real>(
     };
     let wall = start.elapsed().as_secs_f64();
     // The wall time is divided in proportion to the times of the threads.
-    let vertex_seconds = if total_seconds > 0.0 { wall * total_shading / total_seconds } else { 0.0 };
+    let vertex_seconds = if total_seconds > 0.0 { wall * total_program_seconds / total_seconds } else { 0.0 };
     Ok(AssembledDraw { geometry, submitted, vertex_seconds, setup_seconds: wall - vertex_seconds })
 }
 

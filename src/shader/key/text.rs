@@ -49,11 +49,12 @@ fn parts() -> Vec<KeyPart> {
 }
 
 /// Whether a part may be omitted: each of its dimensions has a value whose text is empty.
-fn optional(part: KeyPart) -> bool {
+fn is_optional(part: KeyPart) -> bool {
     DIMENSIONS.iter().filter(|d| d.part == part).all(|d| d.texts.contains(&""))
 }
 
-fn allowed(part: KeyPart) -> String {
+/// A text that lists the words of a part.
+fn words_of_part(part: KeyPart) -> String {
     let texts: Vec<_> = DIMENSIONS.iter().filter(|d| d.part == part).flat_map(|d| d.texts).copied().filter(|t| !t.is_empty()).collect();
     format!("{} is one of {}", part.name(), texts.join(", "))
 }
@@ -79,13 +80,13 @@ impl fmt::Display for ShaderKey {
 /// The words of a part's text with their columns. Words are joined by `-` and may themselves contain `-`, so the longest known word is
 /// taken at each position.
 fn words(part: KeyPart, text: &str, column: usize) -> Vec<(&str, usize)> {
-    let known = || DIMENSIONS.iter().filter(|d| d.part == part).flat_map(|d| d.texts).filter(|t| !t.is_empty());
+    let known_words = || DIMENSIONS.iter().filter(|d| d.part == part).flat_map(|d| d.texts).filter(|t| !t.is_empty());
     let mut found = Vec::new();
     let mut start = 0;
     while start <= text.len() {
         let rest = &text[start..];
         let ends_word = |t: &&&str| rest.strip_prefix(**t).is_some_and(|after| after.is_empty() || after.starts_with('-'));
-        let length = known().filter(ends_word).map(|t| t.len()).max().unwrap_or_else(|| rest.find('-').unwrap_or(rest.len()));
+        let length = known_words().filter(ends_word).map(|t| t.len()).max().unwrap_or_else(|| rest.find('-').unwrap_or(rest.len()));
         found.push((&rest[..length], column + start));
         start += length + 1;
     }
@@ -93,14 +94,14 @@ fn words(part: KeyPart, text: &str, column: usize) -> Vec<(&str, usize)> {
 }
 
 /// The dimension of a part that has this word, and the index of its value.
-fn known(part: KeyPart, word: &str) -> Option<(&'static Dimension, usize)> {
+fn find_word(part: KeyPart, word: &str) -> Option<(&'static Dimension, usize)> {
     let of_part = DIMENSIONS.iter().filter(|d| d.part == part);
     of_part.into_iter().find_map(|d| d.texts.iter().position(|t| !t.is_empty() && *t == word).map(|value| (d, value)))
 }
 
 /// The part to which a piece between two `.` belongs: the part to which most of its words belong. No word belongs to two parts.
 fn part_of(piece: &str) -> Option<KeyPart> {
-    let knows = |part: KeyPart| words(part, piece, 1).iter().filter(|(w, _)| known(part, w).is_some()).count();
+    let knows = |part: KeyPart| words(part, piece, 1).iter().filter(|(w, _)| find_word(part, w).is_some()).count();
     parts().into_iter().rev().max_by_key(|part| knows(*part)).filter(|part| knows(*part) > 0)
 }
 
@@ -131,8 +132,8 @@ impl FromStr for ShaderKey {
                 return Err(unknown(piece, column, suggestion(piece, &found)));
             };
             for (word, at) in words(part, piece, column) {
-                let Some((dimension, value)) = known(part, word) else {
-                    return Err(unknown(word, at, did_you_mean(word, all_words()).unwrap_or_else(|| allowed(part))));
+                let Some((dimension, value)) = find_word(part, word) else {
+                    return Err(unknown(word, at, did_you_mean(word, all_words()).unwrap_or_else(|| words_of_part(part))));
                 };
                 if let Some((_, earlier, first)) = positions.iter().find(|(name, _, _)| *name == dimension.name) {
                     let (earlier, first) = (earlier.clone(), *first);
@@ -144,8 +145,8 @@ impl FromStr for ShaderKey {
             found.push(part);
             column += piece.len() + 1;
         }
-        if let Some(part) = parts().into_iter().find(|p| !optional(*p) && !found.contains(p)) {
-            return Err(KeyTextError::Missing { text: text(), part: part.name(), column: lower.len() + 1, expected: allowed(part) });
+        if let Some(part) = parts().into_iter().find(|p| !is_optional(*p) && !found.contains(p)) {
+            return Err(KeyTextError::Missing { text: text(), part: part.name(), column: lower.len() + 1, expected: words_of_part(part) });
         }
         if let Some((rule, dimension, _)) = first_reduction(&features) {
             let (part, column) = positions
@@ -162,7 +163,7 @@ impl FromStr for ShaderKey {
 /// A suggestion for a piece that belongs to no part: a similar word, or the words of a part that is still missing.
 fn suggestion(piece: &str, found: &[KeyPart]) -> String {
     did_you_mean(piece, all_words()).unwrap_or_else(|| match parts().into_iter().find(|p| !found.contains(p)) {
-        Some(part) => allowed(part),
+        Some(part) => words_of_part(part),
         None => "every part is there already".into(),
     })
 }

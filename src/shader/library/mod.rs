@@ -122,8 +122,8 @@ impl Generator {
     }
 }
 
-/// Largest number of modules in memory; they have a quarter of a megabyte each. A view of the whole system with all effects has some forty. One that made way
-/// is read again within a millisecond. The software renderer keeps the programs of as many.
+/// Largest number of modules in memory, each of a quarter of a megabyte. A view of the whole system with all effects has some forty. A module that
+/// was evicted is read again from disk within a millisecond. The software renderer keeps the programs of the same number of modules.
 pub(crate) const MODULES_KEPT: usize = 96;
 
 /// A cache of modules by name, in memory and on disk; shared between threads.

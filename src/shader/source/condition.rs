@@ -128,19 +128,19 @@ impl Condition {
     /// The text to which the source map attributes a condition that does not hold: all its features.
     pub fn reason_against(&self) -> String {
         let mut names = Vec::new();
-        self.collect(&mut names);
+        self.collect_features(&mut names);
         format!("not {}", names.join(", "))
     }
 
-    fn collect(&self, names: &mut Vec<&'static str>) {
+    fn collect_features(&self, names: &mut Vec<&'static str>) {
         match self {
             Self::Constant(_) => {}
             Self::Feature(bit) => names.push(FEATURES[*bit]),
-            Self::Predicate(k) => PREDICATE_CONDITIONS[*k].collect(names),
-            Self::Not(c) => c.collect(names),
+            Self::Predicate(k) => PREDICATE_CONDITIONS[*k].collect_features(names),
+            Self::Not(c) => c.collect_features(names),
             Self::All(a, b) | Self::Any(a, b) => {
-                a.collect(names);
-                b.collect(names);
+                a.collect_features(names);
+                b.collect_features(names);
             }
         }
     }
@@ -155,7 +155,7 @@ mod tests {
         for p in PREDICATES {
             let condition = Condition::parse(p.condition).unwrap_or_else(|e| panic!("{}: {e}", p.name));
             let mut names = Vec::new();
-            condition.collect(&mut names);
+            condition.collect_features(&mut names);
             assert!(names.len() > 1, "{} is a feature with another name", p.name);
             assert!(!matches!(condition, Condition::Predicate(_)), "{}", p.name);
         }
@@ -180,10 +180,10 @@ mod tests {
         let reason = |text: &str| Condition::parse(text).expect(text).reason(on);
         assert_eq!(reason("has_air"), "air.pixel-8");
         assert_eq!(reason("lights_1 && !has_ring_shadow"), "not ring-shadow.point-sun, ring-shadow.penumbra");
-        for wrong in
+        for invalid in
             ["", "lights_9", "lights_1 + 2", "lights_1 &&", "f(lights_1)", "lights_1 == lights_2", "lights_1 || lights_2 && lights_3"]
         {
-            assert!(Condition::parse(wrong).is_err(), "{wrong}");
+            assert!(Condition::parse(invalid).is_err(), "{invalid}");
         }
         assert!(Condition::parse("light_1").is_err_and(|e| e.contains("lights_1")), "the nearest name is told");
     }

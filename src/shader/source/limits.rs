@@ -2,8 +2,8 @@
 //! so unlimited input could exhaust the stack or the time.
 //!
 //! In: a fragment's text. Out: the first position that exceeds a limit. Always: each byte is read once; comments do not count. The shipped
-//! fragments stay far below the limits (brackets nest at most 7 deep; the longest part of a statement has 600 bytes). Not here: whether the
-//! text is WESL.
+//! fragments stay far below the limits (brackets nest at most 7 deep; the longest part between separators has less than 200 bytes). Not
+//! here: whether the text is WESL.
 
 /// Most `<` without a matching `>` in a statement. At each `<`, wgsl-parse reads ahead to see whether it opens a template list, and does so
 /// again inside each; every `<` doubles the time.
@@ -51,22 +51,22 @@ fn without_comments(text: &str) -> Vec<u8> {
 /// The first byte that exceeds a limit, and a message that names the limit.
 pub(super) fn first_excess(text: &str) -> Option<(usize, String)> {
     let code = without_comments(text);
-    let (mut angles, mut part, mut body) = (0, 0, 0);
+    let (mut open_angles, mut part_bytes, mut body_bytes) = (0, 0, 0);
     // Whether the outermost open bracket is `{`: that of a function or a structure.
     let mut in_body = false;
     // The number of `else` in the current chain, for each open bracket and for the fragment itself.
     let mut chains = vec![0];
     for (at, byte) in code.iter().enumerate() {
-        part = if byte.is_ascii_whitespace() { part } else { part + 1 };
-        body = if byte.is_ascii_whitespace() { body } else { body + 1 };
+        part_bytes = if byte.is_ascii_whitespace() { part_bytes } else { part_bytes + 1 };
+        body_bytes = if byte.is_ascii_whitespace() { body_bytes } else { body_bytes + 1 };
         if chains.len() == 1 {
-            (in_body, body) = (*byte == b'{', 0);
+            (in_body, body_bytes) = (*byte == b'{', 0);
         }
         match byte {
-            b'<' => angles += 1,
-            b'>' => angles -= usize::from(angles > 0),
-            b';' | b'{' | b'}' => (angles, part) = (0, 0),
-            b',' => part = 0,
+            b'<' => open_angles += 1,
+            b'>' => open_angles -= usize::from(open_angles > 0),
+            b';' | b'{' | b'}' => (open_angles, part_bytes) = (0, 0),
+            b',' => part_bytes = 0,
             _ => {}
         }
         match byte {
@@ -80,13 +80,13 @@ pub(super) fn first_excess(text: &str) -> Option<(usize, String)> {
             let else_follows = code[at + 1..].trim_ascii_start().starts_with(b"else");
             *chain = if else_follows { *chain + 1 } else { 0 };
         }
-        let what = if angles > MAX_OPEN_ANGLES {
+        let what = if open_angles > MAX_OPEN_ANGLES {
             format!("more than {MAX_OPEN_ANGLES} `<` are open in one statement")
         } else if chains.len() > MAX_DEPTH + 1 {
             format!("more than {MAX_DEPTH} brackets stand inside each other")
-        } else if part > MAX_PART_BYTES {
+        } else if part_bytes > MAX_PART_BYTES {
             format!("more than {MAX_PART_BYTES} bytes stand without a `;` or `,`")
-        } else if in_body && body > MAX_BODY_BYTES {
+        } else if in_body && body_bytes > MAX_BODY_BYTES {
             format!("more than {MAX_BODY_BYTES} bytes stand in one function")
         } else if chains.last().is_some_and(|chain| *chain > MAX_ELSE) {
             format!("more than {MAX_ELSE} `else` follow one `if`")

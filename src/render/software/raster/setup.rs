@@ -112,13 +112,12 @@ impl RasterGeometry {
         try_grow(&mut all.planes, sum(|p| p.planes.len()), "the triangles' varyings")?;
         try_grow(&mut all.flat_values, sum(|p| p.flat_values.len()), "the triangles' varyings")?;
         for part in parts {
-            let (source_triangles, planes, flat_values) = (all.source_triangles.len() as u32, all.planes.len(), all.flat_values.len());
-            all.triangles.extend(
-                part.triangles.iter().map(|t| RasterTriangle { source_triangle: t.source_triangle + source_triangles, ..t.clone() }),
-            );
+            let (triangle_base, plane_base, value_base) = (all.source_triangles.len() as u32, all.planes.len(), all.flat_values.len());
+            all.triangles
+                .extend(part.triangles.iter().map(|t| RasterTriangle { source_triangle: t.source_triangle + triangle_base, ..t.clone() }));
             all.source_triangles.extend(part.source_triangles.iter().map(|s| SourceTriangle {
-                first_plane: s.first_plane + planes,
-                first_flat_value: s.first_flat_value + flat_values,
+                first_plane: s.first_plane + plane_base,
+                first_flat_value: s.first_flat_value + value_base,
                 ..s.clone()
             }));
             all.planes.extend_from_slice(&part.planes);
@@ -140,9 +139,9 @@ impl RasterGeometry {
     pub(crate) fn prefetch(&self, upcoming: &[u32]) {
         #[cfg(target_arch = "x86_64")]
         {
-            fn fetch<T>(of: &[T], at: usize) {
+            fn fetch<T>(items: &[T], index: usize) {
                 use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-                let first = of.as_ptr().wrapping_add(at).cast::<i8>();
+                let first = items.as_ptr().wrapping_add(index).cast::<i8>();
                 for line in (0..size_of::<T>()).step_by(64) {
                     // SAFETY: a prefetch reads nothing; any address is allowed.
                     unsafe { _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(line)) }

@@ -1,7 +1,7 @@
 //! Interpolates between the four texels around a position that is given in texels, as `texels_between` of shaders/lib/texels_between.wesl.
 //!
-//! In: a position for each lane; the middle of the first texel is at 0. Out: up to four channels per lane, of the finest level; lanes that are not active are
-//! left unchanged. Always: every kernel class gives the same bits. Beyond the edges the image continues with its outermost texels.
+//! In: a position for each lane; the middle of the first texel is at 0. Out: up to four channels per lane, of the finest level; lanes that are not
+//! active are left unchanged. Always: every kernel class gives the same bits. Beyond the edges the image continues with its outermost texels.
 
 #[cfg(target_arch = "x86_64")]
 use super::corners::Corners;
@@ -47,28 +47,29 @@ pub(super) fn interpolate<R: Real, D: Decode>(
         }
         return;
     }
-    let beside = |at: R, size: u32| {
+    // The texels before and after a position along one axis, and its fraction between them.
+    let beside = |position: R, size: u32| {
         let n = R::from_u32(size);
         // Written so that NaN becomes the first texel.
-        let at = if at > -R::ONE { at } else { -R::ONE };
-        let at = if at < n { at } else { n };
-        let whole = floor(at);
+        let position = if position > -R::ONE { position } else { -R::ONE };
+        let position = if position < n { position } else { n };
+        let whole = floor(position);
         let k = whole.round_small().1;
         let last = size as i32 - 1;
-        (k.clamp(0, last) as u32, (k + 1).min(last) as u32, at - whole)
+        (k.clamp(0, last) as u32, (k + 1).min(last) as u32, position - whole)
     };
     for lane in (0..BATCH).filter(|lane| active >> lane & 1 == 1) {
-        let (left, right, part_x) = beside(x[lane], level.width);
-        let (above, below, part_y) = beside(y[lane], level.height);
+        let (left, right, fraction_x) = beside(x[lane], level.width);
+        let (above, below, fraction_y) = beside(y[lane], level.height);
         let [a, b, c, d] = [[left, above], [right, above], [left, below], [right, below]].map(|[column, row]| {
             // SAFETY: columns and rows lie inside the level.
             decode.channels(unsafe { decode.texel(&level, row * level.width + column) }).map(|v| R::from_f32_bits(v.to_bits()))
         });
         for (k, out) in out.iter_mut().enumerate() {
             let Some(out) = out else { continue };
-            let top = a[k] + part_x * (b[k] - a[k]);
-            let bottom = c[k] + part_x * (d[k] - c[k]);
-            out[lane] = top + part_y * (bottom - top);
+            let top = a[k] + fraction_x * (b[k] - a[k]);
+            let bottom = c[k] + fraction_x * (d[k] - c[k]);
+            out[lane] = top + fraction_y * (bottom - top);
         }
     }
 }

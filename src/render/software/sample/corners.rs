@@ -4,13 +4,13 @@ use std::arch::x86_64::{
     __m256, __m256i, _mm256_add_epi32, _mm256_add_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_set1_epi32, _mm256_sub_ps,
 };
 
-/// Two neighbouring columns or rows of eight points, and the points' place between them.
+/// For each of eight points, the neighbouring columns or rows on both sides, and the point's fraction between them.
 pub(super) struct TexelsBeside {
     pub texels: [__m256i; 2],
     pub fraction: __m256,
 }
 
-/// The four texels around eight points, as indices, and the points' place between them.
+/// For each of eight points, the indices of the four texels around it, and its fractions between them.
 pub(crate) struct Corners {
     /// Top left, top right, bottom left, bottom right.
     pub index: [__m256i; 4],

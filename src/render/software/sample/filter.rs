@@ -1,10 +1,11 @@
 //! Filters the texels of a batch: nearest, bilinear, trilinear, several taps along a footprint.
 //!
 //! In: a batch's coordinates and footprints, arrays of `BATCH` lanes. Out: four linear values per lane, for the active lanes.
-//! With AVX2 `registers` filters lanes of f32 where they are. Elsewhere a counting sort first orders the active lanes by mip level and number of taps. Each level's lanes are then contiguous, those with the most
-//! taps first, and a loop over them has one level and one size. A lane's result does not depend on its neighbours or on the
-//! instruction set: multiply and add are never fused, and every lane sums its taps in the same order. Integers wrap
-//! on purpose: overflow checks would keep loops from being vectorised in debug builds. Coordinates that are not finite read an unspecified texel.
+//! With AVX2 and linear filtering, `registers` filters f32 lanes without sorting them. Otherwise a counting sort first orders the active lanes by mip
+//! level and number of taps. Each level's lanes are then contiguous, those with the most taps first, and a loop over them has one level and one size.
+//! A lane's result does not depend on its neighbours or on the instruction set: multiply and add are never fused, and every lane sums its taps in the
+//! same order. Integers wrap on purpose: overflow checks would keep loops from being vectorised in debug builds. Coordinates that are not finite read
+//! an unspecified texel.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -31,10 +32,10 @@ fn chunk<T>(values: &[T], start: usize) -> &[T; CHUNK] {
     }
 }
 
-/// The two neighbouring texels of a coordinate along one axis, and its fractional position between them.
+/// The two texels beside a coordinate along one axis, the second to the right or below the first, and its fractional position between them.
 struct TexelPair<R> {
-    below: [u32; CHUNK],
-    above: [u32; CHUNK],
+    first: [u32; CHUNK],
+    second: [u32; CHUNK],
     fraction: [R; CHUNK],
 }
 
@@ -43,9 +44,9 @@ fn texel_pair<R: Real>(coordinate: &[R; CHUNK], size: u32, mode: AddressMode) ->
     let n = R::from_u32(size);
     let last = size as i32 - 1;
     let repeats = mode == AddressMode::Repeat;
-    // The neighbours of the first and of the last texel.
+    // The texels that stand for those before the first and after the last.
     let (before, after) = if repeats { (last, 0) } else { (0, last) };
-    let mut out = TexelPair { below: [0; CHUNK], above: [0; CHUNK], fraction: [R::ZERO; CHUNK] };
+    let mut out = TexelPair { first: [0; CHUNK], second: [0; CHUNK], fraction: [R::ZERO; CHUNK] };
     for i in 0..CHUNK {
         let c = coordinate[i];
         let x = if repeats { c - floor(c) } else { c } * n - R::from_f64(0.5);
@@ -56,14 +57,14 @@ fn texel_pair<R: Real>(coordinate: &[R; CHUNK], size: u32, mode: AddressMode) ->
         let is_rounded_up = rounded > x;
         out.fraction[i] = x - if is_rounded_up { rounded - R::ONE } else { rounded };
         let k = if is_rounded_up { k.wrapping_sub(1) } else { k };
-        out.below[i] = (if k < 0 { before } else { k.min(last) }) as u32;
-        out.above[i] = (if k >= last { after } else { k.wrapping_add(1) }) as u32;
+        out.first[i] = (if k < 0 { before } else { k.min(last) }) as u32;
+        out.second[i] = (if k >= last { after } else { k.wrapping_add(1) }) as u32;
     }
     out
 }
 
-/// The texels at the given columns and rows. A function and not a closure, because a closure that is not inlined lacks the instruction set of the kernel that
-/// calls it, and each gather instruction becomes a call.
+/// The texels at the given columns and rows. A function and not a closure: a closure that is not inlined lacks the instruction set of the kernel that
+/// calls it, and each gather instruction would become a call.
 /// # Safety
 /// Columns and rows lie inside the level.
 #[inline(always)]
@@ -90,10 +91,10 @@ fn bilinear<R: Real, D: Decode>(
     // SAFETY: `texel_pair` clamps columns and rows to the level.
     let texels = unsafe {
         [
-            fetch(decode, level, &x.below, &y.below),
-            fetch(decode, level, &x.above, &y.below),
-            fetch(decode, level, &x.below, &y.above),
-            fetch(decode, level, &x.above, &y.above),
+            fetch(decode, level, &x.first, &y.first),
+            fetch(decode, level, &x.second, &y.first),
+            fetch(decode, level, &x.first, &y.second),
+            fetch(decode, level, &x.second, &y.second),
         ]
     };
     let mut out = [[R::ZERO; CHUNK]; 4];
@@ -211,12 +212,12 @@ fn trilinear<R: Real, D: Decode>(
     v: &[R; CHUNK],
     fraction: &[R; CHUNK],
     state: &SamplerState,
-    channels: ChannelMask,
+    needed: ChannelMask,
 ) -> [[R; CHUNK]; 4] {
-    let mut value = bilinear(decode, &level, u, v, state, channels);
+    let mut value = bilinear(decode, &level, u, v, state, needed);
     if let Some(coarser) = coarser.filter(|_| any_positive(fraction)) {
-        let coarser = bilinear(decode, &coarser, u, v, state, channels);
-        for ((value, coarser), _) in value.iter_mut().zip(&coarser).zip(channels).filter(|(_, needed)| *needed) {
+        let coarser = bilinear(decode, &coarser, u, v, state, needed);
+        for ((value, coarser), _) in value.iter_mut().zip(&coarser).zip(needed).filter(|(_, is_needed)| *is_needed) {
             for i in 0..CHUNK {
                 let mixed = value[i] + fraction[i] * (coarser[i] - value[i]);
                 value[i] = if fraction[i] > R::ZERO { mixed } else { value[i] };

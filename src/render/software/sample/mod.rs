@@ -1,13 +1,14 @@
 //! Texture sampling for the executor, batch by batch.
 //!
-//! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates (`registers`: with AVX2), `single` reads single texels, and
-//! `between` interpolates between the four texels around a position.
-//! [`Textures`] binds textures to the texture uses of one program and samples them with the kernels of one instruction set (a kernel class). Weights have
-//! the type of the lanes; texels are f32, exact to f32 rounding.
+//! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates (`registers`: with AVX2), `single` reads
+//! single texels, and `between` interpolates between the four texels around a position. [`Textures`] binds textures to the texture uses of one
+//! program and samples them with the kernels of one instruction set (a kernel class). Weights have the type of the lanes; texels are f32, exact to
+//! f32 rounding.
 //!
-//! Texels are kept as the texture stores them, 4 bytes each in a map (16 in a table of floats), and are decoded when read: a map of 8192x4096 takes 179 MB with its mip levels, whereas
-//! half floats or 16-bit integers would take 358 MB and f32 716 MB. Decoding sRGB with a table of 1 kB costs three loads per texel.
-//! `texels::gather` loads the texels of eight lanes with one gather instruction, on machines that have one. Every class gives the same bits.
+//! Texels are kept as the texture stores them, 4 bytes each in a map (16 in a table of floats), and are decoded when read: a map of 8192x4096 takes
+//! 179 MB with its mip levels, whereas half floats or 16-bit integers would take 358 MB and f32 716 MB. Decoding sRGB with a table of 1 kB costs
+//! three loads per texel. `texels::gather` loads the texels of eight lanes with one gather instruction, on machines that have one. Every class gives
+//! the same bits.
 
 mod between;
 #[cfg(target_arch = "x86_64")]
@@ -85,11 +86,12 @@ fn filter_batch<R: Real, D: Decode>(
     request: Request<'_, R>,
     out: Channels<'_, R>,
 ) {
-    // Buffers that pad a partial batch to all lanes; a request has either a level or gradients, so these share one. Not one array, which would be cleared.
+    // Buffers that pad a partial batch to all lanes. A request has either levels or gradients, so that the levels and du/dx share one. Separate
+    // variables, because an array of buffers would be zeroed at each call.
     let (mut u, mut v, mut level_or_du_dx, mut dv_dx, mut du_dy, mut dv_dy, mut taps) = (None, None, None, None, None, None, None);
-    let mut filter = FilterRequest::new(full_batch(request.u, &mut u), full_batch(request.v, &mut v));
+    let mut filter_request = FilterRequest::new(full_batch(request.u, &mut u), full_batch(request.v, &mut v));
     match request.level_source {
-        LevelSource::Explicit(level) => filter.level = *full_batch(level, &mut level_or_du_dx),
+        LevelSource::Explicit(level) => filter_request.level = *full_batch(level, &mut level_or_du_dx),
         LevelSource::Isotropic(g) | LevelSource::Anisotropic(g, _) => {
             let size = [levels[0].width, levels[0].height];
             let max_taps =
@@ -100,20 +102,20 @@ fn filter_batch<R: Real, D: Decode>(
                 full_batch(g.du_dy, &mut du_dy),
                 full_batch(g.dv_dy, &mut dv_dy),
             ];
-            filter.set_footprints(size, gradients, max_taps);
+            filter_request.set_footprints(size, gradients, max_taps);
         }
     }
-    sample(decode, levels, &filter, state, request.active, out);
+    sample(decode, levels, &filter_request, state, request.active, out);
 }
 
-/// Has `read` write whole batches of lanes. Channels of fewer lanes receive their part of it.
+/// Calls `fill` with channels of complete batches. Channels of fewer lanes receive a copy of the first lanes.
 #[inline(always)]
-fn write_batch<R: Real>(out: [&mut [R]; 4], read: impl FnOnce(Channels<'_, R>)) {
+fn write_batch<R: Real>(out: [&mut [R]; 4], fill: impl FnOnce(Channels<'_, R>)) {
     if out.iter().all(|lanes| lanes.is_empty() || lanes.len() >= BATCH) {
-        return read(out.map(|lanes| lanes.first_chunk_mut()));
+        return fill(out.map(|lanes| lanes.first_chunk_mut()));
     }
     let mut batch = [[R::ZERO; BATCH]; 4];
-    read(batch.each_mut().map(Some));
+    fill(batch.each_mut().map(Some));
     for (out, lanes) in out.into_iter().zip(&batch) {
         let count = out.len().min(BATCH);
         out[..count].copy_from_slice(&lanes[..count]);

@@ -1,8 +1,8 @@
 //! Filters maps eight lanes at a time in AVX2 registers, without arrays in between.
 //!
-//! In: the lanes of a batch, of f32, in their order. Eight neighbouring lanes nearly always read the same mip level; where they do not, they are filtered once for
-//! each level, which costs less than sorting the batch. Out: as [`super::filter`], by the same steps for each lane, so that the bits are the same. Integers wrap
-//! and indices are clamped as there. Not here: levels and footprints (`footprint`).
+//! In: a batch of f32 lanes, in lane order. Eight neighbouring lanes nearly always read the same mip level; where they do not, they are filtered once
+//! for each level, which costs less than sorting the batch. Out: as [`super::filter`], by the same steps for each lane, so that the bits are the
+//! same. Integers wrap and indices are clamped as there. Not here: levels and footprints (`footprint`).
 
 use super::corners::{Corners, TexelsBeside};
 use super::footprint::FilterRequest;
@@ -62,21 +62,21 @@ struct LevelPair<'a> {
     coarser: Option<TexelLevel<'a>>,
 }
 
-/// The levels that eight lanes read. `last`: those of the lanes before, which are usually the same.
+/// The levels that eight lanes read. `previous`: those that were read before, which are usually the same.
 #[inline(always)]
-fn level_pair<'a>(levels: &[BoundLevel<'a>], level: usize, needs_coarser: bool, last: Option<LevelPair<'a>>) -> LevelPair<'a> {
-    if let Some(last) = last
-        && last.level == level
-        && (last.coarser.is_some() || !needs_coarser)
+fn level_pair<'a>(levels: &[BoundLevel<'a>], level: usize, needs_coarser: bool, previous: Option<LevelPair<'a>>) -> LevelPair<'a> {
+    if let Some(previous) = previous
+        && previous.level == level
+        && (previous.coarser.is_some() || !needs_coarser)
     {
-        return last;
+        return previous;
     }
     let coarser = levels.get(level + 1).filter(|_| needs_coarser).map(BoundLevel::read);
     LevelPair { level, finer: levels[level].read(), coarser }
 }
 
-/// The texels before and after a position in texels along one axis, and its place between them. `repeats`: whether the axis does; else it ends with its outermost
-/// texels.
+/// The texels before and after a position along one axis, given in texels, and its fraction between them. `repeats`: whether the image repeats along
+/// this axis; otherwise it continues with its outermost texels.
 /// # Safety
 /// AVX2.
 #[inline(always)]
@@ -165,13 +165,13 @@ unsafe fn trilinear<D: Decode>(
 /// Eight lanes to filter.
 struct Lanes<'a> {
     uv: [__m256; 2],
-    /// Part of the next coarser level.
+    /// Weight of the next coarser level.
     fraction: __m256,
     footprints: Option<[&'a [f32; BATCH]; 3]>,
     group: usize,
 }
 
-/// The values of eight lanes. `wanted`: all bits set in the lanes whose value is used.
+/// The values of eight lanes. `wanted`: all bits set in the lanes whose value is used; `needed`: the channels that are used.
 /// # Safety
 /// AVX2.
 #[inline(always)]
@@ -220,7 +220,7 @@ unsafe fn value_of<D: Decode>(
     }
 }
 
-/// All bits set in the lanes of a mask of eight.
+/// A register with all bits set in the lanes whose bit of `lanes` is set.
 /// # Safety
 /// AVX2.
 #[inline(always)]
@@ -256,7 +256,7 @@ pub(super) unsafe fn write_eight(out: &mut Eights<'_>, group: usize, value: [__m
     }
 }
 
-/// Filters the active lanes into `out`; the other lanes of `out` are left unchanged. `levels`: not more than the coarsest that is read.
+/// Filters the active lanes into `out`; the other lanes of `out` are left unchanged. `levels`: from the finest to the coarsest that may be read.
 /// # Safety
 /// AVX2.
 #[inline(always)]
@@ -270,7 +270,7 @@ pub(super) unsafe fn filter<D: Decode>(
 ) {
     let needed = out.each_ref().map(|o| o.is_some());
     let mut out = in_eights(out);
-    let mut last = None;
+    let mut previous = None;
     for group in 0..BATCH / EIGHT {
         let active = (active >> (group * EIGHT)) as u32 & 0xff;
         if active == 0 {
@@ -285,7 +285,7 @@ pub(super) unsafe fn filter<D: Decode>(
             let fraction = _mm256_sub_ps(level, finer);
             let finer = _mm256_cvttps_epi32(finer);
             let level_of = transmute::<__m256i, [i32; EIGHT]>(finer);
-            let between = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(fraction, zero)) as u32;
+            let is_between = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(fraction, zero)) as u32;
             let uv = [eight(request.u, group), eight(request.v, group)];
             let lanes = Lanes { uv, fraction, footprints: request.footprints, group };
             let (mut value, mut remaining) = ([zero; 4], active);
@@ -293,12 +293,12 @@ pub(super) unsafe fn filter<D: Decode>(
                 let level = level_of[remaining.trailing_zeros() as usize % EIGHT];
                 let same_level = _mm256_castsi256_ps(_mm256_cmpeq_epi32(finer, _mm256_set1_epi32(level)));
                 let filtered = _mm256_movemask_ps(same_level) as u32 & active;
-                let pair = level_pair(levels, level as usize, filtered & between != 0, last);
+                let pair = level_pair(levels, level as usize, filtered & is_between != 0, previous);
                 let wanted = if filtered == 0xff { same_level } else { mask_of(filtered) };
-                let of_level = value_of(decode, &pair, &lanes, wanted, state, needed);
-                last = Some(pair);
+                let level_value = value_of(decode, &pair, &lanes, wanted, state, needed);
+                previous = Some(pair);
                 for k in 0..4 {
-                    value[k] = if filtered == active { of_level[k] } else { _mm256_blendv_ps(value[k], of_level[k], wanted) };
+                    value[k] = if filtered == active { level_value[k] } else { _mm256_blendv_ps(value[k], level_value[k], wanted) };
                 }
                 remaining &= !filtered;
             }

@@ -36,7 +36,7 @@ pub(super) fn load<R: Real, D: Decode>(
     let Some(level) = levels.get(first_level as usize) else { return out.iter_mut().for_each(|lanes| lanes.fill(R::ZERO)) };
     let active = if count == BATCH { active } else { active & ((1 << count) - 1) };
     let level = &level.read();
-    // Not one array, which would be cleared.
+    // Separate variables, because an array of buffers would be zeroed at each call.
     let (mut column_buffer, mut row_buffer) = (None, None);
     let x = full_batch(x, &mut column_buffer);
     // Filled in place: returned from a function, they would be copied.
@@ -72,8 +72,8 @@ pub(super) fn load<R: Real, D: Decode>(
     }
 }
 
-/// Finds the index of each lane's texel in one level. A lane has a texel if its `mask` is set and its coordinates lie inside the level; otherwise its mask is
-/// cleared and its index is 0. Returns whether every lane has one.
+/// Finds the index of each lane's texel in one level. A lane has a texel if its `mask` is set and its coordinates lie inside the level; otherwise its
+/// mask is cleared and its index is 0. Returns whether every lane has a texel.
 #[inline(always)]
 fn find_texels<R: Real>(
     level: &TexelLevel<'_>,
