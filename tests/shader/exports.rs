@@ -133,7 +133,11 @@ fn an_atlas_has_a_page_for_each_module_and_no_dead_link() {
     let files = files_below(first.path());
     assert!(files == files_below(second.path()), "the same modules gave other bytes");
     assert_eq!(files.keys().filter(|f| f.starts_with("pages/")).count(), ids.len());
-    assert_eq!(files.keys().filter(|f| f.starts_with("pictures/")).count(), 3, "a picture for each module but the tone map, which draws no body");
+    assert_eq!(
+        files.keys().filter(|f| f.starts_with("pictures/")).count(),
+        3,
+        "a picture for each module but the tone map, which draws no body"
+    );
     for (name, bytes) in files.iter().filter(|(name, _)| name.ends_with(".html")) {
         let html = String::from_utf8(bytes.clone()).expect("text");
         let folder = Path::new(name).parent().expect("a folder");
@@ -233,16 +237,7 @@ fn read_case(folder: &Path, case: &str, edit: impl Fn(String) -> String) -> Case
         scissor: [0, 0, width, height],
         extent: None,
     };
-    let pass = Pass {
-        name: "case",
-        width,
-        height,
-        format: ColourFormat::Hdr,
-        samples: 1,
-        clear: [0.0; 4],
-        depth: true,
-        draws: vec![draw],
-    };
+    let pass = Pass { name: "case", width, height, format: ColourFormat::Hdr, samples: 1, clear: [0.0; 4], depth: true, draws: vec![draw] };
     let expected = floats(&data(&json["expected"])).chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect();
     Case {
         module: Arc::new(module),
