@@ -75,7 +75,7 @@ fn wrong_composition_arguments_are_refused_in_one_line() {
     }
     let exr = render(&["--stereo", "anaglyph"], &folder.path().join("x.exr")).expect_err("refused");
     assert!(exr.contains("display values"), "{exr}");
-    // The mesh.
+    // Only the mesh is there.
     assert!(std::fs::read_dir(folder.path()).expect("a folder").count() == 1, "an image was written");
 }
 
