@@ -176,7 +176,7 @@ impl Fragment {
         }
     }
 
-    /// The block in which a conditional block lies; [`ROOT`] for the others, also for the comments above a chain.
+    /// The block in which a conditional block lies; `ROOT` for the others, also for the comments above a chain.
     pub fn parent(&self, block: u32) -> u32 {
         match &self.blocks[block as usize] {
             Block::When { parent, .. } => *parent,
