@@ -1,9 +1,9 @@
-//! Localisable messages of the layers below the window: reasons of decisions, notes on estimates, captions in images, errors shown to the user. A message is an
-//! id with arguments; the command line writes it in English, the window in the user's language.
+//! Localisable messages of the layers below the window: reasons of decisions, notes on estimates, captions in images, errors shown to the user. A
+//! message is an id with arguments; the command line writes it in English, the window in the user's language.
 //!
 //! In: the id of a message in `english.ftl`, and its arguments. Out: the English text, by `Display`; another language's, by `text_in`. Always: the text of
-//! a message is in `english.ftl` and `german.ftl` alone, which the window (`view::language`) reads too; an unknown id is written as it is, so that a test can
-//! find it. Not here: texts of the window's own (`view::language`), and texts of the catalogs.
+//! a message is in `english.ftl` and `german.ftl` alone, which the window (`view::language`) reads too; an unknown id is written as it is, so that a
+//! test can find it. Not here: texts of the window's own (`view::language`), and texts of the catalogs.
 
 mod text_language;
 

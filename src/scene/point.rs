@@ -1,10 +1,10 @@
-//! Points of light: stars, and bodies of a few pixels. This module defines over which diameters a drawn disc replaces a point, and how a point's light is
-//! spread over pixels (the point-spread function).
+//! Points of light: stars, and bodies of a few pixels. This module defines over which diameters a drawn disc replaces a point, and how a point's
+//! light is spread over pixels (the point-spread function).
 //!
 //! The spread preserves the flux. Its core is a Gaussian of fixed width, lowered so that it is zero at the sprite's rim: a growing sprite gains pixels
-//! without a step. Points whose central pixel is brighter than white also have a glare: here the wide part of a point's spread, not the glare around the Sun
-//! (`light::glare`). It widens with brightness and contains at most 30 % of the light. shaders/entry/point.wesl draws the spread with the constants of this
-//! module. The glare's profile is chosen to look like stars on photographs; it is not measured.
+//! without a step. Points whose central pixel is brighter than white also have a glare: here the wide part of a point's spread, not the glare around
+//! the Sun (`light::glare`). It widens with brightness and contains at most 30 % of the light. shaders/entry/point.wesl draws the spread with the
+//! constants of this module. The glare's profile is chosen to look like stars on photographs; it is not measured.
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{self, Camera};
@@ -26,9 +26,9 @@ pub const GLARE_FRACTION: f64 = 0.3;
 pub const GLARE_RADIUS_EXPONENT: f64 = 0.45;
 /// Largest radius of a point's sprite.
 pub const MAX_RADIUS_PX: f64 = 64.0;
-/// Range of diameters over which a disc gradually replaces a point. A smaller disc is drawn too bright, because each pixel is shaded at one place, where the
-/// light is above its mean over the covered part of the pixel. In the mean over positions of the centre in its pixel, a disc 4 pixels wide is 6 % too bright
-/// at full phase and within 10 % if half lit; one 2 pixels wide 18 % and 25 % (computed outside this program).
+/// Range of diameters over which a disc gradually replaces a point. A smaller disc is drawn too bright, because each pixel is shaded at one place,
+/// where the light is above its mean over the covered part of the pixel. In the mean over positions of the centre in its pixel, a disc 4 pixels wide
+/// is 6 % too bright at full phase and within 10 % if half lit; one 2 pixels wide 18 % and 25 % (computed outside this program).
 pub(crate) const BLEND_FROM_PX: f64 = 2.0;
 pub(crate) const BLEND_TO_PX: f64 = 4.0;
 
@@ -59,8 +59,8 @@ pub(crate) fn point_radius_px(peak: f64) -> f64 {
 /// Heights of core and glare for a point of flux 1 with a sprite of this radius: the factors on the lowered Gaussian and on the glare's profile.
 pub fn point_spread(radius_px: f64) -> [f64; 2] {
     let glare = GLARE_FRACTION * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0);
-    // The glare is (1 - r^2 / R^2)^2 (1 + r^2 / a^2)^-1.5, R the sprite's radius and a the scale radius. Substituting u = 1 + r^2 / a^2 gives its integral
-    // over the circle in closed form; `v` is u at the rim, `k` is a^2 / R^2.
+    // The glare is (1 - r^2 / R^2)^2 (1 + r^2 / a^2)^-1.5, R the sprite's radius and a the scale radius. Substituting u = 1 + r^2 / a^2 gives its
+    // integral over the circle in closed form; `v` is u at the rim, `k` is a^2 / R^2.
     let v = 1.0 + (radius_px / GLARE_WIDTH_PX).powi(2);
     let k = 1.0 / (v - 1.0);
     let c = 1.0 + k;
@@ -83,7 +83,8 @@ pub(crate) fn set_sprite_radius(point: &mut Point, white: f64) {
     point.radius_px = camera::narrow_scalar(point_radius_px(f64::from(point.flux.max_element()) * point_peak() / white));
 }
 
-/// A point's sprite. Its reversed depth is 1, that of the near plane, so that it is drawn over all bodies; [`crate::scene::visibility::hidden`] removes the flux that nearer bodies hide.
+/// A point's sprite. Its reversed depth is 1, that of the near plane, so that it is drawn over all bodies; [`crate::scene::visibility::hidden`]
+/// removes the flux that nearer bodies hide.
 pub(crate) fn sprite(body: NaifId, clip: DVec2, flux: DVec3) -> Point {
     Point { body, centre: camera::narrow(clip.extend(1.0)), radius_px: camera::narrow_scalar(POINT_RADIUS_PX), flux: camera::narrow(flux) }
 }
@@ -92,8 +93,8 @@ pub(crate) fn sprite(body: NaifId, clip: DVec2, flux: DVec3) -> Point {
 mod tests {
     use super::*;
 
-    /// For every radius, the spread integrated numerically over the sprite's bounding square is 1, the flux. The glare starts at zero, and the radius grows
-    /// with brightness without a jump.
+    /// For every radius, the spread integrated numerically over the sprite's bounding square is 1, the flux. The glare starts at zero, and the radius
+    /// grows with brightness without a jump.
     #[test]
     fn a_points_light_is_its_flux() {
         let mut last = 0.0;

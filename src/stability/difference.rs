@@ -1,5 +1,5 @@
-//! One plan in f32 and in f64: the difference of the images, and the first value of a module that differs by much ([`first_large_difference`]). The f32 image
-//! may be drawn by the GPU; values of modules are those of the software renderer.
+//! One plan in f32 and in f64: the difference of the images, and the first value of a module that differs by much ([`first_large_difference`]). The
+//! f32 image may be drawn by the GPU; values of modules are those of the software renderer.
 
 use super::{SweepBench, SweepResult};
 use crate::measure::{LinearImage, PlannedView, level_differences};
@@ -20,8 +20,8 @@ pub(super) fn larger_or_nan(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-/// Draws a view in both precisions and adds it to `found` as a case. `case` describes it: if it is the worst so far, `found` keeps this description with the
-/// worst pixel added, and the cause.
+/// Draws a view in both precisions and adds it to `found` as a case. `case` describes it: if it is the worst so far, `found` keeps this description
+/// with the worst pixel added, and the cause.
 pub(super) fn compare(bench: &SweepBench<'_>, found: &mut SweepResult, view: &PlannedView, case: &Value) -> Result<(), SessionError> {
     let [single, double] = [bench.light(view, Precision::F32)?, bench.light(view, Precision::F64)?];
     let first_not_finite = |p: &LinearImage| p.light.iter().position(|p| !p.iter().all(|v| v.is_finite()));

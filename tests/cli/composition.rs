@@ -23,7 +23,8 @@ fn render(args: &[&str], to: &Path) -> Result<image::RgbaImage, String> {
     }
 }
 
-/// Each composition gives an image of the requested size, and in f64 (`--quality reference`) the same as in f32: the mean difference is under 0.3 levels of 255.
+/// Each composition gives an image of the requested size, and in f64 (`--quality reference`) the same as in f32: the mean difference is under 0.3
+/// levels of 255.
 #[test]
 fn every_composition_is_drawn_in_both_precisions() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -93,8 +94,8 @@ fn project_knows_the_projections() {
         let answer = v.get("ok").unwrap_or(v);
         [answer["x"].as_f64().expect("x"), answer["y"].as_f64().expect("y")]
     };
-    // Looking along right ascension 90 degrees, which is the centre: 60 is 30 degrees to its right, 30 is 60. The radius of the fisheye's circle, 100 pixels, is
-    // 90 degrees. Aberration moves a direction by 0.006 degrees at most.
+    // Looking along right ascension 90 degrees, which is the centre: 60 is 30 degrees to its right, 30 is 60. The radius of the fisheye's circle, 100
+    // pixels, is 90 degrees. Aberration moves a direction by 0.006 degrees at most.
     let [x, y] = pixel(&project("equirectangular", 60.0, 45.0));
     assert!((x - (200.0 + 30.0 / 360.0 * 400.0)).abs() < 0.1 && (y - (100.0 - 45.0 / 180.0 * 200.0)).abs() < 0.1, "{x} {y}");
     let [x, y] = pixel(&project("fisheye", 30.0, 0.0));

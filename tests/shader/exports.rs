@@ -86,7 +86,8 @@ fn libraries_are_compared_by_their_entries() {
     assert_eq!((report.equal, report.changed.len()), (2, 0));
     assert_eq!((report.only_first, report.only_second), (vec!["point".to_owned()], vec!["emissive.sun0.sphere".to_owned()]));
 
-    // A library has a folder for each generator: a digest of fragments, emitter and lowering. With two such folders, two revisions, its path is ambiguous.
+    // A library has a folder for each generator: a digest of fragments, emitter and lowering. With two such folders, two revisions, its path is
+    // ambiguous.
     let root = old.path().join("orrery/shaders");
     let generator_folder = std::fs::read_dir(&root).expect("a root").next().expect("a folder").expect("an entry").path();
     std::fs::create_dir(root.join("other")).expect("made");
@@ -256,8 +257,8 @@ impl Case {
     }
 }
 
-/// Cases drawn from their files alone are within their tolerance: every pixel in software (f32), on a GPU all but 1 in 500. With a tenth less albedo more than
-/// 100 pixels are not.
+/// Cases drawn from their files alone are within their tolerance: every pixel in software (f32), on a GPU all but 1 in 500. With a tenth less albedo
+/// more than 100 pixels are not.
 #[test]
 fn a_corpus_is_sufficient_for_an_executor() {
     let folder = tempfile::tempdir().expect("temp");

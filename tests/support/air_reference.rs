@@ -1,11 +1,11 @@
 //! Reference for single scattering along a ray through spherical shells: tests/atmosphere/model_bounds.rs compares the shaders with it.
 //!
 //! In: an atmosphere, a ray, a Sun at infinity. Out: radiance per irradiance (1/sr) and transmittance, in f64. Method: globally adaptive Gauss-Kronrod 7/15 on
-//! intervals cut where the integrand or its derivative jumps: where the ray crosses the shell of a knot of the triangular profile, where the sunlight that reaches
-//! it grazes such a shell or the ground (the edge of the planet's shadow), and at the ray's point closest to the planet's centre. Column densities: 12-point
-//! Gauss-Legendre on shells of 2.5 scale heights, the triangular profile in closed form. No code is shared with the program. Verified against
-//! tests/data/rayleigh_reference_public.json by tests/atmosphere/model_bounds.rs. Lengths: planet radii, from the planet's centre p = 0. Square excess: |p|^2 - 1,
-//! which keeps its digits near the ground (the program's `radius_sq_minus_1`). Sunward: dot(p, direction of the Sun).
+//! intervals cut where the integrand or its derivative jumps: where the ray crosses the shell of a knot of the triangular profile, where the sunlight
+//! that reaches it grazes such a shell or the ground (the edge of the planet's shadow), and at the ray's point closest to the planet's centre. Column
+//! densities: 12-point Gauss-Legendre on shells of 2.5 scale heights, the triangular profile in closed form. No code is shared with the program.
+//! Verified against tests/data/rayleigh_reference_public.json by tests/atmosphere/model_bounds.rs. Lengths: planet radii, from the planet's centre p
+//! = 0. Square excess: |p|^2 - 1, which keeps its digits near the ground (the program's `radius_sq_minus_1`). Sunward: dot(p, direction of the Sun).
 
 use glam::DVec3;
 
@@ -64,7 +64,8 @@ const GAUSS: [(f64, f64); 6] = [
     (0.904_117_256_370_474_9, 0.106_939_325_995_318_43),
     (0.981_560_634_246_719_3, 0.047_175_336_386_511_83),
 ];
-/// Kronrod's 15 points (QUADPACK's qk15), those at 0 or above from the outermost inwards: node, weight, and the weight of the 7 Gauss points among them.
+/// Kronrod's 15 points (QUADPACK's qk15), those at 0 or above from the outermost inwards: node, weight, and the weight of the 7 Gauss points among
+/// them.
 const KRONROD: [(f64, f64, f64); 8] = [
     (0.991_455_371_120_812_6, 0.022_935_322_010_529_224, 0.0),
     (0.949_107_912_342_758_5, 0.063_092_092_629_978_55, 0.129_484_966_168_869_7),
@@ -103,7 +104,8 @@ impl Profile {
         }
     }
 
-    /// Column density along a line, between two distances from its point closest to the centre, both at least 0. `closest_square_excess`: of that point.
+    /// Column density along a line, between two distances from its point closest to the centre, both at least 0. `closest_square_excess`: of that
+    /// point.
     fn column(&self, closest_square_excess: f64, from: f64, to: f64) -> f64 {
         if to <= from {
             return 0.0;

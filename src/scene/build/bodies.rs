@@ -68,8 +68,8 @@ impl BodiesInFrame {
         Self { reports, draws, points, orbits: orbit_arcs, traces: trace_segments }
     }
 
-    /// Applies the lunar limb profile to the Moon, removes draws and points that other bodies hide, and widens the sprites of bright points. `white`: radiance
-    /// shown as white.
+    /// Applies the lunar limb profile to the Moon, removes draws and points that other bodies hide, and widens the sprites of bright points. `white`:
+    /// radiance shown as white.
     pub(super) fn hide(&mut self, placed: &[PlacedBody<'_>], camera: &Camera, white: f64) {
         lunar_limb::apply_to_moon(placed, camera, &mut self.draws, &mut self.reports);
         hidden::apply(placed, camera, &mut self.draws, &mut self.points, &mut self.reports);

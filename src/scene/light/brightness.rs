@@ -10,7 +10,8 @@ use crate::scene::rings::ring_table::RingTables;
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// Irradiance from globe and rings. `phase_angle`: Sun-body-viewer, radians. `sun_km` and `viewer_km`: positions relative to the body's centre, body axes.
+/// Irradiance from globe and rings. `phase_angle`: Sun-body-viewer, radians. `sun_km` and `viewer_km`: positions relative to the body's centre, body
+/// axes.
 pub(crate) fn irradiance(ring_tables: &RingTables, body: &Body, phase_angle: f64, sun_km: DVec3, viewer_km: DVec3) -> f64 {
     let (viewer_distance_km, viewer) = (viewer_km.length(), viewer_km.normalize());
     let projected_radius_sq_km2 = photometry::projected_radius_sq_km2(body.radii_km, viewer);

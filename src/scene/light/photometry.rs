@@ -158,8 +158,8 @@ pub(crate) fn projected_radius_sq_km2(radii_km: DVec3, n: DVec3) -> f64 {
 
 /// Irradiance that the body causes at a viewer, in units of the Sun's at 1 au.
 ///
-/// `alpha`: phase angle, radians. `sun_km`, `viewer_km`: distances of the body from the Sun and from the viewer; `radius_sq_km2`: squared radius of a circle with the area of the
-/// body's outline.
+/// `alpha`: phase angle, radians. `sun_km`, `viewer_km`: distances of the body from the Sun and from the viewer; `radius_sq_km2`: squared radius of a
+/// circle with the area of the body's outline.
 pub fn irradiance_at_viewer(body: &Body, alpha: f64, sun_km: f64, viewer_km: f64, radius_sq_km2: f64) -> f64 {
     let solid_angle = radius_sq_km2 / (viewer_km * viewer_km);
     if body.id == NaifId::SUN || matches!(body.photometry, Photometry::Emissive { .. }) {

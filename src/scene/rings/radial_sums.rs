@@ -1,9 +1,9 @@
 //! The light that rings scatter towards a viewer, integrated over the radius, so that the light meter need not visit each ringlet for each of its rays.
 //!
-//! In: the intervals of a body's rings and the Sun's light on them. Out: mean light between two radii, of large particles and of dust, without the factor phase
-//! function / 4. A path's slope is 1 / cosine of its angle to the rings' normal, as in all of `rings`: 1 along the normal, larger for flatter paths. Always:
-//! exact in radius. Between the slopes of the table it is linear in the slope's logarithm, as in the ring's table (shaders/lib/ring/profile.wesl); the error is
-//! under 3e-4 of the sunlight (test below). A slope's sums are computed when a ray first needs them.
+//! In: the intervals of a body's rings and the Sun's light on them. Out: mean light between two radii, of large particles and of dust, without the
+//! factor phase function / 4. A path's slope is 1 / cosine of its angle to the rings' normal, as in all of `rings`: 1 along the normal, larger for
+//! flatter paths. Always: exact in radius. Between the slopes of the table it is linear in the slope's logarithm, as in the ring's table
+//! (shaders/lib/ring/profile.wesl); the error is under 3e-4 of the sunlight (test below). A slope's sums are computed when a ray first needs them.
 
 use super::ring_table::{RingConditions, RingInterval, SLOPES};
 use crate::scene::constants::RING_SLOPES_PER_OCTAVE;
@@ -36,7 +36,8 @@ impl SlopeSums {
         Self { light, integral }
     }
 
-    /// The integral up to a radius in interval number `index`, or nearer the planet than the first interval (then 0); beyond the last one `index` is their number.
+    /// The integral up to a radius in interval number `index`, or nearer the planet than the first interval (then 0); beyond the last one `index` is
+    /// their number.
     fn up_to(&self, intervals: &[RingInterval], radius: f64, index: usize) -> ByParticle {
         let Some(interval) = intervals.get(index) else { return self.integral[intervals.len()] };
         let within = (radius - interval.from).max(0.0);
@@ -53,8 +54,8 @@ pub(crate) struct RadialSums<'a> {
 }
 
 impl<'a> RadialSums<'a> {
-    /// `sunlight`: for the parts of the Sun's disc on the viewer's side of the ring plane and on the other, the fraction of the disc and the mean sine of the
-    /// elevation over the plane.
+    /// `sunlight`: for the parts of the Sun's disc on the viewer's side of the ring plane and on the other, the fraction of the disc and the mean
+    /// sine of the elevation over the plane.
     pub(crate) fn new(intervals: &'a [RingInterval], sunlight: [[f64; 2]; 2]) -> Self {
         let by_slope = (0..SLOPES).map(|_| None).collect();
         // The range of slopes is that of a table's rows, and is not used here.
@@ -104,7 +105,8 @@ mod tests {
         mean
     }
 
-    /// Largest difference from the reference over radii, widths and slopes of a body's rings. `slope_factor`: deviation of the slope from the reference's.
+    /// Largest difference from the reference over radii, widths and slopes of a body's rings. `slope_factor`: deviation of the slope from the
+    /// reference's.
     fn difference(name: &str, slope_factor: f64) -> f64 {
         let catalog = Catalog::embedded();
         let body = catalog.body_named(name).expect("a body");

@@ -11,8 +11,8 @@ pub const ROOT: u32 = 0;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Block {
     Root,
-    /// A branch of a chain of `@if`, `@elif` and `@else`: emitted as part of `parent` if its condition holds and that of no branch before it does. `unless`: the
-    /// previous branch of the chain.
+    /// A branch of a chain of `@if`, `@elif` and `@else`: emitted as part of `parent` if its condition holds and that of no branch before it does.
+    /// `unless`: the previous branch of the chain.
     When {
         parent: u32,
         condition: Condition,

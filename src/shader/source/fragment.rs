@@ -22,8 +22,8 @@ pub struct Piece {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FragmentLine {
     pub pieces: Vec<Piece>,
-    /// Whether text was removed from the line, or it belongs to several blocks: if what is emitted of it is blank, the line is dropped. An author's blank line
-    /// is kept.
+    /// Whether text was removed from the line, or it belongs to several blocks: if what is emitted of it is blank, the line is dropped. An author's
+    /// blank line is kept.
     pub is_divided: bool,
 }
 
@@ -162,8 +162,8 @@ impl Fragment {
         false
     }
 
-    /// The text by which the source map explains an emitted block: a feature; for an `@else` the features that the branch before it lacks (`not ...`); for the
-    /// comments above a chain that of the emitted branch; `None` for the root.
+    /// The text by which the source map explains an emitted block: a feature; for an `@else` the features that the branch before it lacks (`not
+    /// ...`); for the comments above a chain that of the emitted branch; `None` for the root.
     pub fn reason(&self, block: u32, emitted: &[bool], features: Features) -> Option<String> {
         match &self.blocks[block as usize] {
             Block::Root => None,

@@ -1,15 +1,15 @@
 //! The rate of time in the window: forward, backward, faster, slower, paused.
 //!
-//! In: commands, and elapsed real seconds. Out: seconds of scene time. Both speed and rate are scene seconds per real second: the speed is a magnitude, the rate has
-//! the sign of the direction and is 0 while paused. This module reads no clock.
+//! In: commands, and elapsed real seconds. Out: seconds of scene time. Both speed and rate are scene seconds per real second: the speed is a
+//! magnitude, the rate has the sign of the direction and is 0 while paused. This module reads no clock.
 
 use crate::view::language::numbers::localised;
 use crate::view::language::{plain, text};
 
 /// The preset speeds: from real time to a mean month and a Julian year per second.
 const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
-/// Longest real time, seconds, that one frame accounts for: after a stall (a hidden window, a slow frame) scene time at a high speed does not jump. At real time
-/// forward there is no limit, so that a view of the current sky stays current.
+/// Longest real time, seconds, that one frame accounts for: after a stall (a hidden window, a slow frame) scene time at a high speed does not jump.
+/// At real time forward there is no limit, so that a view of the current sky stays current.
 const MAX_STEP_S: f64 = 2.0;
 
 /// Limits of the speed.

@@ -1,5 +1,6 @@
-//! The AVX2 decoders. Texels of four bytes are read with gather instructions, eight at a time. Of texels of sixteen bytes, up to two channels are gathered;
-//! for more, each texel is read with one load, and eight are transposed into channels in registers. Bilinear interpolation of eight points stays in registers.
+//! The AVX2 decoders. Texels of four bytes are read with gather instructions, eight at a time. Of texels of sixteen bytes, up to two channels are
+//! gathered; for more, each texel is read with one load, and eight are transposed into channels in registers. Bilinear interpolation of eight points
+//! stays in registers.
 //!
 //! In: indices of texels, each below the level's number of texels, or the corners of eight points. Out: the same bits as from reading texel by texel.
 
@@ -13,8 +14,8 @@ use std::arch::x86_64::{
 };
 use std::mem::transmute;
 
-/// Four floats at any alignment. Debug builds check the alignment of a pointer at each vector load, which takes ten times as long as the load; reading a
-/// packed field through a reference avoids the check.
+/// Four floats at any alignment. Debug builds check the alignment of a pointer at each vector load, which takes ten times as long as the load;
+/// reading a packed field through a reference avoids the check.
 #[derive(Clone, Copy)]
 #[repr(C, packed)]
 struct Unaligned(__m128);
@@ -176,9 +177,9 @@ impl<D: FourBytes> Decode for GatherDecoder<D> {
 #[derive(Clone, Copy)]
 pub(crate) struct TransposeDecoder(pub(super) Float);
 
-/// The texel of sixteen bytes that begins at a word of eight bytes: word number `word_index`, twice the texel's index (x86 addresses scale an index by at most
-/// eight). Not checked in debug builds, see [`Unaligned`]. A function, because a closure cannot be `inline(always)`, and would lack the caller's instruction set
-/// if it were not inlined.
+/// The texel of sixteen bytes that begins at a word of eight bytes: word number `word_index`, twice the texel's index (x86 addresses scale an index
+/// by at most eight). Not checked in debug builds, see [`Unaligned`]. A function, because a closure cannot be `inline(always)`, and would lack the
+/// caller's instruction set if it were not inlined.
 /// # Safety
 /// The texel exists.
 #[inline(always)]
@@ -213,8 +214,8 @@ impl Decode for TransposeDecoder {
         unsafe {
             let [a, b, c, d] = corners.index;
             let fraction = corners.fraction;
-            // Four consecutive lanes are a 2x2 quad. Under magnification they often lie between the same four texels: all corners agree if the top left one and the
-            // bottom right one do.
+            // Four consecutive lanes are a 2x2 quad. Under magnification they often lie between the same four texels: all corners agree if the top
+            // left one and the bottom right one do.
             let equals_first_of_quad = |index| _mm256_cmpeq_epi32(index, _mm256_shuffle_epi32::<0>(index));
             let agree = _mm256_and_si256(equals_first_of_quad(a), equals_first_of_quad(d));
             let quads_share_corners = _mm256_movemask_epi8(agree) == -1;
@@ -275,8 +276,8 @@ impl Decode for TransposeDecoder {
     }
 }
 
-/// Bilinear interpolation of the four channels between corners that the lanes of a quad share. `a` to `d`: for each corner the texel of the first quad in the
-/// lower half, that of the second in the upper.
+/// Bilinear interpolation of the four channels between corners that the lanes of a quad share. `a` to `d`: for each corner the texel of the first
+/// quad in the lower half, that of the second in the upper.
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]
@@ -306,8 +307,8 @@ impl TransposeDecoder {
     #[inline(always)]
     unsafe fn texel_per_quad(self, level: &TexelLevel<'_>, index: __m256i) -> __m256 {
         let base = level.bytes.as_ptr().cast::<u64>();
-        // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes. Twice an index fits, since a level has at most 2^30 texels. A
-        // `TransposeDecoder` exists only with AVX2.
+        // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes. Twice an index fits, since a level has at most 2^30
+        // texels. A `TransposeDecoder` exists only with AVX2.
         unsafe { pair(base, &transmute::<__m256i, [u32; 8]>(_mm256_add_epi32(index, index)), 0) }
     }
 
