@@ -1,8 +1,8 @@
-//! Well-known moments: eclipses, transits, triple shadows, ring crossings, and viewpoints for them.
+//! Well-known moments and viewpoints for them: eclipses, transits, triple shadow transits (of moons on Jupiter), ring-plane crossings.
 //!
-//! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and valid times, or a problem for every wrong
-//! field. A moment of a later file replaces an earlier moment of the same name. Nothing is computed here; tests
-//! compare the moments with the ephemeris.
+//! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and valid times, or problems; a field
+//! that belongs to another vantage is read and not used. A moment replaces an earlier moment of the same name. Nothing is
+//! computed here; tests compare the moments with the ephemeris.
 
 use super::table::{Problems, TableReader, WithLine};
 use super::{Body, NaifId};
@@ -12,18 +12,18 @@ use std::collections::BTreeMap;
 /// The viewpoint of a moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Vantage {
-    /// From a body's centre, with a telephoto field of view.
+    /// From a body's centre, towards the target, with this field of view.
     Centre {
         /// The body at whose centre the camera is.
         body: NaifId,
         /// Vertical field of view.
         fov_deg: f64,
     },
-    /// Over the side of the target that faces a body (or faces away from it), at a distance in equatorial radii.
+    /// Over the side of the target that faces a body, or over the opposite side, at a distance in equatorial radii.
     Side {
-        /// The body that this side of the target faces.
+        /// The body that fixes the side.
         faced_body: NaifId,
-        /// Whether the camera is on the opposite side.
+        /// False: over the side that faces this body; true: over the opposite side.
         away: bool,
         /// Distance from the target's centre in its equatorial radii.
         radii: f64,
@@ -48,7 +48,7 @@ pub enum Vantage {
 pub struct Moment {
     /// The title in the window's list.
     pub name: String,
-    /// The group in the list: `solar eclipse`, `lunar eclipse`, `transit`, `shadows`, `rings`, `conjunction`, `photograph`.
+    /// The group in the list, one of [`KINDS`].
     pub kind: String,
     /// A description in one sentence.
     pub about: String,
@@ -58,72 +58,73 @@ pub struct Moment {
     pub target: NaifId,
     /// The viewpoint.
     pub vantage: Vantage,
-    /// The source of the instant.
+    /// The reference (publication) for the instant.
     pub source: String,
 }
 
-/// Kinds in the order of the list.
+/// Kinds of moments, in the order of the window's list.
 pub const KINDS: [&str; 7] = ["solar eclipse", "lunar eclipse", "transit", "shadows", "rings", "conjunction", "photograph"];
 
 /// One `[[moment]]` table whose body names are not resolved yet.
-pub(super) struct MomentDraft {
+pub(super) struct UnresolvedMoment {
     name: WithLine<String>,
     kind: String,
     about: String,
     time: Instant,
     target: WithLine<String>,
-    vantage: DraftVantage,
+    vantage: UnresolvedVantage,
     source: String,
 }
 
-enum DraftVantage {
+enum UnresolvedVantage {
     Centre { body: WithLine<String>, fov_deg: f64 },
     Side { faced_body: WithLine<String>, away: bool, radii: f64 },
     Place { body: WithLine<String>, latitude_deg: f64, longitude_deg: f64, height_km: f64, fov_deg: f64 },
 }
 
 /// Reads one `[[moment]]` table.
-pub(super) fn draft(mut s: TableReader) -> Option<MomentDraft> {
-    let text = |s: &mut TableReader, field: &'static str, allowed: &str| s.required(field, allowed, |v: &String| !v.trim().is_empty());
-    let name = text(&mut s, "name", "a string");
+pub(super) fn draft(mut table: TableReader) -> Option<UnresolvedMoment> {
+    let text =
+        |table: &mut TableReader, field: &'static str, allowed: &str| table.required(field, allowed, |v: &String| !v.trim().is_empty());
+    let name = text(&mut table, "name", "a string");
     if let Some(name) = &name {
-        s.rename(&name.value);
+        table.set_message_prefix(&name.value);
     }
-    let kind = s.required("kind", &format!("one of {}", KINDS.join(", ")), |k: &String| KINDS.contains(&k.as_str()));
-    let about = text(&mut s, "about", "a sentence");
-    let time = s.required("time", "ISO 8601 UTC, as 2024-04-08T18:17:16Z", |t: &String| Instant::parse(t).is_ok());
-    let target = text(&mut s, "target", "the name of a body");
-    let source = text(&mut s, "source", "a string");
+    let kind = table.required("kind", &format!("one of {}", KINDS.join(", ")), |k: &String| KINDS.contains(&k.as_str()));
+    let about = text(&mut table, "about", "a sentence");
+    let time = table.required("time", "ISO 8601 UTC, as 2024-04-08T18:17:16Z", |t: &String| Instant::parse(t).is_ok());
+    let target = text(&mut table, "target", "the name of a body");
+    let source = text(&mut table, "source", "a string");
     let body_name = "the name of a body";
     let within = |min: f64, max: f64| move |v: &f64| (min..=max).contains(v);
-    let fov = s.optional("fov_deg", "degrees from 0.0001 to 120", within(1e-4, 120.0)).map(|l| l.value);
-    let radii = s.optional("radii", "equatorial radii above 1", within(1.000_001, 1e9)).map(|l| l.value);
-    let centre = s.optional("from", body_name, |_: &String| true);
-    let side = s.optional("side", body_name, |_: &String| true);
-    let away = s.optional("away_from", body_name, |_: &String| true);
-    let over = s.optional("over", body_name, |_: &String| true);
-    let latitude_deg = s.optional("latitude_deg", "degrees from -90 to 90", within(-90.0, 90.0)).map(|l| l.value);
-    let longitude_deg = s.optional("longitude_deg", "degrees east from -360 to 360", within(-360.0, 360.0)).map(|l| l.value);
-    let height_km = s.optional("height_km", "kilometres above 0", |h: &f64| *h > 0.0 && h.is_finite()).map(|l| l.value);
-    let vantage = match (centre, side, away, over) {
-        (Some(body), None, None, None) => fov.map(|fov_deg| DraftVantage::Centre { body, fov_deg }),
-        (None, Some(faced_body), None, None) => radii.map(|radii| DraftVantage::Side { faced_body, away: false, radii }),
-        (None, None, Some(faced_body), None) => radii.map(|radii| DraftVantage::Side { faced_body, away: true, radii }),
+    let fov = table.optional("fov_deg", "degrees from 0.0001 to 120", within(1e-4, 120.0)).map(|field| field.value);
+    let radii = table.optional("radii", "equatorial radii above 1", within(1.000_001, 1e9)).map(|field| field.value);
+    let from_body = table.optional("from", body_name, |_: &String| true);
+    let side_body = table.optional("side", body_name, |_: &String| true);
+    let away_from_body = table.optional("away_from", body_name, |_: &String| true);
+    let over_body = table.optional("over", body_name, |_: &String| true);
+    let latitude_deg = table.optional("latitude_deg", "degrees from -90 to 90", within(-90.0, 90.0)).map(|field| field.value);
+    let longitude_deg = table.optional("longitude_deg", "degrees east from -360 to 360", within(-360.0, 360.0)).map(|field| field.value);
+    let height_km = table.optional("height_km", "kilometres above 0", |h: &f64| *h > 0.0 && h.is_finite()).map(|field| field.value);
+    let vantage = match (from_body, side_body, away_from_body, over_body) {
+        (Some(body), None, None, None) => fov.map(|fov_deg| UnresolvedVantage::Centre { body, fov_deg }),
+        (None, Some(faced_body), None, None) => radii.map(|radii| UnresolvedVantage::Side { faced_body, away: false, radii }),
+        (None, None, Some(faced_body), None) => radii.map(|radii| UnresolvedVantage::Side { faced_body, away: true, radii }),
         (None, None, None, Some(body)) => match (latitude_deg, longitude_deg, height_km, fov) {
             (Some(latitude_deg), Some(longitude_deg), Some(height_km), Some(fov_deg)) => {
-                Some(DraftVantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg })
+                Some(UnresolvedVantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg })
             }
             _ => None,
         },
         _ => None,
     };
     if vantage.is_none() {
-        let source_line = s.source_line.clone();
+        let source_line = table.source_line.clone();
         let allowed = "from with fov_deg, side or away_from with radii, or over with latitude_deg, longitude_deg, height_km, fov_deg";
-        s.problem(&source_line, "vantage", "incomplete", allowed);
+        table.problem(&source_line, "vantage", "incomplete", allowed);
     }
-    s.finish();
-    Some(MomentDraft {
+    table.finish();
+    Some(UnresolvedMoment {
         name: name?,
         kind: kind?.value,
         about: about?.value,
@@ -135,7 +136,7 @@ pub(super) fn draft(mut s: TableReader) -> Option<MomentDraft> {
 }
 
 /// Resolves the body names, and sorts the list by kind, then by time.
-pub(super) fn assemble(drafts: Vec<MomentDraft>, bodies: &[Body], problems: &Problems) -> Vec<Moment> {
+pub(super) fn assemble(drafts: Vec<UnresolvedMoment>, bodies: &[Body], problems: &Problems) -> Vec<Moment> {
     let names = bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases).map(move |name| (name.to_lowercase(), b.id)));
     let ids: BTreeMap<String, NaifId> = names.collect();
     let known: Vec<&str> = ids.keys().map(String::as_str).collect();
@@ -150,11 +151,11 @@ pub(super) fn assemble(drafts: Vec<MomentDraft>, bodies: &[Body], problems: &Pro
     for d in drafts {
         let target = resolve(&d.target);
         let vantage = match d.vantage {
-            DraftVantage::Centre { body, fov_deg } => resolve(&body).map(|body| Vantage::Centre { body, fov_deg }),
-            DraftVantage::Side { faced_body, away, radii } => {
+            UnresolvedVantage::Centre { body, fov_deg } => resolve(&body).map(|body| Vantage::Centre { body, fov_deg }),
+            UnresolvedVantage::Side { faced_body, away, radii } => {
                 resolve(&faced_body).map(|faced_body| Vantage::Side { faced_body, away, radii })
             }
-            DraftVantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg } => {
+            UnresolvedVantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg } => {
                 resolve(&body).map(|body| Vantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg })
             }
         };

@@ -182,11 +182,11 @@ pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
     let name = s.optional("name", "a name", is_name);
     let source_line = s.source_line.clone();
     if let Some(n) = &name {
-        s.rename(&n.value);
+        s.set_message_prefix(&n.value);
     }
     let id = s.required("id", "a NAIF code above 9", |i: &i32| *i > 9);
     if let (None, Some(n)) = (&name, id.as_ref().and_then(|id| drafts.get(&id.value)?.name.clone())) {
-        s.rename(&n.value);
+        s.set_message_prefix(&n.value);
     }
     let mut fresh = BodyDraft {
         source_line,

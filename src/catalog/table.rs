@@ -117,8 +117,8 @@ pub(super) struct TableReader<'a> {
 }
 
 impl<'a> TableReader<'a> {
-    /// Names the section in messages after the body that it describes.
-    pub fn rename(&mut self, name: &str) {
+    /// Sets the prefix of the fields in messages: the name of the body or moment that the table describes.
+    pub fn set_message_prefix(&mut self, name: &str) {
         self.name = format!("{name}.");
     }
 

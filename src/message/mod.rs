@@ -1,9 +1,9 @@
-//! Texts that the layers below the window make: reasons of decisions, notes on estimates, texts in images, faults. Each names its message and keeps the
-//! values in it, so that the command line writes it in English and the window in its own language.
+//! Localisable messages of the layers below the window: reasons of decisions, notes on estimates, captions in images, errors shown to the user. A
+//! message is an id with arguments; the command line writes it in English, the window in the user's language.
 //!
 //! In: the id of a message in `english.ftl`, and its arguments. Out: the English text, by `Display`; another language's, by `text_in`. Always: the text of
-//! a message is in `english.ftl` and `german.ftl` alone, which the window reads too; an unknown id is written as itself, and a test finds it. Not here:
-//! texts of the window's own (`view::language`), and texts of the catalogs.
+//! a message is in `english.ftl` and `german.ftl` alone, which the window (`view::language`) reads too; an unknown id is written as it is, so that a
+//! test can find it. Not here: texts of the window's own (`view::language`), and texts of the catalogs.
 
 mod text_language;
 
@@ -11,7 +11,7 @@ pub use self::text_language::TextLanguage;
 use serde::{Serialize, Serializer};
 use std::fmt;
 
-/// The English messages, in the syntax of Fluent: `id = text with { $arguments }`, one a line.
+/// The English messages, in a part of the syntax of Fluent: `id = text with { $arguments }`, one a line, without selectors.
 pub(crate) const ENGLISH_FILE: &str = include_str!("english.ftl");
 
 /// The German messages, with the same ids.
@@ -29,7 +29,7 @@ pub struct Message {
 /// An argument of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Argument {
-    /// A number, rounded as it is to be shown, with a decimal point.
+    /// A number, formatted as it is to be shown, with a decimal point.
     Number(String),
     /// The name of a body, a model, a file or another thing.
     Name(String),
@@ -39,13 +39,13 @@ pub enum Argument {
     Time(String),
     /// A detail that is English in every language, for instance of a compiler or of the system.
     English(String),
-    /// A text of a catalog, and what it tells of (the first part of the ids of its translations).
+    /// A text of a catalog. The first field is the prefix of the ids of its translations, `prefix-...`; the second is the text.
     CatalogText(&'static str, String),
-    /// Other messages.
+    /// Embedded messages, whether or not they are reasons.
     Reason(Reason),
 }
 
-/// One or more messages, separated by semicolons: why something is as it is.
+/// Any number of messages, mostly the reasons of a decision. `Display` joins them with semicolons.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reason(Vec<Message>);
 
@@ -94,17 +94,18 @@ impl fmt::Display for Reason {
 }
 
 impl Serialize for Message {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        to.collect_str(self)
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
     }
 }
 
 impl Serialize for Reason {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        to.collect_str(self)
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
     }
 }
 
+/// Of numbers alone, which `message!` takes as `format_args!("{value:.2}")` if they are to be rounded.
 impl From<fmt::Arguments<'_>> for Argument {
     fn from(number: fmt::Arguments<'_>) -> Self {
         Self::Number(number.to_string())
@@ -160,7 +161,7 @@ macro_rules! message {
 }
 pub(crate) use message;
 
-/// A [`Reason`] of one message: as `message!`, without the `reason-` that its id begins with.
+/// A [`Reason`] of one message: like `message!`, but the prefix `reason-` is added to the id.
 macro_rules! reason {
     ($id:literal $(, $name:ident = $value:expr)* $(,)?) => {
         $crate::message::Reason::from($crate::message::message!(concat!("reason-", $id) $(, $name = $value)*))

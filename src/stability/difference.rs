@@ -1,4 +1,5 @@
-//! One plan in f32 and in f64: the difference of the images, and the first value of a module that differs.
+//! One plan in f32 and in f64: the difference of the images, and the first value of a module that differs by much ([`first_large_difference`]). The
+//! f32 image may be drawn by the GPU; values of modules are those of the software renderer.
 
 use super::{SweepBench, SweepResult};
 use crate::measure::{LinearImage, PlannedView, level_differences};
@@ -7,10 +8,11 @@ use crate::render::software::{NamedValue, Precision};
 use crate::session::SessionError;
 use serde_json::Value;
 
-/// The greatest value and its index; NaN counts as the greatest.
+/// Index and value of the greatest; NaN counts, and is returned, as infinity.
 pub(super) fn worst_of(values: &[f64]) -> (usize, f64) {
-    let number = |v: f64| if v.is_nan() { f64::INFINITY } else { v };
-    values.iter().enumerate().fold((0, 0.0), |(at, worst), (k, v)| if number(*v) > worst { (k, number(*v)) } else { (at, worst) })
+    let nan_as_infinity = |v: &f64| if v.is_nan() { f64::INFINITY } else { *v };
+    let numbers = values.iter().map(nan_as_infinity).enumerate();
+    numbers.fold((0, 0.0), |(worst_index, worst), (k, v)| if v > worst { (k, v) } else { (worst_index, worst) })
 }
 
 /// The larger value; NaN, which `f64::max` ignores, counts as the largest.
@@ -18,26 +20,26 @@ pub(super) fn larger_or_nan(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-/// Draws a view in both precisions and adds it to `found` as a case; the worst pixel is added to `location`.
-pub(super) fn compare(bench: &SweepBench<'_>, found: &mut SweepResult, view: &PlannedView, location: &Value) -> Result<(), SessionError> {
+/// Draws a view in both precisions and adds it to `found` as a case. `case` describes it: if it is the worst so far, `found` keeps this description
+/// with the worst pixel added, and the cause.
+pub(super) fn compare(bench: &SweepBench<'_>, found: &mut SweepResult, view: &PlannedView, case: &Value) -> Result<(), SessionError> {
     let [single, double] = [bench.light(view, Precision::F32)?, bench.light(view, Precision::F64)?];
-    let not_finite = |p: &LinearImage| p.light.iter().position(|p| !p.iter().all(|v| v.is_finite()));
-    let (at, worst) = match not_finite(&single).or(not_finite(&double)) {
-        Some(at) => (at, f64::INFINITY),
+    let first_not_finite = |p: &LinearImage| p.light.iter().position(|p| !p.iter().all(|v| v.is_finite()));
+    let (worst_index, worst) = match first_not_finite(&single).or(first_not_finite(&double)) {
+        Some(index) => (index, f64::INFINITY),
         None => worst_of(&level_differences(&single, &double)),
     };
-    let pixel = [at as u32 % single.width, at as u32 / single.width];
+    let pixel = [worst_index as u32 % single.width, worst_index as u32 / single.width];
     found.add(worst, || {
-        let mut location = location.clone();
-        location["pixel"] = serde_json::json!(pixel);
-        (location, cause(bench, view, [single.width, single.height], pixel))
+        let mut case = case.clone();
+        case["pixel"] = serde_json::json!(pixel);
+        (case, describe_cause(bench, view, [single.width, single.height], pixel))
     });
     Ok(())
 }
 
-/// The draw with the greatest difference between the precisions at a pixel, and the first of its values that
-/// differs.
-pub(super) fn cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], pixel: [u32; 2]) -> String {
+/// Names the draw of the first pass with the greatest difference between the precisions at a pixel, and the first of its values that differs by much.
+pub(super) fn describe_cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], pixel: [u32; 2]) -> String {
     let draws = view.plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
     let values_of = |draw: &PlanDraw| {
         let values = |precision| {
@@ -46,7 +48,7 @@ pub(super) fn cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], 
         };
         let (single, double) = (values(Precision::F32)?, values(Precision::F64)?);
         let difference = single.colour.iter().zip(&double.colour).map(|(a, b)| (a - b).abs()).fold(0.0, larger_or_nan);
-        Some((difference, format!("{}: {}", draw.label, first_difference(&single.values, &double.values))))
+        Some((difference, format!("{}: {}", draw.label, first_large_difference(&single.values, &double.values))))
     };
     let worst = draws.iter().filter_map(values_of).max_by(|a, b| a.0.total_cmp(&b.0));
     worst.map_or_else(|| "no draw has values at this pixel's middle".to_owned(), |(_, cause)| cause)
@@ -54,17 +56,17 @@ pub(super) fn cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], 
 
 /// The first value, in the order of the module, whose relative difference is at least a tenth of the greatest
 /// relative difference.
-fn first_difference(single: &[NamedValue], double: &[NamedValue]) -> String {
+fn first_large_difference(single: &[NamedValue], double: &[NamedValue]) -> String {
     let relative = |a: &NamedValue, b: &NamedValue| {
-        let (sum, difference) = a.numbers.iter().zip(&b.numbers).fold((0.0_f64, 0.0_f64), |(sum, difference), (x, y)| {
-            (sum.max(x.abs()).max(y.abs()), if x.is_nan() && y.is_nan() { difference } else { larger_or_nan(difference, (x - y).abs()) })
+        let (scale, difference) = a.numbers.iter().zip(&b.numbers).fold((0.0_f64, 0.0_f64), |(scale, difference), (x, y)| {
+            (scale.max(x.abs()).max(y.abs()), if x.is_nan() && y.is_nan() { difference } else { larger_or_nan(difference, (x - y).abs()) })
         });
-        if sum > 0.0 { difference / sum } else { difference }
+        if scale > 0.0 { difference / scale } else { difference }
     };
-    let off: Vec<f64> = single.iter().zip(double).map(|(a, b)| relative(a, b)).collect();
-    let (_, greatest) = worst_of(&off);
-    let first = off.iter().position(|v| v.is_nan() || *v > 0.0 && *v >= 0.1 * greatest);
-    first.map_or_else(|| "all named values agree".to_owned(), |k| format!("{} by {:.1e} of itself", single[k].name, off[k]))
+    let differences: Vec<f64> = single.iter().zip(double).map(|(a, b)| relative(a, b)).collect();
+    let (_, greatest) = worst_of(&differences);
+    let first = differences.iter().position(|v| v.is_nan() || *v > 0.0 && *v >= 0.1 * greatest);
+    first.map_or_else(|| "all named values agree".to_owned(), |k| format!("{} by {:.1e} of itself", single[k].name, differences[k]))
 }
 
 #[cfg(test)]
@@ -72,15 +74,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_differing_value_is_named() {
+    fn the_first_value_that_differs_by_much_is_named() {
         let named = |name: &str, numbers: &[f64]| NamedValue { name: name.into(), numbers: numbers.to_vec() };
         let exact = [named("a", &[1.0]), named("b", &[2.0, 3.0]), named("c", &[f64::NAN]), named("d", &[5.0])];
         let mut rounded = exact.clone();
-        assert_eq!(first_difference(&rounded, &exact), "all named values agree");
+        assert_eq!(first_large_difference(&rounded, &exact), "all named values agree");
         rounded[0].numbers[0] += 1e-7;
         rounded[1].numbers[1] += 3e-3;
         rounded[3].numbers[0] += 1e-3;
-        assert_eq!(first_difference(&rounded, &exact), "b by 1.0e-3 of itself");
+        assert_eq!(first_large_difference(&rounded, &exact), "b by 1.0e-3 of itself");
         assert_eq!(worst_of(&[0.0, f64::NAN, 3.0]), (1, f64::INFINITY));
     }
 }

@@ -1,6 +1,6 @@
 //! Every key of the covering set on the sample body, f32 against f64.
 
-use super::difference::{cause, larger_or_nan, worst_of};
+use super::difference::{describe_cause, larger_or_nan, worst_of};
 use super::{SweepBench, SweepResult};
 use crate::catalog::NaifId;
 use crate::measure::PlannedView;
@@ -34,7 +34,7 @@ pub(super) fn run(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
             let pixel = [at as u32 % SIDE, at as u32 / SIDE];
             found.add(worst, || {
                 let location = json!({ "key": key.to_string(), "half_side_radii": half_side, "pixel": pixel });
-                (location, cause(bench, &view, [SIDE, SIDE], pixel))
+                (location, describe_cause(bench, &view, [SIDE, SIDE], pixel))
             });
         }
     }

@@ -355,7 +355,7 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
                 view.plan.passes.iter().flat_map(|p| &p.draws).map(|d| d.module.to_string()).collect();
             let cause = format!(
                 "{}; modules: {}",
-                super::difference::cause(bench, &view, [side, side], pixel),
+                super::difference::describe_cause(bench, &view, [side, side], pixel),
                 modules.into_iter().collect::<Vec<_>>().join(" ")
             );
             (json!({ "view": name, "pixel": pixel }), cause)

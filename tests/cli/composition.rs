@@ -1,4 +1,4 @@
-//! Stereo, domes and warps of the built program: sizes, f64 against f32, the probe's pixels, and error messages.
+//! Stereo, domes and warps through the command line: sizes, f64 against f32, directions to pixels (`probe project`), and error messages.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -7,14 +7,14 @@ use std::sync::LazyLock;
 static CACHE: LazyLock<PathBuf> = LazyLock::new(|| std::env::temp_dir().join(format!("orrery-composition-{}", std::process::id())));
 
 fn orrery(args: &[&str]) -> Output {
-    let base = ["--renderer", "software", "--cache", CACHE.to_str().expect("a plain name")];
+    let base = ["--renderer", "software", "--cache", CACHE.to_str().expect("a UTF-8 path")];
     Command::new(crate::support::program::path()).args(args).args(base).output().expect("the program starts")
 }
 
-const VIEW: [&str; 7] = ["render", "--target", "saturn", "--time", "2017-05-17T00:00:00Z", "--size", "96x64"];
+const VIEW_ARGUMENTS: [&str; 7] = ["render", "--target", "saturn", "--time", "2017-05-17T00:00:00Z", "--size", "96x64"];
 
 fn render(args: &[&str], to: &Path) -> Result<image::RgbaImage, String> {
-    let out = orrery(&[&VIEW[..], args, &["-o", to.to_str().expect("a plain name")]].concat());
+    let out = orrery(&[&VIEW_ARGUMENTS[..], args, &["-o", to.to_str().expect("a UTF-8 path")]].concat());
     if out.status.success() {
         Ok(image::open(to).expect("an image").to_rgba8())
     } else {
@@ -23,13 +23,15 @@ fn render(args: &[&str], to: &Path) -> Result<image::RgbaImage, String> {
     }
 }
 
-/// Each composition gives an image of the requested size, and the same in f64 as in f32, to two levels.
+/// Each composition gives an image of the requested size, and in f64 (`--quality reference`) the same as in f32: the mean difference is under 0.3
+/// levels of 255.
 #[test]
 fn every_composition_is_drawn_in_both_precisions() {
     let folder = tempfile::tempdir().expect("a folder");
     let mesh = folder.path().join("mesh.data");
+    // Bourke's format: type 2 (planar), columns and rows, then x y u v and brightness of each node.
     std::fs::write(&mesh, "2\n2 2\n-1.5 -1 0 0 1\n1.5 -1 1 0 1\n-1.2 1 0 1 0.5\n1.2 1 1 1 1\n").expect("written");
-    let mesh = mesh.to_str().expect("a plain name");
+    let mesh = mesh.to_str().expect("a UTF-8 path");
     for (k, args) in [
         &["--stereo", "anaglyph"][..],
         &["--stereo", "side-by-side"],
@@ -42,38 +44,40 @@ fn every_composition_is_drawn_in_both_precisions() {
     .enumerate()
     {
         let path = |name: &str| folder.path().join(format!("{name}{k}.png"));
-        let single = render(args, &path("f32")).expect("drawn");
-        let double = render(&[args, &["--quality", "reference"]].concat(), &path("f64")).expect("drawn");
-        assert_eq!((single.dimensions(), double.dimensions()), ((96, 64), (96, 64)), "{args:?}");
-        assert!(single.pixels().filter(|p| p[1] > 30).count() > 200, "{args:?} is dark");
-        let levels = |(a, b): (&u8, &u8)| f64::from(a.abs_diff(*b));
-        let mean = single.iter().zip(double.iter()).map(levels).sum::<f64>() / (96.0 * 64.0 * 4.0);
+        let in_f32 = render(args, &path("f32")).expect("drawn");
+        let in_f64 = render(&[args, &["--quality", "reference"]].concat(), &path("f64")).expect("drawn");
+        assert_eq!((in_f32.dimensions(), in_f64.dimensions()), ((96, 64), (96, 64)), "{args:?}");
+        assert!(in_f32.pixels().filter(|p| p[1] > 30).count() > 200, "{args:?} is dark");
+        let difference_in_levels = |(a, b): (&u8, &u8)| f64::from(a.abs_diff(*b));
+        let mean = in_f32.iter().zip(in_f64.iter()).map(difference_in_levels).sum::<f64>() / (96.0 * 64.0 * 4.0);
         println!("{args:?}: f64 differs by {mean:.4} levels in the mean");
         assert!(mean < 0.3, "{args:?}: {mean}");
     }
 }
 
 #[test]
-fn impossible_compositions_are_refused_in_one_line() {
+fn wrong_composition_arguments_are_refused_in_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
     let mesh = folder.path().join("fold.data");
+    // The third column lies left of the second.
     std::fs::write(&mesh, "2\n3 2\n-1 -1 0 0 1\n0.5 -1 0.5 0 1\n0 -1 1 0 1\n-1 1 0 1 1\n0.5 1 0.5 1 1\n0 1 1 1 1\n").expect("written");
-    let (fold, none) = (mesh.to_str().expect("plain"), folder.path().join("none.data"));
-    for (args, parts) in [
+    let (fold, none) = (mesh.to_str().expect("a UTF-8 path"), folder.path().join("none.data"));
+    for (args, expected_words) in [
         (&["--warp", fold][..], &["fold.data:4: the mesh folds", "row 1, column 2"][..]),
-        (&["--warp", none.to_str().expect("plain")], &["none.data", "--warp takes a text file"]),
+        (&["--warp", none.to_str().expect("a UTF-8 path")], &["none.data", "--warp takes a text file"]),
         (&["--stereo", "anaglyph", "--projection", "fisheye"], &["stereo goes with the perspective projection"]),
         (&["--stereo", "anaglyph", "--eye-separation-km", "-3"], &["more than 0 km"]),
         (&["--stereo", "anaglyph", "--eye-separation-km", "1e9"], &["at most"]),
         (&["--dome-tilt", "20"], &["--projection fisheye"]),
         (&["--projection", "fisheye", "--fov", "400"], &["1 to 360 degrees"]),
     ] {
-        let why = render(args, &folder.path().join("x.png")).expect_err("refused");
-        assert!(parts.iter().all(|p| why.contains(p)) && why.lines().count() == 1, "{args:?}: {why}");
+        let message = render(args, &folder.path().join("x.png")).expect_err("refused");
+        assert!(expected_words.iter().all(|w| message.contains(w)) && message.lines().count() == 1, "{args:?}: {message}");
     }
     let exr = render(&["--stereo", "anaglyph"], &folder.path().join("x.exr")).expect_err("refused");
     assert!(exr.contains("display values"), "{exr}");
-    assert!(std::fs::read_dir(folder.path()).expect("a folder").count() == 1, "nothing was written");
+    // Only the mesh is there.
+    assert!(std::fs::read_dir(folder.path()).expect("a folder").count() == 1, "an image was written");
 }
 
 /// `probe project` gives the pixels of directions in fisheye and equirectangular images: compared with formulas in this test.
@@ -90,7 +94,8 @@ fn project_knows_the_projections() {
         let answer = v.get("ok").unwrap_or(v);
         [answer["x"].as_f64().expect("x"), answer["y"].as_f64().expect("y")]
     };
-    // Looking along right ascension 90 degrees; aberration moves a direction by 0.006 degrees at most.
+    // Looking along right ascension 90 degrees, which is the centre: 60 is 30 degrees to its right, 30 is 60. The radius of the fisheye's circle, 100
+    // pixels, is 90 degrees. Aberration moves a direction by 0.006 degrees at most.
     let [x, y] = pixel(&project("equirectangular", 60.0, 45.0));
     assert!((x - (200.0 + 30.0 / 360.0 * 400.0)).abs() < 0.1 && (y - (100.0 - 45.0 / 180.0 * 200.0)).abs() < 0.1, "{x} {y}");
     let [x, y] = pixel(&project("fisheye", 30.0, 0.0));

@@ -1,4 +1,4 @@
-//! The panels that analyse an image's shaders, pressed by accessible name without a window or a GPU.
+//! The Shader and Compare panels, which analyse an image's shaders, operated by the accessible names of their controls, without a window or a GPU.
 
 use crate::view::interface::{interface, session};
 use egui_kittest::Harness;
@@ -11,7 +11,7 @@ use orrery::view::worker::render_worker::InlineWorker;
 use std::collections::BTreeSet;
 
 /// Saturn from its lit side, with the rings' shadow on the globe; time is paused.
-fn saturn() -> Interface {
+fn interface_at_saturn() -> Interface {
     interface(NaifId(699), "2017-05-17T00:00:00Z")
 }
 
@@ -35,42 +35,47 @@ fn names_containing(harness: &Harness<'_, Interface>, part: &str) -> Vec<String>
     names.into_iter().collect()
 }
 
-fn open(harness: &mut Harness<'_, Interface>, page: &str) {
+fn open_shader_page(harness: &mut Harness<'_, Interface>, page: &str) {
     harness.state_mut().tab = Some(Tab::Shader);
     harness.run_steps(6);
     press(harness, page);
 }
 
+/// The entry of the legend among these names: a feature and its number of lines. The margin's labels have more words.
+fn legend_entry(names: &[String]) -> &str {
+    names.iter().find(|name| name.split(' ').count() == 2).expect("a legend")
+}
+
 #[test]
 fn the_source_names_the_feature_that_draws_the_rings_shadow() {
     let worker = InlineWorker::new(session());
-    let mut harness = harness(&worker, saturn());
-    open(&mut harness, "Source");
+    let mut harness = harness(&worker, interface_at_saturn());
+    open_shader_page(&mut harness, "Source");
     let features = names_containing(&harness, "ring-shadow.");
     assert!(!features.is_empty(), "no line of the globe is for the ring's shadow");
-    let legend = features.iter().find(|f| f.split(' ').count() == 2).expect("a legend").clone();
-    press(&mut harness, &legend);
-    assert!(!names_containing(&harness, "ring_").is_empty(), "its lines are scrolled into view");
+    press(&mut harness, legend_entry(&features));
+    assert!(!names_containing(&harness, "ring_").is_empty(), "its lines are not in view");
+    // 07230203: the magic number of SPIR-V.
     for (language, word) in
         [("HLSL", "float4"), ("MSL", "metal"), ("GLSL", "version"), ("SPIR-V", "07230203"), ("SPIR-V text", "OpCapability")]
     {
         press(&mut harness, language);
         assert!(!names_containing(&harness, word).is_empty(), "{language} without {word}");
-        assert!(names_containing(&harness, ", needed by ").is_empty(), "{language} has no source map");
+        assert!(names_containing(&harness, ", needed by ").is_empty(), "{language} has a source map");
     }
-    // The ring draw has no shadow of the ring on itself.
+    // The ring draw has no shadow of the ring on itself: only lines that the feature's absence needs ("not ring-shadow...").
     press(&mut harness, "WGSL");
     press(&mut harness, "ring");
-    assert!(names_containing(&harness, "ring-shadow.").iter().all(|f| f.starts_with("not ")), "no line for the ring's shadow");
+    assert!(names_containing(&harness, "ring-shadow.").iter().all(|f| f.starts_with("not ")), "a line is for the ring's shadow");
 }
 
 #[test]
-fn another_dimension_is_another_key_with_its_difference() {
+fn another_value_of_a_dimension_gives_another_key_and_shows_the_difference() {
     let worker = InlineWorker::new(session());
-    let mut harness = harness(&worker, saturn());
-    open(&mut harness, "Key");
+    let mut harness = harness(&worker, interface_at_saturn());
+    open_shader_page(&mut harness, "Key");
     assert!(names_containing(&harness, "changed by hand").is_empty() && names_containing(&harness, "features differ").is_empty());
-    assert_eq!(names_containing(&harness, "Reachable: one of").len(), 1, "what is drawn can be drawn");
+    assert_eq!(names_containing(&harness, "Reachable: one of").len(), 1, "the drawn key is not among the reachable ones");
     press(&mut harness, "Gallery");
     let tile = names_containing(&harness, "Inspect ring-shadow: none");
     // It may be scrolled out of view.
@@ -80,7 +85,7 @@ fn another_dimension_is_another_key_with_its_difference() {
     assert_eq!(names_containing(&harness, "changed by hand").len(), 1);
     let difference = names_containing(&harness, "features differ");
     assert!(difference[0].contains("lines removed"), "{difference:?}");
-    assert!(!names_containing(&harness, "ring-shadow.").is_empty(), "the difference is listed by feature");
+    assert!(!names_containing(&harness, "ring-shadow.").is_empty(), "the difference is not listed by feature");
     press(&mut harness, "Back to the drawn key");
     assert!(names_containing(&harness, "features differ").is_empty());
 }
@@ -88,9 +93,9 @@ fn another_dimension_is_another_key_with_its_difference() {
 #[test]
 fn a_pixel_is_reported_in_both_precisions() {
     let worker = InlineWorker::new(session());
-    let mut harness = harness(&worker, saturn());
-    open(&mut harness, "Probe");
-    assert!(names_containing(&harness, "f64 difference").is_empty(), "nothing before a click");
+    let mut harness = harness(&worker, interface_at_saturn());
+    open_shader_page(&mut harness, "Probe");
+    assert!(names_containing(&harness, "f64 difference").is_empty(), "values before a click");
     press(&mut harness, "Centre of the image");
     let headings = names_containing(&harness, "f64 difference");
     assert!(headings.iter().any(|h| h.contains("f32") && h.contains("f64")), "{headings:?}");
@@ -103,12 +108,13 @@ fn a_pixel_is_reported_in_both_precisions() {
 #[test]
 fn two_variants_are_drawn_and_compared() {
     let worker = InlineWorker::new(session());
-    let mut harness = harness(&worker, saturn());
+    let mut harness = harness(&worker, interface_at_saturn());
     harness.state_mut().tab = Some(Tab::Compare);
     harness.run_steps(8);
     let metrics = names_containing(&harness, "PSNR");
-    assert_eq!(metrics.len(), 1, "one line of metrics");
-    assert!(!metrics[0].contains("infinite"), "draft and reference differ: {}", metrics[0]);
+    // At first draft and reference are compared.
+    assert_eq!(metrics.len(), 1, "other than one line of metrics");
+    assert!(!metrics[0].contains("infinite"), "draft and reference do not differ: {}", metrics[0]);
     // The same variant on both sides: no difference at all.
     harness.get_all_by_label("draft").nth(1).expect("the right side's").click();
     harness.run_steps(8);
@@ -118,36 +124,38 @@ fn two_variants_are_drawn_and_compared() {
 
 #[test]
 fn a_fragment_that_changes_on_disk_changes_the_image_and_a_broken_one_is_shown() {
-    let (cache, folder) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
+    let (cache, folder) = (tempfile::tempdir().expect("a temporary folder"), tempfile::tempdir().expect("a temporary folder"));
     let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
     let session = Session::open(&sources, |line| panic!("{line}")).expect("a session");
-    let built_in = session.library().generator();
+    // A digest of the fragments and of what makes modules from them.
+    let built_in_digest = session.library().generator();
     assert!(
         ShaderWatcher::open(folder.path(), &session).is_err_and(|e| e.to_string().contains("no *.wesl")),
-        "an empty folder is an error"
+        "an empty folder is accepted"
     );
     let (path, text) = orrery::shader::fragments::FRAGMENTS.iter().find(|(path, _)| *path == "lib/draw.wesl").expect("a fragment");
     let file = folder.path().join(path);
     std::fs::create_dir_all(file.parent().expect("a parent")).expect("made");
     std::fs::write(&file, text).expect("written");
-    let watch = ShaderWatcher::open(folder.path(), &session).expect("reads");
-    assert_eq!(session.library().generator(), built_in, "the same text is the same generator");
+    let watcher = ShaderWatcher::open(folder.path(), &session).expect("reads");
+    assert_eq!(session.library().generator(), built_in_digest, "the same text has another digest");
     let worker = InlineWorker::new(&session);
-    let mut harness = harness(&worker, saturn());
+    let mut harness = harness(&worker, interface_at_saturn());
+    // The duration identifies the image.
     let image_ms = harness.state().shown().expect("an image").took_ms;
     // Invalid WGSL.
     std::fs::write(&file, format!("{text}\nfn broken( {{\n")).expect("written");
-    watch.check_files(&worker);
-    assert_ne!(session.library().generator(), built_in);
+    watcher.check_files(&worker);
+    assert_ne!(session.library().generator(), built_in_digest);
     harness.state_mut().tab = Some(Tab::Shader);
     harness.run_steps(8);
     assert_eq!(harness.state().shown().expect("the last good image").took_ms, image_ms);
     assert!(harness.state().message_line().contains(path), "{}", harness.state().message_line());
     let labels = names_containing(&harness, "fn broken( {");
-    assert!(labels.iter().any(|t| t.contains('^') && t.contains(path)), "source with a caret: {labels:?}");
+    assert!(labels.iter().any(|t| t.contains('^') && t.contains(path)), "no source with a caret: {labels:?}");
     // Repaired.
     std::fs::write(&file, format!("{text}\n// repaired\n")).expect("written");
-    watch.check_files(&worker);
+    watcher.check_files(&worker);
     harness.run_steps(8);
     assert!(harness.state().message_line().is_empty(), "{}", harness.state().message_line());
     assert!(names_containing(&harness, "fn broken( {").is_empty());

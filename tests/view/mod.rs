@@ -1,4 +1,4 @@
-//! The window: panels, input, accessibility, and its own frame.
+//! The window, part by part; tests/README.md says what each module tests. `interface` is also the harness of the others.
 
 mod access;
 mod composition;

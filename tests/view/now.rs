@@ -1,4 +1,4 @@
-//! *What to see now*: its images, the views they open, and when the row is visible.
+//! *What to see now*, a row of thumbnails: the views they open, and when the row is visible.
 
 use crate::view::input::Window;
 use crate::view::interface::{harness, interface, session, settle};
@@ -14,6 +14,8 @@ use orrery::view::panels::Tab;
 
 const MARS: NaifId = NaifId(499);
 const SATURN: NaifId = NaifId(699);
+/// Height of the image that an action may refer to.
+const HEIGHT_PX: f64 = 600.0;
 
 /// A window with the settings of a first start.
 fn first_start() -> Window {
@@ -24,28 +26,29 @@ fn first_start() -> Window {
     window
 }
 
-fn tiles(window: &Window) -> Vec<String> {
+/// Labels of the thumbnail buttons on screen.
+fn thumbnail_labels(window: &Window) -> Vec<String> {
     let all = window.query_all_by_role(Role::Button).filter_map(|n| n.accesskit_node().label());
     all.filter(|label| NowItem::ALL.iter().any(|item| label.starts_with(&format!("{}: ", item.name())))).collect()
 }
 
 fn press(window: &mut Window, item: NowItem) {
-    let name = tiles(window).into_iter().find(|label| label.starts_with(item.name())).expect("a tile");
+    let name = thumbnail_labels(window).into_iter().find(|label| label.starts_with(item.name())).expect("a thumbnail");
     window.get_by_role_and_label(Role::Button, &name).click();
     settle(window);
 }
 
 #[test]
-fn each_image_opens_its_view_and_hides_the_row() {
+fn each_thumbnail_opens_its_view_and_hides_the_row() {
     for item in NowItem::ALL {
         let mut window = first_start();
-        assert_eq!(tiles(&window).len(), NowItem::ALL.len(), "{:?}", tiles(&window));
+        assert_eq!(thumbnail_labels(&window).len(), NowItem::ALL.len(), "{:?}", thumbnail_labels(&window));
         press(&mut window, item);
         let state = window.state();
         let view = state.viewer.destination();
         let (target, tab) = match item {
             NowItem::Moon => (NaifId::MOON, None),
-            // The test's clock is at J2000: a total eclipse of the Moon on 2000-01-21 04:44 UT (NASA, canon of lunar eclipses).
+            // The harness' clock is at J2000: a total eclipse of the Moon on 2000-01-21 04:44 UT (NASA, canon of lunar eclipses).
             NowItem::Eclipse => (NaifId::MOON, Some(Tab::Events)),
             NowItem::Saturn => (SATURN, None),
             NowItem::Shadows => (NaifId(599), None),
@@ -59,32 +62,33 @@ fn each_image_opens_its_view_and_hides_the_row() {
         if matches!(item, NowItem::Moon | NowItem::Saturn) {
             assert!(view.tdb_s.abs() < 10.0, "the view is at the current time");
         }
-        // The row over the sky is closed; the panel still shows it.
+        // The row over the sky is closed; the Moments panel still shows the thumbnails.
         window.state_mut().tab = None;
         settle(&mut window);
-        assert!(tiles(&window).is_empty() && !window.state().settings.panels.now_shown);
+        assert!(thumbnail_labels(&window).is_empty() && !window.state().settings.panels.now_shown);
         window.state_mut().tab = Some(Tab::Moments);
         settle(&mut window);
-        assert_eq!(tiles(&window).len(), NowItem::ALL.len());
+        assert_eq!(thumbnail_labels(&window).len(), NowItem::ALL.len());
     }
 }
 
 #[test]
-fn a_view_of_now_passes_forward_in_real_time_and_stays_paused() {
-    for earlier in [vec![Action::RunAt(-600.0)], vec![Action::RunAt(-600.0), Action::TogglePause]] {
+fn opening_a_current_view_sets_real_time_forward_and_keeps_a_pause() {
+    for actions_before in [vec![Action::RunAt(-600.0)], vec![Action::RunAt(-600.0), Action::TogglePause]] {
         let mut window = first_start();
-        let places = SessionPositions(session());
-        for action in &earlier {
-            window.state_mut().viewer.apply(action.clone(), 600.0, &places);
+        let positions = SessionPositions(session());
+        for action in &actions_before {
+            window.state_mut().viewer.apply(action.clone(), HEIGHT_PX, &positions);
         }
         assert!(window.state().viewer.time_rate.rate() <= 0.0);
         press(&mut window, NowItem::Moon);
         let state = window.state_mut();
-        if earlier.last() == Some(&Action::TogglePause) {
-            assert_eq!(state.viewer.time_rate.rate(), 0.0, "{earlier:?}");
-            state.viewer.apply(Action::TogglePause, 600.0, &places);
+        // If the user had paused, the rate is 0; resuming shows that it was set to real time meanwhile.
+        if actions_before.last() == Some(&Action::TogglePause) {
+            assert_eq!(state.viewer.time_rate.rate(), 0.0, "{actions_before:?}");
+            state.viewer.apply(Action::TogglePause, HEIGHT_PX, &positions);
         }
-        assert_eq!(state.viewer.time_rate.rate(), 1.0, "{earlier:?}");
+        assert_eq!(state.viewer.time_rate.rate(), 1.0, "{actions_before:?}");
     }
 }
 
@@ -93,7 +97,7 @@ fn the_row_stays_closed_after_its_close_button() {
     let mut window = first_start();
     window.get_by_label("Close what to see now").click();
     settle(&mut window);
-    assert!(tiles(&window).is_empty());
+    assert!(thumbnail_labels(&window).is_empty());
     let text = serde_json::to_string(&window.state().settings).expect("text");
     assert!(text.contains("\"now_shown\":false"), "the next start remembers it");
 }
@@ -108,55 +112,55 @@ fn drag(window: &mut Window) {
     window.drop_at(start + egui::vec2(60.0, 20.0));
 }
 
-type Input = fn(&mut Window);
+type Act = fn(&mut Window);
 
 #[test]
 fn the_row_hides_at_the_first_input_and_not_before() {
-    let inputs: [(&str, Input); 5] = [
+    let acts: [(&str, Act); 5] = [
         ("drag", drag),
         ("zoom", |window| window.event(egui::Event::Text("+".into()))),
         ("selection", |window| window.key_press(egui::Key::PageDown)),
         ("panel", |window| window.get_by_label("Effects").click()),
         ("list of bodies", |window| window.get_by_label("Bodies").click()),
     ];
-    for (name, input) in inputs {
+    for (name, act) in acts {
         let mut window = first_start();
         // The pointer over the sky and time that passes are no input.
         let centre = window.get_by_label_contains("The sky:").rect().center();
         window.hover_at(centre);
         settle(&mut window);
-        assert_eq!(tiles(&window).len(), NowItem::ALL.len(), "before: {name}");
-        input(&mut window);
+        assert_eq!(thumbnail_labels(&window).len(), NowItem::ALL.len(), "before: {name}");
+        act(&mut window);
         settle(&mut window);
         window.state_mut().tab = None;
         settle(&mut window);
-        assert!(tiles(&window).is_empty(), "after: {name}");
+        assert!(thumbnail_labels(&window).is_empty(), "after: {name}");
         window.state_mut().tab = Some(Tab::Moments);
         settle(&mut window);
-        assert_eq!(tiles(&window).len(), NowItem::ALL.len(), "in the panel, after: {name}");
+        assert_eq!(thumbnail_labels(&window).len(), NowItem::ALL.len(), "in the panel, after: {name}");
     }
 }
 
 #[test]
-fn the_shader_of_the_eclipse_is_shown_at_its_lines() {
+fn the_shader_panel_opens_at_the_lines_of_the_eclipse() {
     let mut window = first_start();
     press(&mut window, NowItem::Shader);
-    // The longest run of the feature is visible, with its name in the margin.
+    // The longest group of consecutive lines that the feature needs is in view, with its name in the margin.
     assert!(window.query_all_by_label_contains("needed by eclipse.1").count() > 0);
     assert!(window.query_by_label("Only lines for eclipse.1").is_some(), "the feature is chosen");
 }
 
-/// At any time of Saturn's year the camera is on the lit side of the rings and sees more day than night.
+/// In years throughout Saturn's orbit the camera is on the lit side of the rings, over 10 degrees from their plane.
 #[test]
 fn saturn_is_seen_from_the_lit_side_of_its_rings() {
-    let places = SessionPositions(session());
+    let positions = SessionPositions(session());
     let base_view = first_start().state().viewer.view.clone();
     for year in (1990..2050).step_by(4) {
         let time = Instant::parse(&format!("{year}-07-01")).expect("a time");
         let view = NowItem::Saturn.view(session(), time, &base_view).expect("a view").view;
         let CameraPose::Orbit { elevation_deg, distance_radii, .. } = view.eye else { panic!("no orbit") };
-        let sunward = places.between_km(SATURN, NaifId::SUN, time).expect("a place");
-        let pole = places.body_from_icrf(SATURN, time).expect("an orientation").row(2);
+        let sunward = positions.between_km(SATURN, NaifId::SUN, time).expect("a position");
+        let pole = positions.body_from_icrf(SATURN, time).expect("an orientation").row(2);
         assert!(sunward.dot(pole) * elevation_deg > 0.0, "{year}: the dark side of the rings");
         assert!(elevation_deg.abs() > 10.0 && distance_radii > 4.0, "{year}");
     }

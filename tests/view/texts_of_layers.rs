@@ -1,4 +1,4 @@
-//! Texts of other layers are translated: reasons of scenes by their messages, and texts of the shipped catalogs by their names.
+//! Texts of the layers below the window are translated: reasons of scenes by their messages, and texts of the shipped catalogs by their names.
 
 use crate::support::sweep;
 use crate::view::interface::session;

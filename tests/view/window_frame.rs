@@ -1,4 +1,4 @@
-//! The window's own frame: the CPU painter, the software renderer and the GPU draw the same triangles.
+//! The drawing of the window's interface: the CPU painter, the software renderer and the GPU draw the same triangles.
 //!
 //! Bounds, in levels of 255, and why they are not 0: the painter interpolates texels in steps of 1/256 and rounds at each layer, the renderers blend in floats: measured
 //! 0.014 in the mean, 1 at most. A GPU has its own subpixel grid and may assign a pixel of a slanted edge differently: on llvmpipe 0.035 and 1.

@@ -1,4 +1,4 @@
-//! Finished images in GPU memory, kept as long as a [`GpuImage`] handle exists.
+//! Finished images in GPU memory. An image lives at least as long as a [`GpuImage`] handle of it; without one, until the next image is registered.
 
 use crate::render::plan::GpuImage;
 use std::collections::HashMap;
@@ -6,11 +6,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Weak};
 use wgpu::TextureView;
 
-/// The next image's id. Ids are unique across all devices, so that a device recognises that an image is not its own.
+/// The next image's id. Ids are unique in the process, so that a look-up of another device's image finds nothing.
 static NEXT_ID: AtomicU64 = AtomicU64::new(0);
 
 #[derive(Default)]
 pub(crate) struct GpuImages {
+    /// By id: the id that the handles share, which dies with the last of them, and the texture.
     by_id: HashMap<u64, (Weak<u64>, TextureView)>,
 }
 

@@ -68,13 +68,13 @@ impl BodiesInFrame {
         Self { reports, draws, points, orbits: orbit_arcs, traces: trace_segments }
     }
 
-    /// Applies the lunar limb profile to the Moon, removes draws and points that other bodies hide, and spreads the glare of bright points. `white`: radiance
-    /// shown as white.
+    /// Applies the lunar limb profile to the Moon, removes draws and points that other bodies hide, and widens the sprites of bright points. `white`:
+    /// radiance shown as white.
     pub(super) fn hide(&mut self, placed: &[PlacedBody<'_>], camera: &Camera, white: f64) {
         lunar_limb::apply_to_moon(placed, camera, &mut self.draws, &mut self.reports);
         hidden::apply(placed, camera, &mut self.draws, &mut self.points, &mut self.reports);
         lunar_limb::update_features(&self.draws, &mut self.reports);
-        self.points.iter_mut().for_each(|p| point::spread_glare(p, white));
+        self.points.iter_mut().for_each(|p| point::set_sprite_radius(p, white));
     }
 }
 

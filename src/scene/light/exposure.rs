@@ -6,7 +6,7 @@ use crate::scene::camera::narrow_scalar;
 /// The exposure of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exposure {
-    /// Base-2 logarithm of the factor on radiance.
+    /// Base-2 logarithm of the factor that is applied to radiance before the tone map: a greater one is brighter.
     pub stops: f64,
     /// The light meter's result, if the light was metered; otherwise equal to `stops`.
     pub metered_stops: f64,
@@ -33,24 +33,25 @@ impl Exposure {
     }
 }
 
-/// Exposure of the pixel view of costs: 16384 instructions are white.
+/// Fixed exposure of the pixel view of costs, under which 2^14 instructions are white.
 pub(crate) const COST_STOPS: f64 = -14.0;
-/// Level at which automatic exposure shows a fully lit disc (brightest channel), as a fraction of white: features twice as bright as the mean are not
-/// clipped, and a coloured body keeps its colour.
+/// Level, as a linear fraction of white, at which automatic exposure shows the mean radiance of a metered subject (brightest channel), such as a
+/// fully lit disc: details twice as bright as the mean reach white but are not clipped, and a coloured body keeps its colour.
 pub const AUTO_EXPOSED_MEAN: f64 = 0.5;
-/// The same level for the Sun: its centre reaches white, and the darkened limb stays below white.
+/// The same level for the Sun's disc: its centre reaches white, and the darkened limb stays below white.
 pub const AUTO_EXPOSED_SUN: f64 = 0.85;
-/// Luminance of radiance 1, that of a white plane facing the Sun at 1 au, in cd/m2: the illuminance of V = -26.76 with 2.54e-6 lux for V = 0, 128 klx, over
-/// pi. An estimate to 5 %, a fourteenth of a stop: published solar illuminance constants lie between 128 and 134 klx.
+/// Luminance in cd/m2 of radiance 1, which is that of a white plane facing the Sun at 1 au: the illuminance of V = -26.76 with 2.54e-6 lux for V = 0,
+/// 128 klx, over pi. An estimate to 5 %, a fourteenth of a stop: published solar illuminance constants lie between 128 and 134 klx.
 pub const CANDELAS_PER_RADIANCE: f64 = 128_000.0 / std::f64::consts::PI;
 /// Luminance that a camera's sensor shows as white at EV 0 and ISO 100, cd/m2; it is proportional to 2^EV (ISO 12232's saturation-based speed with a lens
-/// of transmittance 0.65: 78 / (100 x 0.65)). Sunlit ground, EV 15, is then exposed by 0 stops.
+/// of transmittance 0.65: 78 / (100 x 0.65)). At EV 15, usual for sunlit ground, a radiance of 1 is white to 0.05 stop.
 const WHITE_AT_EV_0: f64 = 1.2;
-/// Lower limit of the EV of automatic exposure: that of a photograph of the night sky at f/2.8, 8 s, ISO 1600. White is then 0.075 cd/m2; a star of 6 mag,
-/// the faintest that the eye sees, is a fifteenth of white in an image of 45 degrees and 1024 pixels.
+/// Lower limit of the EV of automatic exposure: that of a photograph of the night sky at f/2.8, 8 s, ISO 1600. White is then 0.075 cd/m2.
+/// The brightest pixel of a star of 6 mag, the faintest that the eye sees, is at most a thirteenth of white where 1024 pixels span a vertical field
+/// of 45 degrees.
 pub const DARKEST_EV: f64 = -4.0;
 
-/// The radiance that the longest exposure shows as white.
+/// The smallest radiance that automatic exposure shows as white.
 pub fn darkest_white() -> f64 {
     WHITE_AT_EV_0 * DARKEST_EV.exp2() / CANDELAS_PER_RADIANCE
 }

@@ -151,17 +151,17 @@ pub(crate) fn sun_disc_radiance() -> f64 {
 }
 
 /// Projected area of the ellipsoid in the direction `n` (unit vector, body axes), divided by pi.
-pub(crate) fn projected_radius_squared_km2(radii_km: DVec3, n: DVec3) -> f64 {
+pub(crate) fn projected_radius_sq_km2(radii_km: DVec3, n: DVec3) -> f64 {
     let (a, b, c) = (radii_km.x, radii_km.y, radii_km.z);
     ((b * c * n.x).powi(2) + (a * c * n.y).powi(2) + (a * b * n.z).powi(2)).sqrt()
 }
 
 /// Irradiance that the body causes at a viewer, in units of the Sun's at 1 au.
 ///
-/// `sun_km`, `viewer_km`: distances of the body from the Sun and from the viewer; `radius_squared_km2`: squared radius of a circle with the area of the
-/// body's outline.
-pub fn irradiance_at_viewer(body: &Body, alpha: f64, sun_km: f64, viewer_km: f64, radius_squared_km2: f64) -> f64 {
-    let solid_angle = radius_squared_km2 / (viewer_km * viewer_km);
+/// `alpha`: phase angle, radians. `sun_km`, `viewer_km`: distances of the body from the Sun and from the viewer; `radius_sq_km2`: squared radius of a
+/// circle with the area of the body's outline.
+pub fn irradiance_at_viewer(body: &Body, alpha: f64, sun_km: f64, viewer_km: f64, radius_sq_km2: f64) -> f64 {
+    let solid_angle = radius_sq_km2 / (viewer_km * viewer_km);
     if body.id == NaifId::SUN || matches!(body.photometry, Photometry::Emissive { .. }) {
         return sun_disc_radiance() * solid_angle;
     }
@@ -240,7 +240,7 @@ mod tests {
     #[test]
     fn the_suns_irradiance_at_one_au_is_one() {
         let radius = DVec3::splat(SUN_RADIUS_KM);
-        let solid_angle = projected_radius_squared_km2(radius, DVec3::Y) / KM_PER_AU.powi(2);
+        let solid_angle = projected_radius_sq_km2(radius, DVec3::Y) / KM_PER_AU.powi(2);
         assert!((sun_disc_radiance() * solid_angle - 1.0).abs() < 1e-12);
         assert!((magnitude(1.0) - SUN_V_MAGNITUDE_AT_1_AU).abs() < 1e-12);
     }
@@ -248,8 +248,8 @@ mod tests {
     #[test]
     fn an_ellipsoid_shows_the_product_of_the_other_two_axes() {
         let r = DVec3::new(3.0, 2.0, 1.0);
-        assert!((projected_radius_squared_km2(r, DVec3::X) - 2.0).abs() < 1e-12);
-        assert!((projected_radius_squared_km2(r, DVec3::Y) - 3.0).abs() < 1e-12);
-        assert!((projected_radius_squared_km2(r, DVec3::Z) - 6.0).abs() < 1e-12);
+        assert!((projected_radius_sq_km2(r, DVec3::X) - 2.0).abs() < 1e-12);
+        assert!((projected_radius_sq_km2(r, DVec3::Y) - 3.0).abs() < 1e-12);
+        assert!((projected_radius_sq_km2(r, DVec3::Z) - 6.0).abs() < 1e-12);
     }
 }

@@ -27,12 +27,12 @@ pub(crate) struct RingLight {
     /// function.
     pub ring_albedo: f64,
     /// Fraction of the globe's light that is neither in the rings' shadow nor hidden by them.
-    pub globe_fraction: f64,
+    pub globe_light_fraction: f64,
 }
 
 impl RingLight {
     /// The value for a body without rings.
-    pub(crate) const NONE: Self = Self { ring_albedo: 0.0, globe_fraction: 1.0 };
+    pub(crate) const NONE: Self = Self { ring_albedo: 0.0, globe_light_fraction: 1.0 };
 
     /// `sun` and `viewer`: unit vectors from the body's centre, body axes.
     pub(crate) fn of(tables: &RingTables, body: &Body, sun: DVec3, viewer: DVec3) -> Self {
@@ -58,7 +58,7 @@ impl RingLight {
             0.25 * phase * luminance(s.albedo) * scattered * area * visible_at(0.5 * (s.from + s.to))
         };
         let ring_albedo = if sun.z == 0.0 { 0.0 } else { layer.iter().map(reflected).sum::<f64>() / PI };
-        Self { ring_albedo, globe_fraction: globe.transmitted_fraction(&layer, sun, viewer) }
+        Self { ring_albedo, globe_light_fraction: globe.transmitted_fraction(&layer, sun, viewer) }
     }
 }
 
@@ -134,7 +134,7 @@ mod tests {
         let catalog = Catalog::embedded();
         let saturn = catalog.body(NaifId(699)).expect("Saturn");
         let edge_on = RingLight::of(&RingTables::default(), saturn, direction(10.0, 0.0), direction(0.0, 3.0));
-        assert!(edge_on.ring_albedo < 1e-3 && edge_on.globe_fraction > 0.5, "{edge_on:?}");
+        assert!(edge_on.ring_albedo < 1e-3 && edge_on.globe_light_fraction > 0.5, "{edge_on:?}");
         let moon = catalog.body(NaifId(301)).expect("the Moon");
         assert_eq!(RingLight::of(&RingTables::default(), moon, DVec3::X, DVec3::X), RingLight::NONE);
     }

@@ -172,7 +172,7 @@ fn radial_range(intervals: &[RingInterval]) -> Option<[f64; 2]> {
 /// The light on a ring and the range of view rays that cross it, which all pixels share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingConditions {
-    /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with its mean sine: [`sun_halves`](super::ring_shine::sun_halves).
+    /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with the mean sine of its elevation: [`sun_halves`](super::ring_shine::sun_halves).
     /// `None` for the pixel view of albedo.
     pub sunlight: Option<[[f64; 2]; 2]>,
     /// Indices of the first and the last slope of the table's rows.
@@ -182,9 +182,9 @@ pub struct RingConditions {
 impl RingConditions {
     /// `steepest` and `flattest`: smallest and largest slope of the view rays.
     pub fn new(sunlight: Option<[[f64; 2]; 2]>, steepest: f64, flattest: f64) -> Self {
-        let fractional_index = |slope: f64| slope.clamp(1.0, 1.0 / MIN_COSINE).log2() * f64::from(RING_SLOPES_PER_OCTAVE);
-        let first = (fractional_index(steepest).floor() as u32).min(SLOPES - 2);
-        Self { sunlight, slopes: [first, (fractional_index(flattest).ceil() as u32).clamp(first + 1, SLOPES - 1)] }
+        let slope_position = |slope: f64| slope.clamp(1.0, 1.0 / MIN_COSINE).log2() * f64::from(RING_SLOPES_PER_OCTAVE);
+        let first = (slope_position(steepest).floor() as u32).min(SLOPES - 2);
+        Self { sunlight, slopes: [first, (slope_position(flattest).ceil() as u32).clamp(first + 1, SLOPES - 1)] }
     }
 
     /// Light that an interval scatters along a path of a slope, without the factors albedo and phase function / 4.

@@ -11,12 +11,13 @@ pub const ROOT: u32 = 0;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Block {
     Root,
-    /// Emitted as part of `parent` if the condition holds and none of the preceding alternatives does.
+    /// A branch of a chain of `@if`, `@elif` and `@else`: emitted as part of `parent` if its condition holds and that of no branch before it does.
+    /// `unless`: the previous branch of the chain.
     When {
         parent: u32,
         condition: Condition,
         unless: Option<u32>,
     },
-    /// Emitted if any of these blocks is; used for the comments above a chain of alternatives.
+    /// Emitted if any of these blocks is; used for the comments above a chain.
     AnyOf(Vec<u32>),
 }

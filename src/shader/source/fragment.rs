@@ -1,13 +1,13 @@
-//! A parsed fragment: its lines, divided into pieces that a module may include or omit.
+//! A parsed fragment (a WESL source file): its lines, divided into pieces that a module may include or omit.
 
 use super::block::{Block, ROOT};
 use super::condition::{Condition, Features};
-use super::limits::first_excess;
+use super::limits::first_exceeded_limit;
 use super::scan::{ConditionChain, Fault, Scan, scan};
 use crate::shader::ShaderError;
 use std::ops::Range;
 
-/// Block number of text that is never emitted: conditional attributes and imports.
+/// Block number of text that is never emitted: the attributes `@if(...)`, `@elif(...)` and `@else` themselves, and import statements.
 const REMOVED: u32 = u32::MAX;
 
 /// Part of a line that belongs to one block.
@@ -22,7 +22,8 @@ pub struct Piece {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FragmentLine {
     pub pieces: Vec<Piece>,
-    /// Whether a part was removed, or the line belongs to several blocks. Such a line is not emitted if the rest of it is empty.
+    /// Whether text was removed from the line, or it belongs to several blocks: if what is emitted of it is blank, the line is dropped. An author's
+    /// blank line is kept.
     pub is_divided: bool,
 }
 
@@ -35,6 +36,7 @@ pub struct Import {
     pub column: u32,
     /// Path of the fragment inside shaders/.
     pub path: String,
+    /// The imported name.
     pub item: String,
 }
 
@@ -65,21 +67,21 @@ impl Fragment {
             let (line, column) = line_and_column(text, at);
             ShaderError::Fragment { path: path.to_owned(), line, column, what }
         };
-        if let Some(old) = old_directive(text) {
+        if let Some(legacy_at) = legacy_directive_at(text) {
             let what = "`//: if`, `//: else` and `//: use` are no longer read: write `@if(lights_1)` before each declaration, member or \
                         statement, and `import package::lib::draw::draw;` (`orrery shader export` writes the fragments of this version)";
-            return Err(error(old, what.into()));
+            return Err(error(legacy_at, what.into()));
         }
         let scan = scan(path.trim_end_matches(".wesl"), text).map_err(|Fault { at: byte, what }| error(byte, what))?;
         Ok(Self::of(text, scan))
     }
 
-    /// Parses with the entire WESL grammar, which also checks parts that no key includes.
+    /// Parses a text that need not be trusted: within limits, and with the entire WESL grammar, also where no key includes the text.
     ///
     /// # Errors
-    /// The errors of [`Fragment::parse`], and the first grammar error, with line and column.
+    /// An exceeded limit (`limits`), the errors of [`Fragment::parse`], or the first grammar error, with line and column.
     pub fn check(path: &str, text: &str) -> Result<Self, ShaderError> {
-        if let Some((start, what)) = first_excess(text) {
+        if let Some((start, what)) = first_exceeded_limit(text) {
             let (line, column) = line_and_column(text, start);
             return Err(ShaderError::Fragment { path: path.to_owned(), line, column, what });
         }
@@ -140,7 +142,7 @@ impl Fragment {
                 Block::Root => true,
                 Block::AnyOf(blocks) => blocks.iter().any(|b| emitted[*b as usize]),
                 Block::When { parent, condition, unless } => {
-                    emitted[*parent as usize] && !self.is_taken(*unless, features) && condition.holds(features)
+                    emitted[*parent as usize] && !self.any_branch_holds(*unless, features) && condition.holds(features)
                 }
             };
             emitted.push(on);
@@ -148,9 +150,9 @@ impl Fragment {
         emitted
     }
 
-    /// Whether the condition of an alternative, or of one before it, holds.
-    fn is_taken(&self, alternative: Option<u32>, features: Features) -> bool {
-        let mut next = alternative;
+    /// Whether the condition of a branch, or of one before it in its chain of `@if`, `@elif` and `@else`, holds.
+    fn any_branch_holds(&self, last: Option<u32>, features: Features) -> bool {
+        let mut next = last;
         while let Some(Block::When { condition, unless, .. }) = next.map(|b| &self.blocks[b as usize]) {
             if condition.holds(features) {
                 return true;
@@ -160,7 +162,8 @@ impl Fragment {
         false
     }
 
-    /// The feature that includes an emitted block; `None` for blocks without a condition of their own.
+    /// The text by which the source map explains an emitted block: a feature; for an `@else` the features that the branch before it lacks (`not
+    /// ...`); for the comments above a chain that of the emitted branch; `None` for the root.
     pub fn reason(&self, block: u32, emitted: &[bool], features: Features) -> Option<String> {
         match &self.blocks[block as usize] {
             Block::Root => None,
@@ -173,7 +176,7 @@ impl Fragment {
         }
     }
 
-    /// The block that contains this block.
+    /// The block in which a conditional block lies; `ROOT` for the others, also for the comments above a chain.
     pub fn parent(&self, block: u32) -> u32 {
         match &self.blocks[block as usize] {
             Block::When { parent, .. } => *parent,
@@ -185,24 +188,25 @@ impl Fragment {
 /// For each byte, the block to which it belongs, or [`REMOVED`].
 fn blocks_of_bytes(text: &str, scan: &Scan) -> Vec<u32> {
     let mut block_of_byte = vec![ROOT; text.len()];
-    // Outer spans first, so that inner ones overwrite them.
+    // Outer spans first, so that inner ones overwrite them; the scanner lists inner ones first.
     for item in scan.conditional_spans.iter().rev() {
         let end = end_with_comment(text, item.span.end);
         block_of_byte[item.span.start..end].fill(item.block);
     }
+    // Comments above the first branch of a chain belong to all branches.
     for ConditionChain { start, block } in &scan.chains {
         block_of_byte[comments_above(text, *start)..line_start(text, *start)].fill(*block);
     }
     for item in &scan.conditional_spans {
-        // Comments above an alternative that is not the first of its chain.
         let above = comments_above(text, item.span.start)..line_start(text, item.span.start);
+        // Comments above a later branch belong to that branch.
         if !scan.chains.iter().any(|c| c.start == item.span.start) {
             block_of_byte[above].fill(item.block);
         }
     }
     for removed in &scan.removed_spans {
-        let after = text[removed.end..].bytes().take_while(|b| *b == b' ').count();
-        block_of_byte[removed.start..removed.end + after].fill(REMOVED);
+        let trailing_blanks = text[removed.end..].bytes().take_while(|b| *b == b' ').count();
+        block_of_byte[removed.start..removed.end + trailing_blanks].fill(REMOVED);
     }
     block_of_byte
 }
@@ -211,7 +215,7 @@ fn line_start(text: &str, at: usize) -> usize {
     text[..at].rfind('\n').map_or(0, |n| n + 1)
 }
 
-/// Start of the comment lines directly above an item's line, if the item is the first on its line.
+/// Start of the comment lines directly above an item's line. If the item is not the first on its line: the start of the line, as if there were none.
 fn comments_above(text: &str, at: usize) -> usize {
     let mut first = line_start(text, at);
     if !text[first..at].trim().is_empty() {
@@ -234,7 +238,7 @@ fn end_with_comment(text: &str, end: usize) -> usize {
 }
 
 /// Position of the first directive in the syntax that fragments used before WESL.
-fn old_directive(text: &str) -> Option<usize> {
+fn legacy_directive_at(text: &str) -> Option<usize> {
     let mut start = 0;
     for line in text.split('\n') {
         if line.trim_start().starts_with("//:") {

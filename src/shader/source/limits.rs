@@ -49,7 +49,7 @@ fn without_comments(text: &str) -> Vec<u8> {
 }
 
 /// The first byte that exceeds a limit, and a message that names the limit.
-pub(super) fn first_excess(text: &str) -> Option<(usize, String)> {
+pub(super) fn first_exceeded_limit(text: &str) -> Option<(usize, String)> {
     let code = without_comments(text);
     let (mut open_angles, mut part_bytes, mut body_bytes) = (0, 0, 0);
     // Whether the outermost open bracket is `{`: that of a function or a structure.
@@ -117,7 +117,8 @@ mod tests {
 
     #[test]
     fn limits_are_exact() {
-        let excess = |text: &str| first_excess(text).map(|(at, what)| (at, what.split_whitespace().nth(2).unwrap_or_default().to_owned()));
+        let excess =
+            |text: &str| first_exceeded_limit(text).map(|(at, what)| (at, what.split_whitespace().nth(2).unwrap_or_default().to_owned()));
         let number = |n: usize| n.to_string();
         for (unit, max) in [("(", MAX_DEPTH), ("f([", MAX_DEPTH / 2), ("{", MAX_DEPTH), ("vec2<", MAX_OPEN_ANGLES)] {
             assert_eq!(excess(&unit.repeat(max)), None, "{unit}");
@@ -138,7 +139,7 @@ mod tests {
         assert!(excess(&chain(MAX_ELSE + 1)).is_some());
         assert_eq!(excess(&"if a {} else {}".repeat(1000)), None);
         for (name, text) in FRAGMENTS.iter() {
-            assert_eq!(first_excess(text), None, "{name}");
+            assert_eq!(first_exceeded_limit(text), None, "{name}");
         }
     }
 }

@@ -1,22 +1,23 @@
-//! Short text for places on a body.
+//! Latitude and longitude as text with compass directions.
 //!
-//! In: latitudes, longitudes. Out: text. Not here: times (`language::dates`).
+//! In: latitudes, longitudes. Out: text. Not here: positions of bodies as vectors (`places`).
 
 use crate::events::GeodeticPosition;
 use crate::view::language::{decimal, named};
 
 /// `25.5° N, 33.2° E`.
 pub(crate) fn place_text(place: GeodeticPosition) -> String {
-    place_degrees(place.latitude_deg, place.longitude_deg, 1)
+    latitude_longitude_text(place.latitude_deg, place.longitude_deg, 1)
 }
 
 /// Latitude and longitude with compass directions instead of signs.
-pub(crate) fn place_degrees(latitude_deg: f64, longitude_deg: f64, digits: usize) -> String {
-    let side = |deg: f64, positive, negative| {
+pub(crate) fn latitude_longitude_text(latitude_deg: f64, longitude_deg: f64, decimals: usize) -> String {
+    let with_direction = |deg: f64, positive, negative| {
+        // The translated word; the English one if there is no translation.
         let direction = named("direction", if deg < 0.0 { negative } else { positive });
-        format!("{}° {direction}", decimal(deg.abs(), digits))
+        format!("{}° {direction}", decimal(deg.abs(), decimals))
     };
-    format!("{}, {}", side(latitude_deg, "north", "south"), side(longitude_deg, "east", "west"))
+    format!("{}, {}", with_direction(latitude_deg, "north", "south"), with_direction(longitude_deg, "east", "west"))
 }
 
 #[cfg(test)]

@@ -1,17 +1,18 @@
 //! The rate of time in the window: forward, backward, faster, slower, paused.
 //!
-//! In: commands, and elapsed real seconds. Out: seconds of scene time. This module reads no clock.
+//! In: commands, and elapsed real seconds. Out: seconds of scene time. Both speed and rate are scene seconds per real second: the speed is a
+//! magnitude, the rate has the sign of the direction and is 0 while paused. This module reads no clock.
 
 use crate::view::language::numbers::localised;
 use crate::view::language::{plain, text};
 
-/// The preset rates, scene seconds per real second: from real time to a year per second.
+/// The preset speeds: from real time to a mean month and a Julian year per second.
 const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
-/// Longest real time by which one frame advances scene time, seconds, so that a fast clock does not jump after a stall (a hidden window, a slow
-/// frame). At the real-time rate there is no limit, so that a view of the current sky stays current.
+/// Longest real time, seconds, that one frame accounts for: after a stall (a hidden window, a slow frame) scene time at a high speed does not jump.
+/// At real time forward there is no limit, so that a view of the current sky stays current.
 const MAX_STEP_S: f64 = 2.0;
 
-/// Limits of the rate, scene seconds per real second.
+/// Limits of the speed.
 pub(crate) const MIN_SPEED: f64 = PRESET_SPEEDS[0];
 pub(crate) const MAX_SPEED: f64 = PRESET_SPEEDS[PRESET_SPEEDS.len() - 1];
 
@@ -33,13 +34,13 @@ impl Default for TimeRate {
 impl TimeRate {
     /// Selects the next faster preset, and resumes paused time.
     pub fn faster(&mut self) {
-        self.speed = PRESET_SPEEDS.into_iter().find(|step| *step > self.speed * (1.0 + 1e-9)).unwrap_or(MAX_SPEED);
+        self.speed = PRESET_SPEEDS.into_iter().find(|preset| *preset > self.speed * (1.0 + 1e-9)).unwrap_or(MAX_SPEED);
         self.paused = false;
     }
 
     /// Selects the next slower preset, and resumes paused time.
     pub(crate) fn slower(&mut self) {
-        self.speed = PRESET_SPEEDS.into_iter().rev().find(|step| *step < self.speed * (1.0 - 1e-9)).unwrap_or(MIN_SPEED);
+        self.speed = PRESET_SPEEDS.into_iter().rev().find(|preset| *preset < self.speed * (1.0 - 1e-9)).unwrap_or(MIN_SPEED);
         self.paused = false;
     }
 
@@ -92,21 +93,21 @@ impl TimeRate {
         if self.paused { 0.0 } else { rate }
     }
 
-    /// Scene seconds that pass in `real_s` real seconds.
+    /// Scene seconds that pass in one frame of `real_s` real seconds; see [`MAX_STEP_S`].
     pub(crate) fn scene_seconds(&self, real_s: f64) -> f64 {
         let rate = self.rate();
         let max_step_s = if rate == 1.0 { f64::INFINITY } else { MAX_STEP_S };
         rate * real_s.clamp(0.0, max_step_s)
     }
 
-    /// The text for the title bar: `paused`, `1 h/s`, `-1 d/s`.
+    /// Short text for the title bar and the time bar: `paused`, `1 h/s`, `-1 d/s`.
     pub(crate) fn label(&self) -> String {
-        if self.paused { text!("time-paused").into() } else { speed_text(self.rate()) }
+        if self.paused { text!("time-paused").into() } else { rate_text(self.rate()) }
     }
 }
 
 /// Scene time per real second, in the largest unit that gives a value of at least 1: `6 h/s`, `2.5 min/s`.
-pub(crate) fn speed_text(rate: f64) -> String {
+pub(crate) fn rate_text(rate: f64) -> String {
     const UNITS: [(f64, &str); 6] = [
         (31_557_600.0, "unit-year"),
         (2_629_800.0, "unit-month"),
@@ -145,6 +146,7 @@ mod tests {
     #[test]
     fn any_rate_within_the_limits_is_kept_and_steps_to_the_neighbouring_presets() {
         let mut time_rate = TimeRate::default();
+        // NaN keeps the speed before.
         for (requested, speed) in [(150.0, 150.0), (-150.0, 150.0), (0.01, MIN_SPEED), (1e12, MAX_SPEED), (f64::NAN, MAX_SPEED)] {
             time_rate.run_at(requested);
             assert_eq!(time_rate.speed(), speed, "{requested}");
@@ -157,7 +159,7 @@ mod tests {
         time_rate.slower();
         assert_eq!(time_rate.rate(), 60.0);
         assert_eq!(
-            (speed_text(150.0).as_str(), speed_text(-5400.0).as_str(), speed_text(21_600.0).as_str()),
+            (rate_text(150.0).as_str(), rate_text(-5400.0).as_str(), rate_text(21_600.0).as_str()),
             ("2.5 min/s", "-1.5 h/s", "6 h/s")
         );
         time_rate.toggle_pause();
@@ -166,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stall_is_made_up_only_at_the_real_time_rate() {
+    fn a_stall_is_made_up_only_at_real_time_forward() {
         let mut time_rate = TimeRate::default();
         assert_eq!((time_rate.scene_seconds(3600.0), time_rate.scene_seconds(-1.0)), (3600.0, 0.0));
         time_rate.faster();

@@ -13,7 +13,7 @@ use crate::scene::BodyInView;
 use crate::session::Session;
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
-use crate::view::app::place_text::place_degrees;
+use crate::view::app::place_text::latitude_longitude_text;
 use crate::view::app::settings::{Home, LengthUnit, Settings};
 use crate::view::faults::fault_text;
 use crate::view::language::dates::second_text;
@@ -306,7 +306,7 @@ fn report(session: &Session, inputs: ReportInputs, time: Instant) -> SkyReport {
 
 /// `12.34° N, 56.78° E`.
 fn latitude_longitude(latitude_deg: f64, longitude_deg: f64) -> String {
-    place_degrees(latitude_deg, longitude_deg, 2)
+    latitude_longitude_text(latitude_deg, longitude_deg, 2)
 }
 
 /// `kernel (±0.017″)`.

@@ -8,7 +8,7 @@ use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::civil_time::Clock;
 use crate::view::app::date_text::parse_date;
 use crate::view::app::event_search::{EventKind, EventSearch, SkyEvent};
-use crate::view::app::time_rate::{MAX_SPEED, MIN_SPEED, speed_text};
+use crate::view::app::time_rate::{MAX_SPEED, MIN_SPEED, rate_text};
 use crate::view::app::viewer::Action;
 use crate::view::faults::fault_text;
 use crate::view::language::dates::{date_in_digits, instant_text, long_date, month_name};
@@ -221,7 +221,7 @@ fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
         actions.push(Action::SetSpeed(speed));
     }
     // The label is as wide as the longest text, so that the controls next to it do not move.
-    let text = if paused { text!("time-paused-at", speed = speed_text(speed)) } else { time_rate.label() };
+    let text = if paused { text!("time-paused-at", speed = rate_text(speed)) } else { time_rate.label() };
     let size = [100.0, ui.spacing().interact_size.y];
     ui.add_sized(size, egui::Label::new(text).truncate());
 }

@@ -24,7 +24,7 @@ pub(super) fn interpolate<R: Real, D: Decode>(
 ) {
     let level = levels[0].read();
     #[cfg(target_arch = "x86_64")]
-    if D::IN_REGISTERS
+    if D::FILTERS_IN_REGISTERS
         && let (Some(x), Some(y)) = (R::as_f32(x).and_then(|x| x.first_chunk()), R::as_f32(y).and_then(|y| y.first_chunk()))
     {
         let needed = out.each_ref().map(|o| o.is_some());

@@ -44,7 +44,7 @@ impl Corners {
 /// # Safety
 /// AVX2.
 #[inline(always)]
-pub(super) unsafe fn between([a, b, c, d]: [__m256; 4], [x, y]: [__m256; 2]) -> __m256 {
+pub(super) unsafe fn bilinear([a, b, c, d]: [__m256; 4], [x, y]: [__m256; 2]) -> __m256 {
     // SAFETY: the caller guarantees AVX2.
     unsafe {
         let top = _mm256_add_ps(a, _mm256_mul_ps(x, _mm256_sub_ps(b, a)));

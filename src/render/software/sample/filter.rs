@@ -240,7 +240,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
     let channels = out.each_ref().map(|o| o.is_some());
     let levels = &levels[..levels.len().min(MAX_LEVELS)];
     #[cfg(target_arch = "x86_64")]
-    if D::IN_REGISTERS
+    if D::FILTERS_IN_REGISTERS
         && state.linear
         && let Some(request) = registers::RegisterRequest::new(request)
     {

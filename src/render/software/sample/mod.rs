@@ -161,12 +161,12 @@ class!(plain, decode => decode,);
 #[cfg(target_arch = "x86_64")]
 class!(avx2, decode => {
     // SAFETY: functions of this class are called only on machines with AVX2.
-    unsafe { decode.gathering() }
+    unsafe { decode.avx2() }
 }, #[target_feature(enable = "avx2,fma")]);
 #[cfg(target_arch = "x86_64")]
 class!(avx512, decode => {
     // SAFETY: as above.
-    unsafe { decode.gathering() }
+    unsafe { decode.avx2() }
 }, #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,fma")]);
 #[cfg(target_arch = "aarch64")]
 class!(neon, decode => decode, #[target_feature(enable = "neon")]);

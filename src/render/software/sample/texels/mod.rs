@@ -112,11 +112,11 @@ impl<'a> Texels<'a> {
 pub(crate) trait Decode: Copy {
     /// A texel before decoding.
     type Texel: Copy + Default;
-    /// The decoder of the same format that reads with gather instructions, on machines that have them.
-    type Gathering: Decode;
+    /// The AVX2 decoder of the same format, if there is one.
+    type Avx2: Decode;
     /// # Safety
     /// The machine has AVX2.
-    unsafe fn gathering(self) -> Self::Gathering;
+    unsafe fn avx2(self) -> Self::Avx2;
     /// # Safety
     /// `index` is less than the level's width times its height.
     unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> Self::Texel;
@@ -139,11 +139,11 @@ pub(crate) trait Decode: Copy {
 
     /// Whether maps are filtered by [`super::registers`]: only for decoders that exist on machines with AVX2 alone.
     #[cfg(target_arch = "x86_64")]
-    const IN_REGISTERS: bool = false;
+    const FILTERS_IN_REGISTERS: bool = false;
 
     /// The channels of eight points between texels; those that are not needed are unspecified.
     /// # Safety
-    /// `IN_REGISTERS`; the corners lie inside the level.
+    /// `FILTERS_IN_REGISTERS`; the corners lie inside the level.
     #[cfg(target_arch = "x86_64")]
     #[inline(always)]
     unsafe fn interpolate_eight(self, level: &TexelLevel<'_>, corners: &Corners, needed: [bool; 4]) -> [__m256; 4] {
@@ -244,16 +244,16 @@ macro_rules! decode_four_byte_texels {
         impl Decode for $format {
             type Texel = u32;
             #[cfg(target_arch = "x86_64")]
-            type Gathering = gather::Gathering<Self>;
+            type Avx2 = gather::GatherDecoder<Self>;
             #[cfg(target_arch = "x86_64")]
             #[inline(always)]
-            unsafe fn gathering(self) -> gather::Gathering<Self> {
-                gather::Gathering(self)
+            unsafe fn avx2(self) -> gather::GatherDecoder<Self> {
+                gather::GatherDecoder(self)
             }
             #[cfg(not(target_arch = "x86_64"))]
-            type Gathering = Self;
+            type Avx2 = Self;
             #[cfg(not(target_arch = "x86_64"))]
-            unsafe fn gathering(self) -> Self {
+            unsafe fn avx2(self) -> Self {
                 self
             }
             #[inline(always)]
@@ -276,16 +276,16 @@ decode_four_byte_texels!(Unorm, |_unorm, texel| unorm::<K>(texel));
 impl Decode for Float {
     type Texel = [f32; 4];
     #[cfg(target_arch = "x86_64")]
-    type Gathering = gather::Transposing;
+    type Avx2 = gather::TransposeDecoder;
     #[cfg(target_arch = "x86_64")]
     #[inline(always)]
-    unsafe fn gathering(self) -> gather::Transposing {
-        gather::Transposing(self)
+    unsafe fn avx2(self) -> gather::TransposeDecoder {
+        gather::TransposeDecoder(self)
     }
     #[cfg(not(target_arch = "x86_64"))]
-    type Gathering = Self;
+    type Avx2 = Self;
     #[cfg(not(target_arch = "x86_64"))]
-    unsafe fn gathering(self) -> Self {
+    unsafe fn avx2(self) -> Self {
         self
     }
     #[inline(always)]
