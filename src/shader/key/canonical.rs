@@ -251,12 +251,7 @@ pub static RULES: &[CanonicalRule] = &[
         applies: |f| fills_coarse_image(f) && f.surface != Surface::Cloud,
         because: ALONE,
     },
-    CanonicalRule {
-        dimension: "lights",
-        value: "sun1",
-        applies: |f| fills_coarse_image(f) && f.lights > 1,
-        because: ALONE,
-    },
+    CanonicalRule { dimension: "lights", value: "sun1", applies: |f| fills_coarse_image(f) && f.lights > 1, because: ALONE },
     alone("albedo"),
     alone("normal"),
     alone("specular"),

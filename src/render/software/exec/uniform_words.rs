@@ -108,9 +108,15 @@ mod tests {
     fn lanes_read_what_single_reads_return() {
         let words: Vec<u32> = (0..40).map(|k| (1.5 * k as f32).to_bits()).collect();
         let of = |kind, offset, stride, count| UniformElements { kind, offset, stride, count };
-        let inside = [of(WordKind::Float, 8, 16, 7), of(WordKind::Int, 4, 4, 9), of(WordKind::Float, 0, 16, 0), of(WordKind::Float, 156, 16, 1)];
+        let inside =
+            [of(WordKind::Float, 8, 16, 7), of(WordKind::Int, 4, 4, 9), of(WordKind::Float, 0, 16, 0), of(WordKind::Float, 156, 16, 1)];
         // The last elements lie beyond the block, or the words are not aligned.
-        let beyond = [of(WordKind::Float, 8, 32, 7), of(WordKind::Float, 400, 4, 3), of(WordKind::Float, 2, 6, 4), of(WordKind::Int, 0, u32::MAX, 3)];
+        let beyond = [
+            of(WordKind::Float, 8, 32, 7),
+            of(WordKind::Float, 400, 4, 3),
+            of(WordKind::Float, 2, 6, 4),
+            of(WordKind::Int, 0, u32::MAX, 3),
+        ];
         for (elements, has_span) in inside.map(|e| (e, true)).into_iter().chain(beyond.map(|e| (e, false))) {
             assert_eq!(elements.span(&words).is_some(), has_span);
             gathers_what_single_reads_return::<f32>(elements, &words);
