@@ -246,5 +246,5 @@ fn a_name_keeps_clear_of_the_caption() {
         }
         usually_covered += u32::from(covers(&layer_of(false, place)) == Some(true));
     }
-    assert!(named > 20 && usually_covered > 5, "{named} names, {usually_covered} under a caption that they do not know");
+    assert!(named > 20 && usually_covered > 5, "{named} names; without the caption, {usually_covered} would lie under it");
 }

@@ -138,8 +138,7 @@ fn saturns_magnitude_includes_its_rings_over_a_full_orbit() {
     assert!(worst_globe > 4.0 * SATURN_TOLERANCE_MAG, "{worst_globe} mag");
 }
 
-/// The Galilean moons fade as they enter Jupiter's shadow and brighten as they leave it: never brighter on the way in, dark inside, and as
-/// bright afterwards as before.
+/// Io and Ganymede fade steadily as they enter Jupiter's shadow, are dark inside, and brighten steadily as they leave it.
 #[test]
 fn moons_fade_in_eclipses_and_are_dark_in_the_umbra() {
     let (catalog, ephemeris) = sky();
