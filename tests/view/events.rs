@@ -63,7 +63,7 @@ fn a_search_in_steps_finds_each_event_once_and_nearest_first() {
     assert!(EventSearch::new(Vec::new(), parse_time("2000-01-01"), 1e9, false).is_over(), "an empty search never ends");
 }
 
-/// Twenty years: from the camera of each view the discs meet, and the target is above the horizon.
+/// Twenty years: a solar eclipse is viewed from a place where the discs overlap above the horizon; lunar eclipses and transits are viewed from the Earth's centre.
 #[test]
 fn each_view_shows_its_event() {
     let (catalog, ephemeris, places) = (session().catalog(), session().ephemeris(), SessionPositions(session()));
