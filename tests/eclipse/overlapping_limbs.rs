@@ -146,7 +146,7 @@ fn totality_is_dark_at_any_field_of_view() {
     }
 }
 
-/// The Sun sets at the horizon of an airless body, from first to last contact: the light equals the visible fraction of the disc.
+/// The Sun at the horizon of an airless body, from entirely below to entirely above: no light at first, and never less as it rises.
 #[test]
 fn the_sun_sets_behind_a_horizon() {
     let time = Instant::parse("2024-04-16T18:00:00Z").expect("a time");

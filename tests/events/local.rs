@@ -44,8 +44,8 @@ fn local_contacts_agree_with_the_disc_search() {
             assert_eq!(circumstances.contacts.len(), expected.len(), "{day} {lat} {lon}");
             central += usize::from(by_discs.inner.is_some());
             for (contact, t) in circumstances.contacts.iter().zip(expected) {
-                let off_s = seconds_after(contact.time, t);
-                assert!(off_s.abs() < 0.2, "{day} {lat} {lon} {}: {off_s} s", contact.name);
+                let error_s = seconds_after(contact.time, t);
+                assert!(error_s.abs() < 0.2, "{day} {lat} {lon} {}: {error_s} s", contact.name);
                 assert!(seconds_after(contact.time, t.plus_seconds(30.0)).abs() > 1.0);
             }
         }

@@ -79,9 +79,9 @@ fn a_different_image_is_detected() {
 /// Side of a tile in pixels, and number of tiles in a row of the sheet.
 const TILE: usize = 24;
 const TILES_PER_ROW: usize = 16;
-/// A tile agrees if at most `MAX_PIXELS_OFF` of its 576 pixels differ by more than `MAX_LEVELS_OFF` levels: rounding of the last bit may move an edge.
-const MAX_LEVELS_OFF: u8 = 3;
-const MAX_PIXELS_OFF: usize = 4;
+/// A tile agrees if at most `MAX_DIFFERING_PIXELS` of its 576 pixels differ by more than `MAX_LEVEL_DIFFERENCE` levels: rounding of the last bit may move an edge.
+const MAX_LEVEL_DIFFERENCE: u8 = 3;
+const MAX_DIFFERING_PIXELS: usize = 4;
 
 /// Tiles by key, display bytes.
 struct Sheet {
@@ -152,11 +152,14 @@ impl Sheet {
                 all.push(format!("{name}: has no recorded tile"));
                 continue;
             };
-            let off =
-                tile.iter().zip(&recorded.tiles[n]).filter(|(a, b)| a.iter().zip(*b).any(|(x, y)| x.abs_diff(*y) > MAX_LEVELS_OFF)).count();
-            if off > MAX_PIXELS_OFF {
+            let differing = tile
+                .iter()
+                .zip(&recorded.tiles[n])
+                .filter(|(a, b)| a.iter().zip(*b).any(|(x, y)| x.abs_diff(*y) > MAX_LEVEL_DIFFERENCE))
+                .count();
+            if differing > MAX_DIFFERING_PIXELS {
                 all.push(format!(
-                    "{name}: {off} of {} pixels are not as recorded (tile {} of row {})",
+                    "{name}: {differing} of {} pixels are not as recorded (tile {} of row {})",
                     TILE * TILE,
                     n % TILES_PER_ROW,
                     n / TILES_PER_ROW
