@@ -169,7 +169,7 @@ fn compare_reports_differences_and_refuses_other_sizes() {
     save("a.png", 10, 40);
     save("b.png", 10, 60);
     save("wide.png", 11, 40);
-    let compared = json(&["compare", &path("a.png"), &path("b.png"), "-o", &path("compared.png"), "--json"]);
+    let compared = json(&["compare", &path("a.png"), &path("b.png"), "-o", &path("d.png"), "--json"]);
     // One pixel of 100 differs, by 20.
     assert!(
         (compared["mean"].as_f64().expect("mean") - 0.2).abs() < 1e-12
@@ -179,7 +179,7 @@ fn compare_reports_differences_and_refuses_other_sizes() {
         "{compared}"
     );
     assert!((compared["psnr_db"].as_f64().expect("psnr") - 10.0 * (255.0_f64 * 255.0 / 4.0).log10()).abs() < 1e-9, "{compared}");
-    let shown = image::open(path("compared.png")).expect("an image").into_rgb8();
+    let shown = image::open(path("d.png")).expect("an image").into_rgb8();
     assert!(shown.get_pixel(0, 0).0 == [255; 3] && shown.get_pixel(5, 5).0 == [0; 3]);
     let status = |args: &[&str]| orrery(&[&["compare"], args].concat());
     assert_eq!(status(&[&path("a.png"), &path("b.png"), "--tolerance", "20"]).status.code(), Some(0));
