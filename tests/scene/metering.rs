@@ -306,7 +306,7 @@ fn turning_the_camera_moves_the_exposure_smoothly() {
 /// The mean of a fully lit disc is half of white, to a third of a stop.
 #[test]
 fn lit_discs_are_shown_at_half_of_white() {
-    // Geometric albedo divided by the square of the distance from the Sun in au.
+    // About the geometric albedo divided by the square of the distance from the Sun in au.
     for (target, disc_radiance) in [(NaifId::EARTH, 0.434), (MARS, 0.0793), (JUPITER, 0.0214), (NaifId(899), 4.9e-4)] {
         let request = view(target, "2024-04-08T18:17:16Z", Position::Over { towards: Some(NaifId::SUN), distance_radii: None }, None);
         let colour = f64::from(SESSION.catalog().body(target).expect("a body").colour.max_element());

@@ -59,7 +59,7 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
         let base = ViewRequest::of(NaifId(v.target), Instant::parse(v.time).expect("a time"));
         (v.name, ViewRequest { position, fov_deg, width: SIDE, height: SIDE, ..base })
     };
-    // The Milky Way from Antares to Altair, with the light of the stars tripled and no body as target.
+    // The Milky Way from Antares to Altair, with stars and diffuse light boosted by 3 stops, and no body as target.
     let milky_way = ViewRequest {
         position: Position::Centre(NaifId::EARTH),
         look: Look::Along { direction: DVec3::new(0.0, -0.94, -0.34), axes: Axes::Icrf },
