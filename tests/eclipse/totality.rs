@@ -68,13 +68,13 @@ fn around_sun(drawn: &DrawnFrame) -> Vec<SunPixel> {
     let towards = sun.placement.centre_km.normalize();
     let pole = sun.placement.body_from_icrf.row(2);
     let north = (pole - towards * pole.dot(towards)).normalize();
-    let sine = sun.placement.radii_km.x / sun.distance_km;
+    let sun_radius_sine = sun.placement.radii_km.x / sun.distance_km;
     let pixel = |(k, p): (usize, &[f32; 4])| {
         let pixel_centre = glam::DVec2::new(k as f64 % f64::from(camera.width) + 0.5, (k / camera.width as usize) as f64 + 0.5);
         let ray = camera.ray(camera.clip_from_pixel(pixel_centre)).normalize();
         let across = ray - towards * ray.dot(towards);
         SunPixel {
-            radius: across.length() / sine,
+            radius: across.length() / sun_radius_sine,
             angle: across.dot(north).atan2(across.dot(towards.cross(north))),
             luminance: luminance(p),
         }
@@ -126,11 +126,11 @@ fn the_corona_follows_its_law_at_every_scale() {
         let image = bare_sun("2022-03-01T00:00:00Z", fov_deg, size);
         let all = around_sun(&image);
         let pixel = 2.0 * (fov_deg.to_radians() / 2.0).tan() / f64::from(size);
-        let sine = {
+        let sun_radius_sine = {
             let s = image.scene.body(NaifId::SUN).expect("the Sun");
             s.placement.radii_km.x / s.distance_km
         };
-        let pixel_radii = pixel / sine;
+        let pixel_radii = pixel / sun_radius_sine;
         // Rings of entire pixels, away from the disc's soft edge.
         let edges: Vec<f64> =
             (0..6).map(|k| (1.0 + 1.5 * pixel_radii) * (1.25_f64).powi(k)).filter(|r| *r < 0.45 * f64::from(size) * pixel_radii).collect();

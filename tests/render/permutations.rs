@@ -210,12 +210,12 @@ fn standard_scenes_in_f32_equal_those_in_f64() {
             if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
         };
         let difference = |k: usize| (0..3).map(|c| (shown(single[k][c]) - shown(double[k][c])).abs()).fold(0.0, f64::max);
-        let mut over: Vec<(f64, usize)> =
+        let mut beyond_bound: Vec<(f64, usize)> =
             (0..single.len()).map(|k| (difference(k), k)).filter(|(d, _)| *d > f64::from(MAX_DIFFERENCE)).collect();
-        over.sort_by(|a, b| b.0.total_cmp(&a.0));
+        beyond_bound.sort_by(|a, b| b.0.total_cmp(&a.0));
         let greatest = (0..single.len()).map(difference).fold(0.0, f64::max);
-        println!("{}: at most {greatest:.2e} of the display's range, {} pixels over", standard.name, over.len());
-        for (d, k) in over.iter().take(5) {
+        println!("{}: at most {greatest:.2e} of the display's range, {} pixels beyond the bound", standard.name, beyond_bound.len());
+        for (d, k) in beyond_bound.iter().take(5) {
             let (x, y) = (*k as u32 % 256, *k as u32 / 256);
             let covers_pixel = |s: [u32; 4]| (s[0]..s[2]).contains(&x) && (s[1]..s[3]).contains(&y);
             let draws = plan.passes[0].draws.iter().filter(|d| covers_pixel(d.scissor));

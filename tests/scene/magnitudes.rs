@@ -38,8 +38,8 @@ fn sky() -> (Catalog, Ephemeris) {
 
 fn model_magnitude(catalog: &Catalog, id: i32, sun_au: f64, viewer_au: f64, alpha_deg: f64) -> f64 {
     let body = catalog.body(NaifId(id)).expect("in the catalog");
-    let outline_squared_km2 = body.radii_km.x * body.radii_km.z;
-    let irradiance = irradiance_at_viewer(body, alpha_deg.to_radians(), sun_au * KM_PER_AU, viewer_au * KM_PER_AU, outline_squared_km2);
+    let radius_squared_km2 = body.radii_km.x * body.radii_km.z;
+    let irradiance = irradiance_at_viewer(body, alpha_deg.to_radians(), sun_au * KM_PER_AU, viewer_au * KM_PER_AU, radius_squared_km2);
     magnitude(irradiance)
 }
 

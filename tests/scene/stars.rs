@@ -131,7 +131,7 @@ fn draw(session: &Session, request: &ViewRequest) -> DrawnFrame {
     session.draw(request, SAMPLING, true).expect("drawn")
 }
 
-/// Sum of the light around a pixel, and its centroid.
+/// Sum of the light (linear RGB) within `reach_px` of a pixel position in x and y, and the centroid of its green light.
 fn light_around(drawn: &DrawnFrame, middle: DVec2, reach_px: f64) -> (DVec3, DVec2) {
     let (width, height) = (drawn.frame.width as i64, drawn.frame.height as i64);
     let (mut sum, mut moment) = (DVec3::ZERO, DVec2::ZERO);

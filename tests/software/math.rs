@@ -277,7 +277,7 @@ fn edges_of_the_domain() {
         }
         assert!(unary::<f32>(op, threshold + 1e-4) > 0.0);
     }
-    // The threshold numbers before infinity, with and without fused multiply-add.
+    // The last numbers before infinity, with and without fused multiply-add.
     for fused in [false, true] {
         let largest = kernels::eval::<f32>(Op::Exp, fused, 88.722_83, 0.0, 0.0);
         assert!(ulp32(largest, f64::from(88.722_83_f32).exp()) < 1.1, "{largest}");
