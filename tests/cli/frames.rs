@@ -222,8 +222,12 @@ fn a_tour_is_drawn_frame_by_frame() {
     let beside = render(&[&args[..], &["--target", "moon"]].concat());
     assert!(beside.status.code() == Some(2) && stderr_text(&beside).contains("--target"), "{}", stderr_text(&beside));
     std::fs::write(&tour, r#"{"title":"T","stops":[{"view":"orrery://view?target=Nibiru"}]}"#).expect("a file");
-    let wrong = render(&args);
-    assert!(wrong.status.code() == Some(1) && stderr_text(&wrong).contains("tour.json: stop 1, view: target: "), "{}", stderr_text(&wrong));
+    let refused = render(&args);
+    assert!(
+        refused.status.code() == Some(1) && stderr_text(&refused).contains("tour.json: stop 1, view: target: "),
+        "{}",
+        stderr_text(&refused)
+    );
 }
 
 /// The frames of an animation are those of a sequence; an existing file is kept, and unsupported settings are reported before anything is drawn.

@@ -51,7 +51,8 @@ struct DisplayedLevels {
 fn displayed_levels(request: &ViewRequest) -> DisplayedLevels {
     let frame = SESSION.draw(request, SamplingQuality { samples: 1, anisotropy: 4 }, true).expect("drawn").frame;
     assert!(frame.hdr.iter().flatten().all(|v| v.is_finite()), "{:?}", request.exposure);
-    let fraction = |of: &dyn Fn(&[u8; 4]) -> bool| frame.display.iter().filter(|p| of(p)).count() as f64 / frame.display.len() as f64;
+    let fraction =
+        |is_counted: &dyn Fn(&[u8; 4]) -> bool| frame.display.iter().filter(|p| is_counted(p)).count() as f64 / frame.display.len() as f64;
     DisplayedLevels {
         white: fraction(&|p| p[..3].iter().all(|v| *v > 235)),
         visible: fraction(&|p| p[..3].iter().any(|v| *v > 20)),

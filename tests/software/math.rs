@@ -92,7 +92,7 @@ fn errors_in_units_in_the_last_place() {
             }
         }
         for (errors, max_ulp) in worst.iter().zip(case.max_ulp) {
-            exceeded |= errors.iter().any(|errors_ulp| errors_ulp.is_nan() || *errors_ulp > max_ulp);
+            exceeded |= errors.iter().any(|error| error.is_nan() || *error > max_ulp);
         }
         table += &format!(
             "{:6} f32 {:.2} {:.2} (bound {}) f64 {:.2} {:.2} (bound {}) at {:?}\n",
