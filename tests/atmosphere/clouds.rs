@@ -1,4 +1,4 @@
-//! Clouds through the real renderer: a closed deck hides the ground, its shadow falls away from the Sun, and clouds that are switched off change nothing.
+//! Clouds through the real renderer: they are as bright as measured, their shadow only removes light, and from below none are drawn.
 
 use crate::support::session::SESSION;
 use glam::DVec3;
@@ -40,11 +40,11 @@ fn clouds_brighten_the_earth_and_their_shadow_darkens_it() {
     for (s, b) in shadowed.frame.hdr.iter().zip(&bare.frame.hdr) {
         assert!((0..3).all(|k| s[k] <= b[k] * 1.000_001 + 1e-7), "{s:?} over {b:?}");
     }
-    let again = draw("-clouds,-cloud-shadow");
-    assert_eq!(again.frame.hdr, bare.frame.hdr);
+    let redrawn = draw("-clouds,-cloud-shadow");
+    assert_eq!(redrawn.frame.hdr, bare.frame.hdr);
 }
 
-/// The brightest and darkest opacities lie within the map's range, so the opacity of a deck never exceeds 1.
+/// The brightest cloud is brighter than 0.3 of a white plane that faces the Sun at 1 au, and darker than that plane.
 #[test]
 fn no_cloud_reflects_more_than_a_closed_deck() {
     let clouded = draw("+clouds,-planet-shine");

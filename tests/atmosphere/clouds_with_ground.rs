@@ -23,7 +23,7 @@ fn view(time: &str, place: [f64; 2], radii: f64, quality: Quality) -> ViewReques
 /// Whether the ground's draw shows the clouds.
 fn is_with_ground(scene: &Scene) -> bool {
     let with_clouds = |part| scene.draws.iter().any(|d| d.part == part && d.features.air_pass == AirPass::ReadWithClouds);
-    assert_eq!(with_clouds(BodyPart::Globe), with_clouds(BodyPart::Clouds), "both draws know");
+    assert_eq!(with_clouds(BodyPart::Globe), with_clouds(BodyPart::Clouds), "the globe's and the clouds' draw must agree");
     with_clouds(BodyPart::Globe)
 }
 
@@ -67,7 +67,7 @@ fn clouds_drawn_with_the_ground_look_like_clouds_drawn_by_themselves() {
     }
 }
 
-/// Negative control: a deck on the ground itself is off by its parallax.
+/// Negative control: a deck on the ground itself is displaced by its parallax.
 #[test]
 fn a_deck_without_its_height_is_detected() {
     let scene = SESSION.scene(&view("2024-06-08T18:17:16Z", [35.0, -90.0], 1.5, Quality::Draft)).expect("a scene");

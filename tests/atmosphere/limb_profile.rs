@@ -110,7 +110,7 @@ fn no_bright_line_along_the_limb_of_a_giant() {
                     }
                     let (dip, line) = dip_and_line_of(id, phase, size, effects);
                     assert!(dip < at_most, "{id} at {phase} degrees, {size} px, {effects}: dips by {dip}");
-                    // Beyond half phase a disc grows brighter up to its limb; the last pixel of the airless disc cuts this off.
+                    // At large phase angles a disc grows brighter up to its limb; the last pixel of the airless disc cuts this off.
                     assert!(line < 0.05 || phase > 60.0, "{id} at {phase} degrees, {size} px, {effects}: a line of {line}");
                 }
             }

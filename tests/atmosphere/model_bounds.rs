@@ -188,7 +188,7 @@ fn ray(random: &mut Random, family: usize, air_case: &AirCase) -> Ray {
     }
 }
 
-/// For each air.
+/// Rays of each family through each air.
 const RAYS_PER_FAMILY: usize = 5;
 
 struct RayCase {

@@ -257,6 +257,7 @@ fn refracted_sunlight_falls_smoothly_as_the_sun_sets() {
     for step in 0..57 {
         // Height of the Sun's centre above the limb, in solar radii.
         let height = 2.0 - 0.125 * f64::from(step);
+        // The Sun's angular radius is 0.00466 rad.
         let angle = limb + height * 0.00466;
         let (sin, cos) = angle.sin_cos();
         let mut request = view_from_behind(NaifId::EARTH, radii * cos, radii * sin, 160, 2.2, "sun:-albedo,-glow,-night,-clouds");

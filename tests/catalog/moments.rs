@@ -106,10 +106,10 @@ fn the_triple_shadow_has_three_shadows() {
 }
 
 /// Elevation of a body, such as the viewer's or the Sun, above Saturn's ring plane, degrees.
-fn ring_elevation_deg(world: &World, of: NaifId, t: Instant) -> f64 {
+fn ring_elevation_deg(world: &World, body: NaifId, t: Instant) -> f64 {
     let pole = world.ephemeris.body_from_icrf(NaifId(699), t).expect("an orientation").row(2);
-    let to = -world.apparent_km(of, NaifId(699), t);
-    90.0 - angle_rad(to, pole).to_degrees()
+    let from_saturn_km = -world.apparent_km(body, NaifId(699), t);
+    90.0 - angle_rad(from_saturn_km, pole).to_degrees()
 }
 
 #[test]

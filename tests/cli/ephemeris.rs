@@ -63,8 +63,8 @@ fn the_sun_is_at_the_altitudes_of_rise_set_and_twilight() {
         let found = json(&["--rise-set", "--at", place, "--time", day]);
         for name in ["rise", "set"] {
             // 34 minutes of refraction and 15.7 to 16.3 of the limb; roots are within 0.05 s, which is under 1e-3 degrees, written to the millisecond.
-            let h = altitude(place, found[name]["time"].as_str().expect("a time"));
-            assert!((-50.4 / 60.0..-49.6 / 60.0).contains(&h), "{place} {name}: {h}");
+            let sun_altitude_deg = altitude(place, found[name]["time"].as_str().expect("a time"));
+            assert!((-50.4 / 60.0..-49.6 / 60.0).contains(&sun_altitude_deg), "{place} {name}: {sun_altitude_deg}");
         }
         let transit = found["transit"]["time"].as_str().expect("a time");
         assert!((number(&found["transit"]["altitude_deg"]) - altitude(place, transit)).abs() < 1e-6);
@@ -72,8 +72,9 @@ fn the_sun_is_at_the_altitudes_of_rise_set_and_twilight() {
         assert!(number(&at_transit[0]["hour_angle_deg"]).abs() < 1e-3, "{place}: {at_transit}");
         for (name, expected) in [("civil", -6.0), ("nautical", -12.0), ("astronomical", -18.0)] {
             for end in ["dawn", "dusk"] {
-                let h = altitude(place, found["twilight"][name][end].as_str().unwrap_or_else(|| panic!("{place} {name} {end}")));
-                assert!((h - expected).abs() < 1e-3, "{place} {name} {end}: {h}");
+                let sun_altitude_deg =
+                    altitude(place, found["twilight"][name][end].as_str().unwrap_or_else(|| panic!("{place} {name} {end}")));
+                assert!((sun_altitude_deg - expected).abs() < 1e-3, "{place} {name} {end}: {sun_altitude_deg}");
             }
         }
     }

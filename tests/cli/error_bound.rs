@@ -69,7 +69,7 @@ fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
         }
     }
     assert!(beyond_bound <= 1e-4 * pixels, "the bound fails in {beyond_bound} of {pixels} pixels");
-    // Negative control: the draft's image against the standard quality's bound.
+    // Negative control: the Earth's draft with Saturn's bound.
     let out =
         run_successfully(path, &["compare", "earth-draft.png", "earth-reference.png", "--error", "saturn-standard-bound.png", "--json"]);
     let compared: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");

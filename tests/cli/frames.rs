@@ -137,7 +137,7 @@ fn a_sequence_resumes_with_its_own_frames_only() {
         let other = run("venus", &["--shard", "1/2"]);
         assert!(other.status.code() == Some(1) && stderr_text(&other).contains("m-001"), "{}", stderr_text(&other));
         assert_eq!(files(folder.path()), all_frames, "a refused run changes no file");
-        // Missing, truncated or altered files are drawn again, or refused if they have no provenance.
+        // A missing file is drawn again; a truncated, altered or foreign one is refused, and replaced only with --overwrite.
         std::fs::remove_file(path_of(&format!("m-002.{kind}"))).expect("removed");
         let out = run("mars", &[]);
         assert!(out.status.success() && stderr_text(&out).contains("kept 3 of 4"), "{}", stderr_text(&out));
@@ -222,8 +222,12 @@ fn a_tour_is_drawn_frame_by_frame() {
     let beside = render(&[&args[..], &["--target", "moon"]].concat());
     assert!(beside.status.code() == Some(2) && stderr_text(&beside).contains("--target"), "{}", stderr_text(&beside));
     std::fs::write(&tour, r#"{"title":"T","stops":[{"view":"orrery://view?target=Nibiru"}]}"#).expect("a file");
-    let wrong = render(&args);
-    assert!(wrong.status.code() == Some(1) && stderr_text(&wrong).contains("tour.json: stop 1, view: target: "), "{}", stderr_text(&wrong));
+    let refused = render(&args);
+    assert!(
+        refused.status.code() == Some(1) && stderr_text(&refused).contains("tour.json: stop 1, view: target: "),
+        "{}",
+        stderr_text(&refused)
+    );
 }
 
 /// The frames of an animation are those of a sequence; an existing file is kept, and unsupported settings are reported before anything is drawn.

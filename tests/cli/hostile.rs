@@ -107,15 +107,17 @@ fn pipes_and_devices_in_the_place_of_files_are_refused() {
             std::fs::create_dir_all(link.parent().expect("a folder")).expect("a folder");
             std::os::unix::fs::symlink(special_file, link).expect("a link");
         }
-        let o = path_text(special_file);
-        for args in [["--kernel", o], ["--catalogs", path_text(&catalogs)], ["--shaders", path_text(&shaders)]] {
+        let special_path = path_text(special_file);
+        for args in [["--kernel", special_path], ["--catalogs", path_text(&catalogs)], ["--shaders", path_text(&shaders)]] {
             error_line(&orrery(&path_of("cache"), &[&view[..], &args].concat()), &format!("{kind} {args:?}"));
         }
-        for args in [["explain", "--camera-json", o], ["compare", o, o]] {
+        for args in [["explain", "--camera-json", special_path], ["compare", special_path, special_path]] {
             assert!(error_line(&orrery(&path_of("cache"), &args), kind).contains("not a regular file"), "{kind} {args:?}");
         }
         // A build without the window reads neither.
-        for args in [&["view", o][..], &["view", "--settings", o]].into_iter().filter(|_| crate::support::program::has_view()) {
+        for args in
+            [&["view", special_path][..], &["view", "--settings", special_path]].into_iter().filter(|_| crate::support::program::has_view())
+        {
             let out = orrery(&path_of("cache"), args);
             assert!(
                 out.status.code() == Some(1) && stderr_text(&out).contains("not a regular file"),
@@ -182,7 +184,7 @@ fn a_cache_folder_writable_by_others_is_not_used() {
         assert_eq!(std::fs::read_dir(&shared).expect("a folder").count(), 0, "{part}: something was written");
         std::fs::remove_dir_all(&cache).expect("removed");
     }
-    // Only the user can read the files of the cache.
+    // Only the user has access to a folder of the cache that the program makes.
     let status = orrery(
         &cache,
         &[

@@ -27,7 +27,7 @@ fn grey_png(depth: png::BitDepth, width: u32, height: u32, data: &[u8]) -> Vec<u
     bytes
 }
 
-/// Zero heights in three file formats: the mean limb's contacts, with the map's resolution and range beside them.
+/// Zero heights as PNG of 16 and of 8 bits, by a label and by its image: the mean limb's contacts, with the map's resolution beside them.
 #[test]
 fn limb_profile_contacts_are_listed_beside_mean_limb_contacts() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -54,7 +54,7 @@ fn limb_profile_contacts_are_listed_beside_mean_limb_contacts() {
     }
     let out = find(folder.path(), &format!("{eight},-1,9"), false);
     let text = String::from_utf8_lossy(&out.stdout).into_owned();
-    // A kilometre higher: totality is longer.
+    // All heights are a kilometre; the text lists contacts, beads and the range.
     assert!(
         text.contains("by the Moon's own limb: C1 ") && text.contains("C2, last bead, ") && text.contains("from 1.00 to 1.00 km"),
         "{text}"

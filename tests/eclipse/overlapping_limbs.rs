@@ -89,8 +89,10 @@ fn the_suns_light_in_an_image_equals_its_visible_fraction() {
     // Total, annular, equal discs, and a planet's disc; from before first contact to the middle.
     for (body, k) in [(301, 1.03), (301, 0.94), (301, 1.6), (301, 1.003), (299, 0.3), (301, 8.0)] {
         for (radius_px, size) in [(0.3, 24), (0.8, 24), (1.4, 24), (2.2, 24), (5.0, 24), (14.0, 48), (40.0, 100)] {
-            for (n, d) in [1.02, 0.98, 0.8, 0.5, 0.2, 0.04, 0.0].into_iter().enumerate() {
-                let d = f64::abs(k - 1.0) + d * (1.0 + k - f64::abs(k - 1.0)) - if d == 0.0 { 0.02 * f64::abs(k - 1.0) } else { 0.0 };
+            // The centres' distance as a fraction of the way from inner to outer contact; 0 stands for 2 % inside the inner contact.
+            for (n, fraction) in [1.02, 0.98, 0.8, 0.5, 0.2, 0.04, 0.0].into_iter().enumerate() {
+                let inner = f64::abs(k - 1.0);
+                let d = inner + fraction * (1.0 + k - inner) - if fraction == 0.0 { 0.02 * inner } else { 0.0 };
                 let request = view_from_behind(body, k, d, 0.7 + n as f64, radius_px, size);
                 let (k, d) = apparent_geometry(&request, body);
                 let expected = fraction_left(k, d);
@@ -146,7 +148,7 @@ fn totality_is_dark_at_any_field_of_view() {
     }
 }
 
-/// The Sun sets at the horizon of an airless body, from first to last contact: the light equals the visible fraction of the disc.
+/// The Sun at the horizon of an airless body, from entirely below to entirely above: no light at first, and never less as it rises.
 #[test]
 fn the_sun_sets_behind_a_horizon() {
     let time = Instant::parse("2024-04-16T18:00:00Z").expect("a time");

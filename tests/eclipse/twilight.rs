@@ -12,12 +12,19 @@ use orrery::time::Instant;
 use std::f64::consts::{PI, TAU};
 
 /// The sky's radiance at a given altitude and azimuth above a location.
-fn sky(body: NaifId, (latitude_deg, longitude_deg): (f64, f64), time: Instant, height_deg: f64, azimuth_deg: f64, effects: &str) -> DVec3 {
+fn sky(
+    body: NaifId,
+    (latitude_deg, longitude_deg): (f64, f64),
+    time: Instant,
+    altitude_deg: f64,
+    azimuth_deg: f64,
+    effects: &str,
+) -> DVec3 {
     let (lat, lon) = (latitude_deg.to_radians(), longitude_deg.to_radians());
     let up = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
     let east = DVec3::new(-lon.sin(), lon.cos(), 0.0);
     let north = up.cross(east);
-    let (h, a) = (height_deg.to_radians(), azimuth_deg.to_radians());
+    let (h, a) = (altitude_deg.to_radians(), azimuth_deg.to_radians());
     let direction = up * h.sin() + (north * a.cos() + east * a.sin()) * h.cos();
     let view = ViewRequest {
         target: None,
@@ -32,7 +39,7 @@ fn sky(body: NaifId, (latitude_deg, longitude_deg): (f64, f64), time: Instant, h
 
 const CLEAR_SKY: &str = "-glow,-corona,-points,-planet-shine,-clouds,-night";
 
-/// From first to last contact at Dallas (17:23 to 20:02 UTC) the sky overhead is never zero and falls and rises without a jump. In northern Kenya on 1973-06-30 Shaw
+/// Between first and last contact at Dallas (17:23 and 20:02 UTC) the sky overhead is never zero and falls and rises steadily. In northern Kenya on 1973-06-30 Shaw
 /// (1975, Appl. Opt. 14, 388) measured 10^-4 of the daylight value: agreement within a factor of 4.
 #[test]
 fn the_sky_overhead_darkens_by_four_powers_of_ten_but_not_to_zero() {
@@ -217,7 +224,7 @@ fn lux(body: NaifId, location: (f64, f64), time: Instant) -> f64 {
 }
 
 /// The time in an afternoon when the Sun is at the given altitude above a location; degrees.
-fn afternoon_time(body: NaifId, location: (f64, f64), from: Instant, height_deg: f64, afternoon_s: f64) -> Instant {
+fn afternoon_time(body: NaifId, location: (f64, f64), from: Instant, altitude_deg: f64, afternoon_s: f64) -> Instant {
     let height = |t: f64| {
         let view =
             ViewRequest { position: on_ground(body, location), ..request(NaifId::SUN, from.plus_seconds(t), 1.0, 8, 0.0, CLEAR_SKY) };
@@ -226,11 +233,11 @@ fn afternoon_time(body: NaifId, location: (f64, f64), from: Instant, height_deg:
         up.dot(scene.body(NaifId::SUN).expect("the Sun").placement.centre_km.normalize()).asin().to_degrees()
     };
     let (mut early, mut late) = (0.0, afternoon_s);
-    assert!(height(early) > height_deg && height(late) < height_deg, "{} to {} degrees", height(early), height(late));
+    assert!(height(early) > altitude_deg && height(late) < altitude_deg, "{} to {} degrees", height(early), height(late));
     // Bisect to two seconds, in which the Sun moves by 0.01 degrees.
     for _ in 0..14 {
         let middle = 0.5 * (early + late);
-        if height(middle) > height_deg { early = middle } else { late = middle }
+        if height(middle) > altitude_deg { early = middle } else { late = middle }
     }
     from.plus_seconds(early)
 }

@@ -62,10 +62,11 @@ fn apparent_places_agree_with_skyfield() {
                 dec_deg: number(reference, &format!("apparent_{kind}_dec_deg")),
             };
             let (gcrs, date) = (arcsec(place.gcrs, apparent("gcrs")), arcsec(place.true_of_date, apparent("date")));
-            let off_km = (place.distance_km - number(reference, "lighttime_distance_km")).abs();
-            (worst_gcrs, worst_date, worst_km, compared) = (worst_gcrs.max(gcrs), worst_date.max(date), worst_km.max(off_km), compared + 1);
+            let error_km = (place.distance_km - number(reference, "lighttime_distance_km")).abs();
+            (worst_gcrs, worst_date, worst_km, compared) =
+                (worst_gcrs.max(gcrs), worst_date.max(date), worst_km.max(error_km), compared + 1);
             assert!(gcrs < APPARENT_ARCSEC && date < APPARENT_ARCSEC, "{jd_tt} {name}: {gcrs} and {date} arcsec");
-            assert!(off_km < 10.0, "{jd_tt} {name}: {off_km} km");
+            assert!(error_km < 10.0, "{jd_tt} {name}: {error_km} km");
             assert!((place.light_time_s - number(reference, "light_time_s")).abs() < 1e-4);
             // The apparent place differs from the place in the axes of date (precession) and from
             // the geometric place.
@@ -94,12 +95,12 @@ fn sub_points_agree_with_cspice() {
                 (points.sub_observer, "sub_earth_lon_east_deg", "sub_earth_lat_centric_deg"),
                 (sun, "sub_solar_lon_east_deg", "sub_solar_lat_centric_deg"),
             ] {
-                let off_deg = arcsec(
+                let error_deg = arcsec(
                     RaDec { ra_deg: p.lon_east_deg, dec_deg: p.lat_centric_deg },
                     RaDec { ra_deg: number(expected, lon), dec_deg: number(expected, lat) },
                 ) / 3600.0;
-                (worst, compared) = (worst.max(off_deg), compared + 1);
-                assert!(off_deg < SUB_POINT_DEG, "{name} {lon}: {off_deg} degrees");
+                (worst, compared) = (worst.max(error_deg), compared + 1);
+                assert!(error_deg < SUB_POINT_DEG, "{name} {lon}: {error_deg} degrees");
             }
             let phase_deg = points.phase_angle_deg.expect("a planet has one");
             assert!((phase_deg - number(expected, "phase_angle_deg")).abs() < SUB_POINT_DEG, "{name}: phase {phase_deg}");

@@ -81,10 +81,10 @@ fn the_kernel_keeps_its_stated_errors_at_every_reference_epoch() {
         assert!((sun.state.pos_km - epoch.sun_barycentric).length() < sun.error_km);
         for &(name, id, pos_km, vel_km_s) in &epoch.heliocentric {
             let answer = ephemeris.state(id, NaifId::SUN, epoch.t, None).expect(name);
-            let (off_km, angle_arcsec) = ((answer.state.pos_km - pos_km).length(), arcsec(answer.state.pos_km, pos_km));
+            let (deviation_km, angle_arcsec) = ((answer.state.pos_km - pos_km).length(), arcsec(answer.state.pos_km, pos_km));
             assert_eq!(answer.source, Source::Kernel);
             assert!(angle_arcsec < 0.02, "{} {name}: {angle_arcsec} arcsec", epoch.jd);
-            assert!(off_km < answer.error_km, "{} {name}: {off_km} km, stated {}", epoch.jd, answer.error_km);
+            assert!(deviation_km < answer.error_km, "{} {name}: {deviation_km} km, stated {}", epoch.jd, answer.error_km);
             let speed_error = (answer.state.vel_km_s - vel_km_s).length();
             assert!(speed_error < 1e-4, "{} {name}: velocity off by {speed_error} km/s", epoch.jd);
         }
@@ -149,14 +149,18 @@ fn series_stay_within_30_arcsec_from_1600_to_2500() {
     let ephemeris = ephemeris();
     for epoch in epochs() {
         let moon = ephemeris.state(NaifId::MOON, NaifId::EARTH, epoch.t, Some(Source::Series)).expect("Moon");
-        let off_km = (moon.state.pos_km - epoch.moon_geocentric).length();
-        assert!(arcsec(moon.state.pos_km, epoch.moon_geocentric) < 30.0 && off_km < moon.error_km, "{}: Moon {off_km} km", epoch.jd);
+        let deviation_km = (moon.state.pos_km - epoch.moon_geocentric).length();
+        assert!(
+            arcsec(moon.state.pos_km, epoch.moon_geocentric) < 30.0 && deviation_km < moon.error_km,
+            "{}: Moon {deviation_km} km",
+            epoch.jd
+        );
         for &(name, id, pos_km, vel_km_s) in &epoch.heliocentric {
             let answer = ephemeris.state(id, NaifId::SUN, epoch.t, Some(Source::Series)).expect(name);
-            let off_km = (answer.state.pos_km - pos_km).length();
+            let deviation_km = (answer.state.pos_km - pos_km).length();
             assert_eq!(answer.source, Source::Series);
-            assert!(arcsec(answer.state.pos_km, pos_km) < 30.0, "{} {name}: {off_km} km", epoch.jd);
-            assert!(off_km < answer.error_km, "{} {name}: {off_km} km, stated {}", epoch.jd, answer.error_km);
+            assert!(arcsec(answer.state.pos_km, pos_km) < 30.0, "{} {name}: {deviation_km} km", epoch.jd);
+            assert!(deviation_km < answer.error_km, "{} {name}: {deviation_km} km, stated {}", epoch.jd, answer.error_km);
             assert!((answer.state.vel_km_s - vel_km_s).length() < 3e-3, "{} {name}: {}", epoch.jd, answer.state.vel_km_s);
         }
     }
@@ -170,8 +174,8 @@ fn mean_elements_keep_their_stated_error() {
         assert!((moon.state.pos_km - epoch.moon_geocentric).length() < moon.error_km, "{}: Moon", epoch.jd);
         for &(name, id, pos_km, _) in &epoch.heliocentric {
             let answer = ephemeris.state(id, NaifId::SUN, epoch.t, Some(Source::Mean)).expect(name);
-            let off_km = (answer.state.pos_km - pos_km).length();
-            assert!(off_km < answer.error_km, "{} {name}: {off_km} km, stated {}", epoch.jd, answer.error_km);
+            let deviation_km = (answer.state.pos_km - pos_km).length();
+            assert!(deviation_km < answer.error_km, "{} {name}: {deviation_km} km, stated {}", epoch.jd, answer.error_km);
         }
     }
     // For years far from the reference epochs, VSOP87 is the reference.
@@ -181,8 +185,8 @@ fn mean_elements_keep_their_stated_error() {
         for id in 1..=8 {
             let state = |source| ephemeris.state(NaifId(id), NaifId::SUN, t, Some(source)).expect("a planet");
             let (mean, series) = (state(Source::Mean), state(Source::Series));
-            let off_km = (mean.state.pos_km - series.state.pos_km).length();
-            assert!(off_km < mean.error_km + series.error_km, "{year} {id}: {off_km} km, stated {}", mean.error_km);
+            let deviation_km = (mean.state.pos_km - series.state.pos_km).length();
+            assert!(deviation_km < mean.error_km + series.error_km, "{year} {id}: {deviation_km} km, stated {}", mean.error_km);
         }
     }
 }
@@ -193,8 +197,8 @@ fn deviations(ephemeris: &Ephemeris, epoch: &Epoch) -> Vec<(String, f64, f64)> {
     for source in [Source::Mean, Source::Series, Source::Kernel] {
         let mut check = |name: &str, body: NaifId, center: NaifId, reference: DVec3| {
             if let Ok(answer) = ephemeris.state(body, center, epoch.t, Some(source)) {
-                let off_km = (answer.state.pos_km - reference).length();
-                all.push((format!("{} {name} by {source:?}", epoch.jd), off_km, answer.error_km));
+                let deviation_km = (answer.state.pos_km - reference).length();
+                all.push((format!("{} {name} by {source:?}", epoch.jd), deviation_km, answer.error_km));
             }
         };
         check("sun", NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, epoch.sun_barycentric);
@@ -213,7 +217,7 @@ fn every_source_keeps_its_stated_error_at_every_reference_epoch() {
     let all: Vec<_> = epochs().iter().flat_map(|epoch| deviations(&ephemeris, epoch)).collect();
     // Two sources at every epoch, and the kernel within its span.
     assert!(all.len() > 30 * 24 * 2 + 10 * 24, "{}", all.len());
-    let exceeding = |factor: f64| all.iter().filter(|(_, off_km, error_km)| *off_km >= factor * error_km).collect::<Vec<_>>();
+    let exceeding = |factor: f64| all.iter().filter(|(_, deviation_km, error_km)| *deviation_km >= factor * error_km).collect::<Vec<_>>();
     assert!(exceeding(1.0).is_empty(), "{:?}", exceeding(1.0));
     // The stated errors are not too generous: with a third of each, every source would exceed some.
     for source in ["Mean", "Series", "Kernel"] {

@@ -43,13 +43,13 @@ fn galilean_moons_keep_their_stated_error_against_jup365() {
             (vector(&reference["pos_au"]) * KM_PER_AU, vector(&reference["vel_au_day"]) * (KM_PER_AU / SECONDS_PER_DAY));
         let answer = ephemeris.state(id, JUPITER, t, None).expect("a moon");
         assert_eq!(answer.source, Source::Series);
-        let off_km = (answer.state.pos_km - pos_km).length();
-        let off_km_s = (answer.state.vel_km_s - vel_km_s).length();
+        let deviation_km = (answer.state.pos_km - pos_km).length();
+        let deviation_km_s = (answer.state.vel_km_s - vel_km_s).length();
         let entry = worst.entry(id.0).or_insert((0.0_f64, 0.0_f64));
-        *entry = (entry.0.max(off_km), entry.1.max(off_km_s));
-        assert!(off_km < answer.error_km, "{} {}: {off_km} km, stated {}", id.0, t.jd_tdb(), answer.error_km);
+        *entry = (entry.0.max(deviation_km), entry.1.max(deviation_km_s));
+        assert!(deviation_km < answer.error_km, "{} {}: {deviation_km} km, stated {}", id.0, t.jd_tdb(), answer.error_km);
         // A displacement along the orbit turns the velocity by the same angle.
-        assert!(off_km_s < 1.5 * answer.error_km * vel_km_s.length() / pos_km.length(), "{}: {off_km_s} km/s", id.0);
+        assert!(deviation_km_s < 1.5 * answer.error_km * vel_km_s.length() / pos_km.length(), "{}: {deviation_km_s} km/s", id.0);
         // An error of five minutes exceeds the stated error.
         let late = ephemeris.state(id, JUPITER, t.plus_seconds(300.0), None).expect("a moon").state;
         assert!((late.pos_km - pos_km).length() > answer.error_km);
@@ -66,11 +66,11 @@ fn saturns_moons_agree_with_another_program_on_the_same_theory() {
         let t = Instant::from_jd_tt(reference["jd_tt"].as_f64().expect("jd_tt"));
         let answer = ephemeris.state(id, SATURN, t, None).expect("a moon");
         assert_eq!(answer.source, Source::Series);
-        let off_km = (answer.state.pos_km - vector(&reference["pos_km"])).length();
-        let off_km_s = (answer.state.vel_km_s - vector(&reference["vel_km_s"])).length();
-        assert!(off_km < answer.error_km);
+        let deviation_km = (answer.state.pos_km - vector(&reference["pos_km"])).length();
+        let deviation_km_s = (answer.state.vel_km_s - vector(&reference["vel_km_s"])).length();
+        assert!(deviation_km < answer.error_km);
         // Dates are rounded to at most a millisecond: 15 m for Mimas.
-        assert!(off_km < 0.02 && off_km_s < 2e-5, "{} {}: {off_km} km, {off_km_s} km/s", id.0, t.jd_tt());
+        assert!(deviation_km < 0.02 && deviation_km_s < 2e-5, "{} {}: {deviation_km} km, {deviation_km_s} km/s", id.0, t.jd_tt());
         let late = ephemeris.state(id, SATURN, t.plus_seconds(1.0), None).expect("a moon").state;
         assert!((late.pos_km - vector(&reference["pos_km"])).length() > 0.5);
     }
@@ -274,11 +274,11 @@ fn mean_moons_keep_their_stated_error_by_the_iau_meridian_over_two_centuries() {
             let t = Instant::from_jd_tdb(jd);
             let answer = ephemeris.state(NaifId(moon), NaifId(planet), t, None).expect("a moon");
             assert_eq!(answer.source, Source::Mean);
-            let off_deg = facing_deg(&ephemeris, NaifId(moon), NaifId(planet), t, 0.0).abs();
+            let deviation_deg = facing_deg(&ephemeris, NaifId(moon), NaifId(planet), t, 0.0).abs();
             let stated_deg = (answer.error_km / answer.state.pos_km.length()).to_degrees();
-            assert!(off_deg < stated_deg + offset_deg, "{moon} {jd}: {off_deg} degrees, stated {stated_deg}");
+            assert!(deviation_deg < stated_deg + offset_deg, "{moon} {jd}: {deviation_deg} degrees, stated {stated_deg}");
             // The stated errors are not too generous: a third of them would be exceeded.
-            beyond_a_third += i32::from(off_deg > stated_deg / 3.0 + offset_deg);
+            beyond_a_third += i32::from(deviation_deg > stated_deg / 3.0 + offset_deg);
         }
     }
     assert!(beyond_a_third > 0);

@@ -33,10 +33,10 @@ fn local_contacts_agree_with_the_disc_search() {
     for (day, places) in cases {
         let e = eclipse_of(&IAU, day);
         for (lat, lon) in places {
-            let here = place(lat, lon);
-            let circumstances = e.seen_from(here);
+            let observer = place(lat, lon);
+            let circumstances = e.seen_from(observer);
             let by_discs =
-                sky(here).passage(NaifId::SUN, NaifId::MOON, e.greatest.plus_seconds(-4.0 * 3600.0), 8.0 * 3600.0).expect("places");
+                sky(observer).passage(NaifId::SUN, NaifId::MOON, e.greatest.plus_seconds(-4.0 * 3600.0), 8.0 * 3600.0).expect("places");
             assert_eq!(circumstances.is_some(), by_discs.is_some(), "{day} {lat} {lon}");
             let (Some(circumstances), Some(by_discs)) = (circumstances, by_discs) else { continue };
             let mut expected = vec![by_discs.begins, by_discs.ends];
@@ -44,8 +44,8 @@ fn local_contacts_agree_with_the_disc_search() {
             assert_eq!(circumstances.contacts.len(), expected.len(), "{day} {lat} {lon}");
             central += usize::from(by_discs.inner.is_some());
             for (contact, t) in circumstances.contacts.iter().zip(expected) {
-                let off_s = seconds_after(contact.time, t);
-                assert!(off_s.abs() < 0.2, "{day} {lat} {lon} {}: {off_s} s", contact.name);
+                let error_s = seconds_after(contact.time, t);
+                assert!(error_s.abs() < 0.2, "{day} {lat} {lon} {}: {error_s} s", contact.name);
                 assert!(seconds_after(contact.time, t.plus_seconds(30.0)).abs() > 1.0);
             }
         }

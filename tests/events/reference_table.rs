@@ -13,7 +13,7 @@ fn instant(v: &Value, path: &str) -> Instant {
     Instant::from_tdb_seconds_past_j2000(number(v, path))
 }
 
-/// The table's rows of one kind, each with the two days around it.
+/// The table's rows of one kind, each with the start and the end of its day.
 fn rows(kind: &str) -> Vec<(Value, Instant, Instant)> {
     let table: Value = serde_json::from_str(include_str!("../data/eclipses_public.json")).expect("JSON");
     let of_kind = table["eclipses"].as_array().expect("a list").iter().filter(|e| e["kind"] == kind);
@@ -35,10 +35,10 @@ fn solar_eclipses_agree_with_the_reference() {
         let found = solar_eclipses(&IAU, &EPHEMERIS, from, to).expect("eclipses");
         let [e] = &found[..] else { panic!("{id}: {} found", found.len()) };
         assert_eq!(e.class.name(), row["type"], "{id}");
-        let off_s = seconds_after(e.greatest, instant(&row, "/greatest_eclipse/tdb_s_past_j2000"));
-        let utc_off_s = seconds_after(e.greatest, parse_time(&format!("{}Z", row["greatest_eclipse"]["utc"].as_str().expect("UTC"))));
-        println!("{id}: {off_s:.4} s");
-        assert!(off_s.abs() < 0.02 && utc_off_s.abs() < 0.02, "{id}: {off_s} {utc_off_s} s");
+        let error_s = seconds_after(e.greatest, instant(&row, "/greatest_eclipse/tdb_s_past_j2000"));
+        let utc_error_s = seconds_after(e.greatest, parse_time(&format!("{}Z", row["greatest_eclipse"]["utc"].as_str().expect("UTC"))));
+        println!("{id}: {error_s:.4} s");
+        assert!(error_s.abs() < 0.02 && utc_error_s.abs() < 0.02, "{id}: {error_s} {utc_error_s} s");
         assert!((e.gamma - number(&row, "/greatest_eclipse/gamma")).abs() < 5e-6, "{id}: {}", e.gamma);
         assert!((e.magnitude - number(&row, "/sub_axis_point/magnitude")).abs() < 1e-6, "{id}: {}", e.magnitude);
         assert!((e.place.latitude_deg - number(&row, "/sub_axis_point/lat_deg")).abs() < 0.001, "{id}: {:?}", e.place);
@@ -60,14 +60,14 @@ fn lunar_eclipses_agree_with_the_reference() {
         let [e] = &found[..] else { panic!("{id}: {} found", found.len()) };
         assert_eq!(e.class.name(), row["type"], "{id}");
         let by_rays_s = number(&row, "/rigorous_shadow_ray_check/greatest_minus_almanac_s");
-        let off_s = seconds_after(e.greatest, instant(&row, "/greatest_eclipse/tdb_s_past_j2000"));
-        println!("{id}: {off_s:.4} s, by rays {by_rays_s:.4} s");
-        assert!((off_s - by_rays_s).abs() < 0.02, "{id}: {off_s} s");
+        let error_s = seconds_after(e.greatest, instant(&row, "/greatest_eclipse/tdb_s_past_j2000"));
+        println!("{id}: {error_s:.4} s, by rays {by_rays_s:.4} s");
+        assert!((error_s - by_rays_s).abs() < 0.02, "{id}: {error_s} s");
         let contacts = row["contacts_geometric"].as_object().expect("contacts");
         assert_eq!(contacts.len(), e.contacts.len());
         for (name, t) in &e.contacts {
-            let off_s = seconds_after(*t, instant(&row, &format!("/contacts_geometric/{name}/tdb_s_past_j2000")));
-            assert!(off_s.abs() < 0.3, "{id} {name}: {off_s} s");
+            let error_s = seconds_after(*t, instant(&row, &format!("/contacts_geometric/{name}/tdb_s_past_j2000")));
+            assert!(error_s.abs() < 0.3, "{id} {name}: {error_s} s");
         }
         assert!((e.gamma - number(&row, "/greatest_eclipse/gamma")).abs() < 1e-5, "{id}: {}", e.gamma);
         assert!((e.umbral_magnitude - number(&row, "/shadow/umbral_magnitude")).abs() < 2e-5, "{id}: {}", e.umbral_magnitude);

@@ -156,12 +156,12 @@ fn contacts_and_magnitude_from_pixels_agree_with_the_geometry() {
         let images = Images { place, darkening, unobscured: seen_from(place, first.plus_seconds(-120.0), DISCS_ONLY).0 };
         // The comparison must be able to fail: a Moon that is 0.4 % larger meets the Sun seconds earlier.
         for (enlargement, agrees) in [(0.0, true), (0.004, false)] {
-            let mut off_s = vec![images.outer_contact_s(first, 1.0, enlargement), images.outer_contact_s(last, -1.0, enlargement)];
+            let mut errors_s = vec![images.outer_contact_s(first, 1.0, enlargement), images.outer_contact_s(last, -1.0, enlargement)];
             if let (Some(second), Some(third)) = (contact("C2"), contact("C3")) {
-                off_s.extend(images.inner_contacts_s([second, third], enlargement));
+                errors_s.extend(images.inner_contacts_s([second, third], enlargement));
             }
-            println!("{day} {place:?} {enlargement}: {off_s:.2?} s");
-            assert!(off_s.iter().all(|s| (s.abs() < 1.0) == agrees), "{day} {enlargement}: {off_s:?} s");
+            println!("{day} {place:?} {enlargement}: {errors_s:.2?} s");
+            assert!(errors_s.iter().all(|s| (s.abs() < 1.0) == agrees), "{day} {enlargement}: {errors_s:?} s");
         }
         let (light, k) = seen_from(place, expected.maximum.time, DISCS_ONLY);
         if expected.contacts.len() == 2 {

@@ -94,10 +94,10 @@ fn assert_views_equal_the_software_renderers(gpu: &GpuRenderer) {
         };
         let (soft, _) = session.renderer().render(&plan, session.library(), false).expect("drawn");
         let (drawn, soft) = (image(drawn), image(soft));
-        let d = soft.difference(&drawn).expect("one size");
-        println!("{name}: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
-        if exceeds_bounds(&d) {
-            failures.push(format!("{name}: mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max));
+        let difference = soft.difference(&drawn).expect("one size");
+        println!("{name}: mean {:.4}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
+        if exceeds_bounds(&difference) {
+            failures.push(format!("{name}: mean {:.3}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max));
         }
         // Negative control: half a stop more light exceeds the bounds.
         if name == "moon" {
@@ -136,10 +136,10 @@ fn every_pair_of_key_values_equals_the_software_renderers() {
         let level = |v: f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
         let display_image =
             |f: &Frame| DisplayImage { width: f.width, height: f.height, rgba: f.hdr.iter().map(|p| p.map(level)).collect() };
-        let d = display_image(&soft).difference(&display_image(&drawn)).expect("one size");
-        println!("{key}: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
-        if d.mean > MEAN_LEVELS || d.p999 > P999_LEVELS {
-            failures.push(format!("{key}: mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max));
+        let difference = display_image(&soft).difference(&display_image(&drawn)).expect("one size");
+        println!("{key}: mean {:.4}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
+        if difference.mean > MEAN_LEVELS || difference.p999 > P999_LEVELS {
+            failures.push(format!("{key}: mean {:.3}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max));
         }
     }
     assert!(failures.is_empty(), "{} of {}:\n{}", failures.len(), keys.len(), failures.join("\n"));
@@ -179,8 +179,8 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     let after = draw();
     assert_eq!(after.by.renderer, "software");
     assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::Unchanged, "no device draws");
-    let d = image(before.frame).difference(&image(after.frame)).expect("one size");
-    assert!(!exceeds_bounds(&d), "a different image: mean {}, 99.9 % {}", d.mean, d.p999);
+    let difference = image(before.frame).difference(&image(after.frame)).expect("one size");
+    assert!(!exceeds_bounds(&difference), "a different image: mean {}, 99.9 % {}", difference.mean, difference.p999);
     draw();
     let messages = messages.lock().expect("not poisoned");
     assert!(messages.len() == 1 && messages[0].contains("lost") && messages[0].contains("drawing in software"), "{messages:?}");

@@ -148,10 +148,10 @@ fn no_map_has_a_dot_at_its_pole() {
             let mean = |v: &[f32]| v.iter().sum::<f32>() / v.len() as f32;
             let spread = |v: &[f32]| v.iter().map(|x| (x - mean(v)).abs()).fold(0.0, f32::max);
             let (inner, outer) = (ring(2), ring(6));
-            let off = (at(20, 20) - mean(&inner)).abs();
+            let difference = (at(20, 20) - mean(&inner)).abs();
             // Continuous with the surrounding ground: the difference is within a fraction of the change over the next pixels, or a hundredth.
             let allowed = 0.02 * mean(&inner) + spread(&inner) + (mean(&outer) - mean(&inner)).abs();
-            assert!(off <= allowed, "{} at {}: {off} beside {}, allowed {allowed}", body.name, 90.0 * north, mean(&inner));
+            assert!(difference <= allowed, "{} at {}: {difference} beside {}, allowed {allowed}", body.name, 90.0 * north, mean(&inner));
             poles_with_features += i32::from(spread(&outer) > 0.0);
         }
     }

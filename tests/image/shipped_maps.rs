@@ -3,7 +3,7 @@
 use orrery::catalog::{Catalog, InventedRelief, NaifId};
 use orrery::image::{ImageError, MapDecoding, MapOrigin, MapStore, PoleFilter, TexelFormat, Texture};
 
-/// Mean over a square of `half` degrees around a position; longitude 0 is at the map's centre and east to the right; `decode` converts bytes.
+/// Mean over a square around a position, `half` degrees to each side; longitude 0 is at the map's centre and east to the right; `decode` converts bytes.
 fn mean_of(map: &Texture, lat: f64, lon: f64, half: f64, decode: impl Fn(u8) -> f64) -> [f64; 3] {
     let level = &map.levels[0];
     let (w, h) = (f64::from(level.width), f64::from(level.height));

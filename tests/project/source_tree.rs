@@ -21,7 +21,7 @@ pub struct SourceFile {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NamedPath {
     pub segments: Vec<String>,
-    /// The alias in a `use`; `None` outside of `use`.
+    /// The name under which a `use` brings it in; `None` outside of `use`.
     used_as: Option<String>,
     /// Part of a `pub use`.
     pub is_public_use: bool,

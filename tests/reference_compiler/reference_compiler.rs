@@ -34,7 +34,7 @@ fn by_reference(entry: &str, active: &[&str]) -> String {
     compiled.unwrap_or_else(|e| panic!("shaders/{entry} with {active:?}: {e}")).to_string()
 }
 
-/// The declarations of a module in order, all printed by the same printer. Blanks and parentheses are ignored, because the reference compiler
+/// The declarations of a module, sorted, all printed by the same printer. Blanks and parentheses are ignored, because the reference compiler
 /// adds parentheses.
 fn declarations(wgsl: &str) -> Vec<String> {
     let syntax = wgsl_parse::parse_str(wgsl).unwrap_or_else(|e| panic!("{e}\n{wgsl}"));

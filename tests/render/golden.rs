@@ -139,14 +139,14 @@ fn compared(name: &str, drawn: &DisplayImage) -> Result<Difference, String> {
     let path = folder().join(format!("{name}.png"));
     let bytes = std::fs::read(&path).map_err(|e| format!("{name}: no recorded image ({e})"))?;
     let golden = DisplayImage::decode(name, &bytes, orrery::image::DEFAULT_MAX_MEGAPIXELS).map_err(|e| e.to_string())?;
-    let d = golden.difference(drawn).map_err(|e| format!("{name}: {e}"))?;
-    if !exceeds_bounds(&d) {
-        return Ok(d);
+    let difference = golden.difference(drawn).map_err(|e| format!("{name}: {e}"))?;
+    if !exceeds_bounds(&difference) {
+        return Ok(difference);
     }
     let scratch = Path::new(env!("CARGO_TARGET_TMPDIR"));
     save(drawn, &scratch.join(format!("{name}.png")));
     save(&golden.difference_image(drawn).expect("one size"), &scratch.join(format!("{name}.difference.png")));
-    let numbers = format!("mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
+    let numbers = format!("mean {:.3}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
     Err(format!("{name} is not as recorded ({numbers}); see {name}.png and {name}.difference.png in {}", scratch.display()))
 }
 
@@ -164,7 +164,9 @@ fn views_look_as_recorded() {
             save(&drawn, &folder().join(format!("{name}.png")));
         }
         match compared(name, &drawn) {
-            Ok(d) => println!("{name}: mean {:.4}, 99.9 % {}, greatest {}, {lit} pixels lit", d.mean, d.p999, d.max),
+            Ok(difference) => {
+                println!("{name}: mean {:.4}, 99.9 % {}, greatest {}, {lit} pixels lit", difference.mean, difference.p999, difference.max)
+            }
             Err(e) => failures.push(e),
         }
     }
@@ -227,8 +229,8 @@ fn beads_look_as_recorded() {
     if std::env::var_os("ORRERY_RECORD_GOLDEN").is_some_and(|v| v == "1") {
         save(&drawn, &folder().join("beads.png"));
     }
-    let d = compared("beads", &drawn).unwrap_or_else(|e| panic!("{e}"));
-    println!("beads: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
+    let difference = compared("beads", &drawn).unwrap_or_else(|e| panic!("{e}"));
+    println!("beads: mean {:.4}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
     // With the mean limb, the crescent is unbroken.
     assert!(compared("beads", &draw(Catalog::embedded())).is_err());
 }

@@ -79,9 +79,9 @@ fn a_different_image_is_detected() {
 /// Side of a tile in pixels, and number of tiles in a row of the sheet.
 const TILE: usize = 24;
 const TILES_PER_ROW: usize = 16;
-/// A tile agrees if at most `MAX_PIXELS_OFF` of its 576 pixels differ by more than `MAX_LEVELS_OFF` levels: rounding of the last bit may move an edge.
-const MAX_LEVELS_OFF: u8 = 3;
-const MAX_PIXELS_OFF: usize = 4;
+/// A tile agrees if at most `MAX_DIFFERING_PIXELS` of its 576 pixels differ by more than `MAX_LEVEL_DIFFERENCE` levels: rounding of the last bit may move an edge.
+const MAX_LEVEL_DIFFERENCE: u8 = 3;
+const MAX_DIFFERING_PIXELS: usize = 4;
 
 /// Tiles by key, display bytes.
 struct Sheet {
@@ -152,11 +152,14 @@ impl Sheet {
                 all.push(format!("{name}: has no recorded tile"));
                 continue;
             };
-            let off =
-                tile.iter().zip(&recorded.tiles[n]).filter(|(a, b)| a.iter().zip(*b).any(|(x, y)| x.abs_diff(*y) > MAX_LEVELS_OFF)).count();
-            if off > MAX_PIXELS_OFF {
+            let differing = tile
+                .iter()
+                .zip(&recorded.tiles[n])
+                .filter(|(a, b)| a.iter().zip(*b).any(|(x, y)| x.abs_diff(*y) > MAX_LEVEL_DIFFERENCE))
+                .count();
+            if differing > MAX_DIFFERING_PIXELS {
                 all.push(format!(
-                    "{name}: {off} of {} pixels are not as recorded (tile {} of row {})",
+                    "{name}: {differing} of {} pixels are not as recorded (tile {} of row {})",
                     TILE * TILE,
                     n % TILES_PER_ROW,
                     n / TILES_PER_ROW
@@ -207,12 +210,12 @@ fn standard_scenes_in_f32_equal_those_in_f64() {
             if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
         };
         let difference = |k: usize| (0..3).map(|c| (shown(single[k][c]) - shown(double[k][c])).abs()).fold(0.0, f64::max);
-        let mut over: Vec<(f64, usize)> =
+        let mut beyond_bound: Vec<(f64, usize)> =
             (0..single.len()).map(|k| (difference(k), k)).filter(|(d, _)| *d > f64::from(MAX_DIFFERENCE)).collect();
-        over.sort_by(|a, b| b.0.total_cmp(&a.0));
+        beyond_bound.sort_by(|a, b| b.0.total_cmp(&a.0));
         let greatest = (0..single.len()).map(difference).fold(0.0, f64::max);
-        println!("{}: at most {greatest:.2e} of the display's range, {} pixels over", standard.name, over.len());
-        for (d, k) in over.iter().take(5) {
+        println!("{}: at most {greatest:.2e} of the display's range, {} pixels beyond the bound", standard.name, beyond_bound.len());
+        for (d, k) in beyond_bound.iter().take(5) {
             let (x, y) = (*k as u32 % 256, *k as u32 / 256);
             let covers_pixel = |s: [u32; 4]| (s[0]..s[2]).contains(&x) && (s[1]..s[3]).contains(&y);
             let draws = plan.passes[0].draws.iter().filter(|d| covers_pixel(d.scissor));

@@ -16,7 +16,7 @@ use orrery::shader::{Layout, Lowering, ModuleId, ShaderModule};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Uniforms with a different number in every field, and the given number of lights.
+/// Uniforms with the given number of lights; most fields have a number of their own, by which a test recognises them.
 fn uniforms(lights: u8) -> DrawUniforms {
     let light = |k: f32| Light { direction_in_body: Vec3::new(k, k + 0.1, k + 0.2), irradiance: Vec3::splat(k + 0.5) };
     DrawUniforms {

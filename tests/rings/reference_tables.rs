@@ -149,7 +149,7 @@ fn the_error_of_a_spheres_shadow_is_the_one_its_model_states() {
 #[test]
 fn the_oblate_planet_hides_the_fraction_given_by_chords() {
     let (table, stated) = (table(), stated_errors::of_body_shadow(BodyShadow::EllipsoidPenumbra).expect("a stated error").max_error);
-    let mut sphere_off: f64 = 0.0;
+    let mut sphere_error: f64 = 0.0;
     for row in list(&table, "ring_points") {
         let ask = |precision, model: &str| {
             let q = json!({"q": "ring-shadow", "flattening": table["flattening"], "point": row["point"], "sun": row["sun"],
@@ -162,10 +162,10 @@ fn the_oblate_planet_hides_the_fraction_given_by_chords() {
                 let error = ask(precision, model) - expected;
                 assert!(error.abs() < stated, "{precision:?} {model} {row}: off by {error:e}");
             }
-            sphere_off = sphere_off.max((ask(Precision::F32, "sphere") - expected).abs());
+            sphere_error = sphere_error.max((ask(Precision::F32, "sphere") - expected).abs());
         }
     }
-    assert!(sphere_off > 0.3, "a sphere under a point Sun would pass, too: {sphere_off}");
+    assert!(sphere_error > 0.3, "a sphere under a point Sun would pass, too: {sphere_error}");
 }
 
 #[test]

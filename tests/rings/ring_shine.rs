@@ -152,10 +152,10 @@ fn greatest_error(time: &str, without: Without) -> (f64, f64) {
 #[test]
 fn night_light_agrees_with_the_sum_over_the_rings() {
     for time in [OPEN, NEARLY_CLOSED] {
-        let (off, brightest) = greatest_error(time, Without::Nothing);
-        println!("{time}: {off:.2e} of the brightest place, {brightest:.3e} of sunlight");
-        assert!(off < 0.01, "{time}: {off:e} of the brightest place");
-        // A per cent to a tenth of sunlight: the rings are as bright as the globe and fill up to half of the sky.
+        let (error, brightest) = greatest_error(time, Without::Nothing);
+        println!("{time}: {error:.2e} of the brightest place, {brightest:.3e} of sunlight");
+        assert!(error < 0.01, "{time}: {error:e} of the brightest place");
+        // At most a fifth of sunlight: the rings are as bright as the globe and fill up to half of the sky.
         assert!((2e-4..0.2).contains(&brightest), "{time}: {brightest:e}");
     }
     // Without the globe's shadow, or with the ring's two sides exchanged, the light differs.

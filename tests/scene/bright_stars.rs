@@ -8,8 +8,8 @@ use orrery::scene::Scene;
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Purpose, Up, ViewRequest};
 use orrery::time::Instant;
 
-/// The layer of bright stars from 20 stops below to 25 above: each star has the same light on the display until the exposure alone shows more, and no
-/// star is ever darker than without the layer. In air and in linear light the layer changes nothing.
+/// The layer of bright stars from -20 to 25 stops: the brightest star has the same light on the display until the exposure alone shows more. It is never
+/// darker, and the stars are never fewer, than without the layer. In air and in linear light the layer changes neither.
 #[test]
 fn bright_stars_follow_the_exposure() {
     let time = Instant::parse("2024-03-01T00:00:00Z").expect("a time");
@@ -27,7 +27,7 @@ fn bright_stars_follow_the_exposure() {
     };
     let (count, light) = shown(&at(-20.0, true));
     assert!(count > 300 && light > 0.0, "{count} stars");
-    let (mut constant, mut physical) = (0, 0);
+    let (mut brightened, mut unchanged) = (0, 0);
     for stops in -20..=25 {
         let (with, without) = (at(f64::from(stops), true), at(f64::from(stops), false));
         let (with, without) = (shown(&with), shown(&without));
@@ -35,14 +35,14 @@ fn bright_stars_follow_the_exposure() {
         if without.1 >= light * (1.0 - 1e-6) {
             assert_eq!(with.0, without.0, "{stops}: the exposure alone shows stars as bright");
             assert!((with.1 / without.1 - 1.0).abs() < 1e-5, "{stops}");
-            physical += 1;
+            unchanged += 1;
         } else {
             assert!(with.0.abs_diff(count) <= 2 && (with.1 / light - 1.0).abs() < 1e-5, "{stops}: {with:?}, not {:?}", (count, light));
-            constant += 1;
+            brightened += 1;
         }
     }
-    assert!(constant > 15 && physical > 3, "{constant} brightened, {physical} not");
-    // The decision says so.
+    assert!(brightened > 15 && unchanged > 3, "{brightened} brightened, {unchanged} not");
+    // The reason given says whether the stars are brightened.
     assert!(at(0.0, true).sky[0].reason.to_string().contains("to be seen at this exposure"), "{:?}", at(0.0, true).sky[0]);
     assert!(!at(24.0, true).sky[0].reason.to_string().contains("to be seen at this exposure"));
     // Under the Earth's air, by day and by night, and in linear light.

@@ -33,7 +33,7 @@ fn from_earth(ephemeris: &Ephemeris, comet: &SmallBody, days: f64) -> DVec3 {
 fn passages_agree_with_the_almanacs() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
-    for (name, time, q_au) in [
+    for (name, time, perihelion_au) in [
         ("Halley", "1986-02-09T11:00:00Z", 0.587),
         ("Hyakutake", "1996-05-01T10:00:00Z", 0.230),
         ("Hale-Bopp", "1997-04-01T03:00:00Z", 0.914),
@@ -43,7 +43,7 @@ fn passages_agree_with_the_almanacs() {
     ] {
         let orbit = comet(name).orbit;
         assert!((orbit.passage_days - days(time)).abs() < 0.5, "{name}: {} days off", orbit.passage_days - days(time));
-        assert!((orbit.perihelion_au - q_au).abs() < 0.004, "{name}: {}", orbit.perihelion_au);
+        assert!((orbit.perihelion_au - perihelion_au).abs() < 0.004, "{name}: {}", orbit.perihelion_au);
     }
     for (name, time, min_au) in [
         ("Halley", "1985-11-27T12:00:00Z", 0.620),
@@ -62,8 +62,8 @@ fn passages_agree_with_the_almanacs() {
         assert!(distance(nearest + 10.0) > distance(nearest) + 0.002);
     }
     // On 10 April 1986 Halley was in Lupus at its southernmost declination, -47.5 degrees.
-    let south = from_earth(&ephemeris, &comet("Halley"), days("1986-04-10T12:00:00Z"));
-    let declination_deg = (south.z / south.length()).asin().to_degrees();
+    let from_earth_au = from_earth(&ephemeris, &comet("Halley"), days("1986-04-10T12:00:00Z"));
+    let declination_deg = (from_earth_au.z / from_earth_au.length()).asin().to_degrees();
     assert!((declination_deg + 47.5).abs() < 0.3, "{declination_deg}");
 }
 
@@ -138,10 +138,10 @@ fn an_image_shows_the_tails_away_from_the_sun() {
     let antisolar_clip = camera.clip(direction - sun * 0.01).expect("ahead").normalize();
     let (mut antisolar_light, mut sunward_light) = (0.0, 0.0);
     for (k, p) in drawn.frame.hdr.iter().enumerate() {
-        let at = glam::DVec2::new((k % 160) as f64 + 0.5 - 80.0, 80.0 - (k / 160) as f64 - 0.5);
+        let from_middle_px = glam::DVec2::new((k % 160) as f64 + 0.5 - 80.0, 80.0 - (k / 160) as f64 - 0.5);
         // Skip the glare of the head.
-        if at.length() > 10.0 {
-            *(if at.dot(antisolar_clip) > 0.0 { &mut antisolar_light } else { &mut sunward_light }) += f64::from(p[1]);
+        if from_middle_px.length() > 10.0 {
+            *(if from_middle_px.dot(antisolar_clip) > 0.0 { &mut antisolar_light } else { &mut sunward_light }) += f64::from(p[1]);
         }
     }
     println!("light away from the Sun {antisolar_light:.3e}, towards it {sunward_light:.3e}");

@@ -91,9 +91,9 @@ fn errors_name_the_users_file() {
     let unbalanced = CHECKERS.replace("vec3f(0.8)", "vec3f(0.8");
     let without_function = CHECKERS.replace("fn custom_surface", "fn my_surface");
     let mistyped = CHECKERS.replace("-> CustomSurface", "-> vec3f");
-    for (text, what) in [(&unbalanced, "surface.wesl:"), (&without_function, "custom_surface"), (&mistyped, "surface.wesl:")] {
+    for (text, expected) in [(&unbalanced, "surface.wesl:"), (&without_function, "custom_surface"), (&mistyped, "surface.wesl:")] {
         let message = error_of(&[("moon", "surface.wesl", text)]);
-        assert!(message.contains(what) && !message.contains('\n') && !message.contains("lib/custom/surface_1"), "{message}");
+        assert!(message.contains(expected) && !message.contains('\n') && !message.contains("lib/custom/surface_1"), "{message}");
     }
     assert!(error_of(&[("moom", "a.wesl", CHECKERS)]).contains("Moon"), "the nearest name is offered");
     assert!(error_of(&[("moon", "a.wesl", CHECKERS), ("MOON", "b.wesl", CHECKERS)]).contains("MOON"));

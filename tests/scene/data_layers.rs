@@ -18,7 +18,7 @@ const LAYER: &str =
     "[[layer]]\nname = \"quakes\"\nfile = \"quakes.csv\"\nbody = \"Earth\"\nfade_days = 2.0\ncolour = \"#ff0000\"\nsize_px = 12.0\n";
 
 fn view(time: &str) -> ViewRequest {
-    // Above Tohoku, at its local noon.
+    // Above the sub-solar point: at 03:00 UTC it is noon over Tohoku, whose coordinates the layers have.
     let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
     ViewRequest { position, ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time")) }
 }
@@ -67,8 +67,8 @@ fn points_appear_at_their_time_and_place_and_fade() {
     }
     let much_later = dots(&session, &view("2024-03-13T03:00:01Z")).1;
     assert!(much_later.is_empty(), "{much_later:?}");
-    let off = ViewRequest { layers: Layers::parse("-data").expect("layers"), ..view("2024-03-11T03:00:00Z") };
-    assert!(dots(&session, &off).1.is_empty());
+    let without_layer = ViewRequest { layers: Layers::parse("-data").expect("layers"), ..view("2024-03-11T03:00:00Z") };
+    assert!(dots(&session, &without_layer).1.is_empty());
     // In the image, the pixel at the point is red.
     let request = view("2024-03-11T03:00:00Z");
     let drawn = session.draw(&request, SamplingQuality { samples: 1, anisotropy: 1 }, false).expect("drawn");
@@ -115,7 +115,7 @@ fn session_with(layer: &str, files: &[(&str, &[u8])]) -> (Session, tempfile::Tem
     (session_over(folder.path()).0, folder)
 }
 
-/// The outline of a square region lies on its parallels and meridians, ends at the limb, and disappears with its layer.
+/// The outline of a square region lies on its parallels and meridians, is not drawn on the far side, and disappears with its layer.
 #[test]
 fn outlines_follow_their_coordinates() {
     let layer = "[[layer]]\nname = \"field\"\nfile = \"field.geojson\"\nbody = \"Earth\"\ncolour = \"#00ff00\"\n";
@@ -134,8 +134,8 @@ fn outlines_follow_their_coordinates() {
         let ground = scene.camera.surface_under_pixel(&earth, *end).expect("on the disc");
         let normal = (ground / earth.radii_km).normalize();
         let (lat, lon) = (normal.z.asin().to_degrees(), normal.y.atan2(normal.x).to_degrees());
-        let off = [lat - 20.0, lat - 40.0, lon - 130.0, lon - 150.0].into_iter().map(f64::abs).fold(f64::INFINITY, f64::min);
-        assert!(off < 0.05 && (19.9..40.1).contains(&lat) && (129.9..150.1).contains(&lon), "{end}: {lat} {lon}");
+        let error_deg = [lat - 20.0, lat - 40.0, lon - 130.0, lon - 150.0].into_iter().map(f64::abs).fold(f64::INFINITY, f64::min);
+        assert!(error_deg < 0.05 && (19.9..40.1).contains(&lat) && (129.9..150.1).contains(&lon), "{end}: {lat} {lon}");
     }
     // There is a line segment at each vertex and at the middle of each side.
     for (lat, lon) in
@@ -143,8 +143,8 @@ fn outlines_follow_their_coordinates() {
     {
         let ground = ground_point_km(earth.radii_km, lat, lon, 0.0).0 / earth.radii_km;
         let at = scene.camera.pixel_of_surface(&earth, ground).expect("on the near side");
-        let off = ends.chunks(2).map(|p| distance_to_segment(p[0], p[1], at)).fold(f64::INFINITY, f64::min);
-        assert!(off < 0.15, "{lat} {lon}: {off} pixels");
+        let distance_px = ends.chunks(2).map(|p| distance_to_segment(p[0], p[1], at)).fold(f64::INFINITY, f64::min);
+        assert!(distance_px < 0.15, "{lat} {lon}: {distance_px} pixels");
     }
     let drawn = session.draw(&request, SAMPLING, false).expect("drawn");
     let middle = scene.camera.pixel_of_surface(&earth, ground_point_km(earth.radii_km, 30.0, 150.0, 0.0).0 / earth.radii_km).expect("seen");
@@ -153,9 +153,9 @@ fn outlines_follow_their_coordinates() {
         (-2..=2).map(at).any(|p| p[1] > 100 && p[1] > p[0] + 50 && p[1] > p[2] + 50)
     };
     assert!(outline_is_drawn(&drawn));
-    let off = ViewRequest { layers: Layers::parse("-data").expect("layers"), ..request.clone() };
-    assert!(session.scene(&off).expect("a scene").ground_lines.is_empty());
-    assert!(!outline_is_drawn(&session.draw(&off, SAMPLING, false).expect("drawn")));
+    let without_layer = ViewRequest { layers: Layers::parse("-data").expect("layers"), ..request.clone() };
+    assert!(session.scene(&without_layer).expect("a scene").ground_lines.is_empty());
+    assert!(!outline_is_drawn(&session.draw(&without_layer, SAMPLING, false).expect("drawn")));
     // From the other side none of the outline is visible.
     let night = view("2024-03-11T15:00:00Z");
     assert!(session.scene(&night).expect("a scene").ground_lines.is_empty());
@@ -183,10 +183,10 @@ fn a_sky_image_is_aligned_with_the_stars() {
         ("CDELT2", "0.005"),
     ];
     // The gnomonic projection, by the textbook's formula.
-    let (da, d, d0) = ((ra - 151.9).to_radians(), dec.to_radians(), 11.9_f64.to_radians());
-    let cos_c = d0.sin() * d.sin() + d0.cos() * d.cos() * da.cos();
-    let x = 50.5 - (d.cos() * da.sin() / cos_c).to_degrees() / 0.005;
-    let y = 30.5 + ((d0.cos() * d.sin() - d0.sin() * d.cos() * da.cos()) / cos_c).to_degrees() / 0.005;
+    let (ra_offset, dec_rad, centre_dec) = ((ra - 151.9).to_radians(), dec.to_radians(), 11.9_f64.to_radians());
+    let cos_c = centre_dec.sin() * dec_rad.sin() + centre_dec.cos() * dec_rad.cos() * ra_offset.cos();
+    let x = 50.5 - (dec_rad.cos() * ra_offset.sin() / cos_c).to_degrees() / 0.005;
+    let y = 30.5 + ((centre_dec.cos() * dec_rad.sin() - centre_dec.sin() * dec_rad.cos() * ra_offset.cos()) / cos_c).to_degrees() / 0.005;
     let mut data = vec![0_u8; 100 * 60];
     // The four pixels around the position, weighted so that their centroid lies there.
     let (x0, y0) = (x.floor(), y.floor());
@@ -201,7 +201,7 @@ fn a_sky_image_is_aligned_with_the_stars() {
     data[0] = 255;
     let layer = "[[layer]]\nname = \"field\"\nfile = \"field.fits\"\npercentiles = [0.0, 100.0]\n";
     let (session, _folder) = session_with(layer, &[("field.fits", &fits(&cards, [100, 60], &data))]);
-    let direction = DVec3::new(d.cos() * ra.to_radians().cos(), d.cos() * ra.to_radians().sin(), d.sin());
+    let direction = DVec3::new(dec_rad.cos() * ra.to_radians().cos(), dec_rad.cos() * ra.to_radians().sin(), dec_rad.sin());
     for (fov_deg, stops) in [(0.5, "0"), (1.0, "8")] {
         let request = ViewRequest {
             target: None,
@@ -229,8 +229,8 @@ fn a_sky_image_is_aligned_with_the_stars() {
                 moment += place * f64::from(p[1]);
             }
         }
-        let off = (moment / sum).distance(at);
-        assert!(off < 0.1, "{fov_deg} degrees: {off} pixels");
+        let error_px = (moment / sum).distance(at);
+        assert!(error_px < 0.1, "{fov_deg} degrees: {error_px} pixels");
         assert!((moment / sum).distance(expected(direction)) > 2.0, "aberration is some 20 arcsec");
         // White stays white at any exposure: the four pixels sum to one.
         let white = sum / texel_px.powi(2) / drawn.scene.exposure.white();
@@ -292,6 +292,6 @@ fn wrong_files_of_each_format_are_refused() {
     assert!(refused("a.fits", "", b"no image at all").contains("a.fits:1: (card) does not begin with SIMPLE"));
     assert!(refused("a.csv", "", b"\xff\xfe").contains("a.csv:1: not UTF-8 text"));
     assert!(refused("a.png", "", b"").contains("layers.toml:3"));
-    let twice = format!("{earth}[[overlay]]\nbody = \"Earth\"\n");
-    assert!(refused("a.csv", &twice, b"lat,lon\n1,2\n").contains("layers.toml"));
+    let incomplete_overlay = format!("{earth}[[overlay]]\nbody = \"Earth\"\n");
+    assert!(refused("a.csv", &incomplete_overlay, b"lat,lon\n1,2\n").contains("layers.toml"));
 }

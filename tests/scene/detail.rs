@@ -21,18 +21,18 @@ const EARTH_KM: f64 = 6378.14;
 
 /// A view from a height straight down on the Moon at first quarter, with the Sun 35 degrees up.
 fn looking_down(height_km: f64, shift_km: DVec2, effects: &str) -> ViewRequest {
-    let nadir = DVec3::new(35_f64.to_radians().cos(), 35_f64.to_radians().sin(), 0.1).normalize();
-    looking_down_on(NaifId::MOON, MOON_KM, nadir, height_km, shift_km, effects)
+    let zenith = DVec3::new(35_f64.to_radians().cos(), 35_f64.to_radians().sin(), 0.1).normalize();
+    looking_down_on(NaifId::MOON, MOON_KM, zenith, height_km, shift_km, effects)
 }
 
-/// A view straight down on a body, from a height above the ground point in the direction `nadir` from the body's centre (body axes); `shift_km`: km to the east and
-/// north of that point.
-fn looking_down_on(body: NaifId, radius_km: f64, nadir: DVec3, height_km: f64, shift_km: DVec2, effects: &str) -> ViewRequest {
-    let (east, north) = (DVec3::Z.cross(nadir).normalize(), nadir.cross(DVec3::Z.cross(nadir).normalize()));
-    let camera_direction = (nadir + (east * shift_km.x + north * shift_km.y) / radius_km).normalize();
+/// A view along -`zenith` on a body, from a height above the ground point in the direction `zenith` from the body's centre (body axes); `shift_km`: the camera's
+/// distance to the east and north of that point.
+fn looking_down_on(body: NaifId, radius_km: f64, zenith: DVec3, height_km: f64, shift_km: DVec2, effects: &str) -> ViewRequest {
+    let (east, north) = (DVec3::Z.cross(zenith).normalize(), zenith.cross(DVec3::Z.cross(zenith).normalize()));
+    let camera_direction = (zenith + (east * shift_km.x + north * shift_km.y) / radius_km).normalize();
     ViewRequest {
         position: Position::Offset { body, offset_km: camera_direction * (radius_km + height_km), axes: Axes::BodyFixed },
-        look: Look::Along { direction: -nadir, axes: Axes::BodyFixed },
+        look: Look::Along { direction: -zenith, axes: Axes::BodyFixed },
         exposure: ExposureRequest::Stops(2.0),
         fov_deg: Some(40.0),
         width: SIDE,
@@ -43,7 +43,7 @@ fn looking_down_on(body: NaifId, radius_km: f64, nadir: DVec3, height_km: f64, s
     }
 }
 
-/// A point where the Sun is 40 degrees up, and lower by as many degrees as the point is farther east.
+/// Direction, in body axes, of a ground point 50 degrees plus `east_deg` east of the sub-solar point: near the equator the Sun is 40 degrees minus `east_deg` up.
 fn obliquely_lit(body: NaifId, east_deg: f64) -> DVec3 {
     let scene = SESSION.scene(&ViewRequest::of(body, Instant::parse("2024-04-15T20:00:00Z").expect("a time"))).expect("a scene");
     let noon = scene.body(body).expect("in the catalog").sub_solar.expect("lit");
@@ -151,6 +151,7 @@ fn craters_stay_on_the_ground() {
 /// Approaching by a thousandth of the height changes the image only a little at every height: no size of craters appears at once.
 #[test]
 fn no_crater_appears_suddenly() {
+    // The greatest change by a step, and its height in km.
     let mut worst = (0.0, 0.0);
     let mut detail_change = 0.0_f64;
     let mut height_km = 30.0;
@@ -167,9 +168,9 @@ fn no_crater_appears_suddenly() {
     assert!(worst.0 < 0.1 * detail_change, "{worst:?}");
 }
 
-/// Detail can be switched off by name, is left out in an eclipse and on gas giants, and the reason is given.
+/// Detail is explained as invented and can be switched off by name. It is off from far away, and bodies without ground have no decision about it.
 #[test]
-fn detail_is_for_airless_ground_and_can_be_switched_off() {
+fn detail_is_for_near_ground_and_can_be_switched_off() {
     let decision = |request: &ViewRequest, body: NaifId| {
         let scene = SESSION.scene(request).expect("a scene");
         let all = &scene.body(body).expect("in the catalog").decisions;
@@ -186,12 +187,12 @@ fn detail_is_for_airless_ground_and_can_be_switched_off() {
     }
 }
 
-/// Ground of Mars and clouds of the Earth: no detail from far away, some nearby, the mean light unchanged. Open sea gets no detail.
+/// Ground of Mars and clouds of the Earth: no detail from far away, some nearby, the mean light kept to a tenth. Open sea gets no detail.
 #[test]
 fn hills_and_billows_are_visible_near_the_ground_and_keep_the_mean_light() {
     for (body, radius_km, heights_km) in [(MARS, MARS_KM, [3.0, 20.0, 60.0]), (EARTH, EARTH_KM, [40.0, 80.0, 200.0])] {
-        let with_and_without = |nadir: DVec3, height_km: f64| {
-            ["", "-detail"].map(|effects| light(&draw(&looking_down_on(body, radius_km, nadir, height_km, DVec2::ZERO, effects))))
+        let with_and_without = |zenith: DVec3, height_km: f64| {
+            ["", "-detail"].map(|effects| light(&draw(&looking_down_on(body, radius_km, zenith, height_km, DVec2::ZERO, effects))))
         };
         let [with, without] = with_and_without(obliquely_lit(body, 0.0), 20_000.0);
         assert_eq!(with, without, "{body:?} from far away");
@@ -216,13 +217,13 @@ fn hills_and_billows_are_visible_near_the_ground_and_keep_the_mean_light() {
     assert!(mean_difference(&with, &without) <= 1e-3 * mean(&without), "hills on the sea");
 }
 
-/// Hills and billows stay in place between viewpoints: seen from 300 km, billows move across the frame with the ground below, within half a pixel.
+/// Hills and billows stay in place: the change of light by detail agrees between two viewpoints at the same points of the ground, and less at displaced points.
 #[test]
 fn hills_and_billows_stay_in_place() {
     for (body, radius_km, height_km) in [(MARS, MARS_KM, 5.0), (MARS, MARS_KM, 40.0), (EARTH, EARTH_KM, 300.0)] {
-        let nadir = obliquely_lit(body, 0.0);
+        let zenith = obliquely_lit(body, 0.0);
         let shift_km = DVec2::new(0.05, 0.03) * height_km;
-        let view = |shift_km: DVec2| detail_ratio(|effects| looking_down_on(body, radius_km, nadir, height_km, shift_km, effects));
+        let view = |shift_km: DVec2| detail_ratio(|effects| looking_down_on(body, radius_km, zenith, height_km, shift_km, effects));
         let [(first, first_ratio), (second, second_ratio)] = [DVec2::ZERO, shift_km].map(view);
         let (same, displaced) = correlations(body, &first, &first_ratio, &second, &second_ratio);
         println!("{body:?} from {height_km} km: {same:.3}, displaced {displaced:.3}");

@@ -1,5 +1,5 @@
-//! Shadows of eclipses as lines: outlines lie where the shader's light changes, the path runs through the points of published tables, and cones reach from body to
-//! body.
+//! Shadows of eclipses as lines: outlines lie where the shader's light changes, the path of 2024 runs through the published point of greatest eclipse, and cones
+//! reach from body to body.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -40,8 +40,8 @@ fn ends_px(built: &Scene, segment: &LineSegment) -> [DVec2; 2] {
 }
 
 /// The line segments of the umbra, penumbra or path, selected by colour.
-fn lines_of_colour(built: &Scene, is: fn(DVec3) -> bool) -> Vec<LineSegment> {
-    segments(built).iter().filter(|p| is(p.colour.as_dvec3())).copied().collect()
+fn lines_of_colour(built: &Scene, has_colour: fn(DVec3) -> bool) -> Vec<LineSegment> {
+    segments(built).iter().filter(|p| has_colour(p.colour.as_dvec3())).copied().collect()
 }
 
 fn is_umbra(colour: DVec3) -> bool {
@@ -73,19 +73,19 @@ fn outlines_lie_where_the_shaders_light_changes() {
         for (is_outline, outline_name) in [(is_umbra as fn(DVec3) -> bool, "umbra"), (is_penumbra, "penumbra")] {
             let outline = lines_of_colour(&built, is_outline);
             assert!(outline.len() > 10, "{target} {time}: {} segments of the {outline_name}", outline.len());
-            let (mut checked, mut wrong) = (0, 0);
+            let (mut checked, mut contradicting) = (0, 0);
             for segment in &outline {
                 let [a, b] = ends_px(&built, segment);
                 let (middle, across) = (0.5 * (a + b), (b - a).perp().normalize_or_zero());
                 // Near the limb the ground is seen at a grazing angle, and a pixel covers a long distance.
-                let is_steep = |at: DVec2| {
+                let is_grazing = |at: DVec2| {
                     built
                         .camera
                         .surface_under_pixel(&placement, at)
                         .is_none_or(|unit| unit.dot(placement.camera_in_unit_sphere().normalize()) < 0.3)
                 };
                 let sides = [middle + 2.0 * across, middle - 2.0 * across];
-                if across == DVec2::ZERO || sides.iter().any(|at| is_steep(*at)) {
+                if across == DVec2::ZERO || sides.iter().any(|at| is_grazing(*at)) {
                     continue;
                 }
                 let [low, high] = {
@@ -93,12 +93,12 @@ fn outlines_lie_where_the_shaders_light_changes() {
                     [one.min(other), one.max(other)]
                 };
                 checked += 1;
-                wrong +=
+                contradicting +=
                     usize::from(if outline_name == "umbra" { low > 1e-6 || high < 1e-5 } else { high < 1.0 - 1e-4 || low > 1.0 - 1e-6 });
             }
-            println!("{target} {time}: {outline_name}: {checked} segments, {wrong} wrong");
+            println!("{target} {time}: {outline_name}: {checked} segments, {contradicting} contradicting");
             // A small umbra is only a few pixels wide: some points two pixels to the side lie beyond its other edge.
-            assert!(checked > 5 && wrong * 20 <= checked, "{target} {time}, {outline_name}: {wrong} of {checked}");
+            assert!(checked > 5 && contradicting * 20 <= checked, "{target} {time}, {outline_name}: {contradicting} of {checked}");
         }
         // The comparison must be able to fail: where there is one umbra, a pixel in its middle is not on its edge.
         let outline = lines_of_colour(&built, is_umbra);
@@ -111,10 +111,10 @@ fn outlines_lie_where_the_shaders_light_changes() {
     }
 }
 
-/// NASA's path table of 2024-04-08 (Espenak, F. and Anderson, J., Total Solar Eclipse of 2024 April 08): points of the centre line by time; each is within 4 km of
-/// the drawn line (the table's lunar radius differs by 0.1 km, its Delta T by a second).
+/// NASA's path table of 2024-04-08 (Espenak, F. and Anderson, J., Total Solar Eclipse of 2024 April 08): the point of greatest eclipse is within 4 km of the drawn line
+/// (the table's lunar radius differs by 0.1 km, its Delta T by a second).
 #[test]
-fn the_path_of_2024_runs_through_the_points_of_the_table() {
+fn the_path_of_2024_runs_through_the_tables_greatest_eclipse() {
     let built = SESSION.scene(&ViewRequest { width: 4000, height: 4000, ..view(399, GREATEST_ECLIPSE, path_layer()) }).expect("a scene");
     let placement = built.body(NaifId::EARTH).expect("in the catalog").placement;
     let line = lines_of_colour(&built, is_path);
@@ -171,6 +171,6 @@ fn cones_reach_from_the_moon_to_the_earth() {
         assert!(built.lines.iter().all(|p| p.ends.iter().all(|e| e.is_finite() && e.z > 0.0)), "{target:?}");
         assert!(built.sky.iter().any(|d| d.feature == "eclipse-cones" && d.on), "{:?}", built.sky);
     }
-    let off = SESSION.scene(&ViewRequest { layers: Layers::NONE, ..request(NaifId::EARTH) }).expect("a scene");
-    assert!(off.lines.is_empty());
+    let without_layer = SESSION.scene(&ViewRequest { layers: Layers::NONE, ..request(NaifId::EARTH) }).expect("a scene");
+    assert!(without_layer.lines.is_empty());
 }

@@ -60,6 +60,7 @@ fn names_are_placed_on_their_features() {
         let mut request = view(body, "+features", Some(7.0));
         if body == 499 {
             let km = SESSION.catalog().body(NaifId(499)).expect("Mars").radii_km.x;
+            // Above 223 degrees east, near Olympus Mons.
             let towards = DVec3::new(f64::cos(3.9), f64::sin(3.9), 0.2).normalize() * 7.0 * km;
             request.position = Position::Offset { body: NaifId(499), offset_km: towards, axes: orrery::scene::request::Axes::BodyFixed };
         }
@@ -77,7 +78,7 @@ fn names_are_placed_on_their_features() {
     }
 }
 
-/// At every zoom, on bodies with many names: no two names overlap, all are inside the image and on the near side, and larger features come first.
+/// At several zooms, on bodies with many names: no two texts overlap, all are inside the image, and named features are on the near side.
 #[test]
 fn names_do_not_overlap_and_are_on_the_near_side() {
     let mut max_names = 0;
@@ -115,8 +116,7 @@ fn apollo_sites_are_named_by_zoom() {
     assert_eq!((named(0.7), named(5.0)), (6, 0));
 }
 
-/// During a slow approach: from step to step few names appear or disappear, the others move no more than their ground does, and no name jumps from faint to
-/// full.
+/// During a slow approach: from step to step few names appear or disappear, and the others move by less than 1.5 pixels.
 #[test]
 fn names_are_steady_while_the_view_moves() {
     let mut previous: Option<Scene> = None;

@@ -193,6 +193,7 @@ fn bloom_spreads_its_share_of_the_light_above_white() {
     // A Gaussian around a small disc has the fraction exp(-r^2 / 2 variance) of its light beyond r. Averaging over n pixels adds n^2 / 12 to the
     // variance; interpolating between such averages adds n^2 / 6.
     let outside = |amplitude: f64, variance: f64| amplitude * (-0.5 * (radius_px + 2.0).powi(2) / variance).exp();
+    // Variances of the two blurs, px²: their widths are fractions of the image's height.
     let (near, far) = ((0.006_f64 * 256.0).powi(2), (0.03_f64 * 256.0).powi(2));
     let resampling_variance = |n: f64| n * n / 12.0 + n * n / 6.0;
     let expected =
@@ -246,5 +247,5 @@ fn a_name_keeps_clear_of_the_caption() {
         }
         usually_covered += u32::from(covers(&layer_of(false, place)) == Some(true));
     }
-    assert!(named > 20 && usually_covered > 5, "{named} names, {usually_covered} under a caption that they do not know");
+    assert!(named > 20 && usually_covered > 5, "{named} names; without the caption, {usually_covered} would lie under it");
 }

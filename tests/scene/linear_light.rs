@@ -18,7 +18,7 @@ fn pixels(request: &ViewRequest, purpose: Purpose, effects: &str, stops: f64) ->
     SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 4 }, true).expect("drawn").frame.hdr
 }
 
-/// The greatest difference of two images, relative to the brighter of the two pixels.
+/// The greatest difference between channels of two images, relative to the larger of the two values.
 fn relative_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
     let relative = |(p, q): (&f32, &f32)| if p == q { 0.0 } else { (p - q).abs() / p.abs().max(q.abs()) };
     a.iter().zip(b).flat_map(|(p, q)| p[..3].iter().zip(&q[..3])).map(relative).fold(0.0, f32::max)

@@ -38,8 +38,8 @@ fn sky() -> (Catalog, Ephemeris) {
 
 fn model_magnitude(catalog: &Catalog, id: i32, sun_au: f64, viewer_au: f64, alpha_deg: f64) -> f64 {
     let body = catalog.body(NaifId(id)).expect("in the catalog");
-    let outline_squared_km2 = body.radii_km.x * body.radii_km.z;
-    let irradiance = irradiance_at_viewer(body, alpha_deg.to_radians(), sun_au * KM_PER_AU, viewer_au * KM_PER_AU, outline_squared_km2);
+    let radius_squared_km2 = body.radii_km.x * body.radii_km.z;
+    let irradiance = irradiance_at_viewer(body, alpha_deg.to_radians(), sun_au * KM_PER_AU, viewer_au * KM_PER_AU, radius_squared_km2);
     magnitude(irradiance)
 }
 
@@ -138,8 +138,7 @@ fn saturns_magnitude_includes_its_rings_over_a_full_orbit() {
     assert!(worst_globe > 4.0 * SATURN_TOLERANCE_MAG, "{worst_globe} mag");
 }
 
-/// The Galilean moons fade as they enter Jupiter's shadow and brighten as they leave it: never brighter on the way in, dark inside, and as
-/// bright afterwards as before.
+/// Io and Ganymede fade steadily as they enter Jupiter's shadow, are dark inside, and brighten steadily as they leave it.
 #[test]
 fn moons_fade_in_eclipses_and_are_dark_in_the_umbra() {
     let (catalog, ephemeris) = sky();

@@ -13,10 +13,10 @@ const HIT: &str = "surface_hit(Varyings(vec4f(0.0), draw.anchor_origin + p.x * d
                    draw.ray_origin + p.x * draw.ray_du + p.y * draw.ray_dv, p.xy))";
 const IMAGE_PX: u32 = 256;
 
-/// The rays of a view of an oblate body from a distance in its equatorial radii.
-fn rays(distance_radii: f64, off_axis: f64, fov_deg: f64) -> ViewRays {
+/// The rays of a view of an oblate body from a distance in its equatorial radii; the camera looks `off_axis_rad` beside its centre.
+fn rays(distance_radii: f64, off_axis_rad: f64, fov_deg: f64) -> ViewRays {
     let direction = DVec3::new(0.3, -0.8, 0.52).normalize();
-    let forward = DMat3::from_axis_angle(direction.cross(DVec3::Z).normalize(), off_axis) * direction;
+    let forward = DMat3::from_axis_angle(direction.cross(DVec3::Z).normalize(), off_axis_rad) * direction;
     let camera = Camera::looking(DVec3::ZERO, forward, DVec3::new(0.1, 0.2, 1.0), fov_deg, IMAGE_PX, IMAGE_PX);
     let radii_km = DVec3::new(60_268.0, 60_268.0, 54_364.0);
     let placement =
@@ -97,6 +97,7 @@ fn steps_over_the_ground_are_the_differences_of_intersections() {
             for (place, found) in places.iter().zip(of_quads(value, &rays, &places)) {
                 let aside = pixel * axis * 0.01;
                 let (Some(before), Some(after)) = (entry(&rays, *place - aside), entry(&rays, *place + aside)) else { continue };
+                // The two intersections are 0.02 pixels apart.
                 let expected = (after - before) * 50.0;
                 assert!((found - expected).length() < 0.01 * expected.length(), "{place}: {found} for {expected}");
             }
@@ -114,20 +115,20 @@ fn pixels_across_the_limb_keep_their_width() {
         let width = |place: DVec2| (closest(&rays, place + pixel * DVec2::X) - closest(&rays, place)).length();
         let across = |place: &DVec2| {
             let corners = [DVec2::ZERO, pixel * DVec2::X, pixel * DVec2::Y, pixel].map(|corner| closest(&rays, *place + corner).length());
-            corners.iter().any(|q| *q < 1.0) && corners.iter().any(|q| *q > 1.0)
+            corners.iter().any(|distance| *distance < 1.0) && corners.iter().any(|distance| *distance > 1.0)
         };
         let places: Vec<DVec2> = grid(400).filter(across).collect();
         assert!(places.len() > 20, "{}", places.len());
-        let shortest = |value: &str| {
+        let least_pixels_and_greatest_chords = |value: &str| {
             let steps = of_quads(value, &rays, &places);
             let lengths =
                 places.iter().zip(steps).map(|(place, step)| (step.length() / width(*place), step.length() / width(*place).sqrt()));
             lengths.fold((f64::INFINITY, 0.0_f64), |(min, max), (pixels, chords)| (min.min(pixels), max.max(chords)))
         };
-        let (min, max) = shortest("vec4f(HIT.step_x, 0.0)");
+        let (min, max) = least_pixels_and_greatest_chords("vec4f(HIT.step_x, 0.0)");
         assert!(min > 0.9, "{min} pixels");
         assert!(max < 2.0, "{max} of the chord of a pixel");
-        shortest_difference = shortest_difference.min(shortest("vec4f(dpdx(HIT.position), 0.0)").0);
+        shortest_difference = shortest_difference.min(least_pixels_and_greatest_chords("vec4f(dpdx(HIT.position), 0.0)").0);
     }
     assert!(shortest_difference < 0.7, "differences were as wide: {shortest_difference}");
 }

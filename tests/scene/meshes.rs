@@ -403,9 +403,9 @@ fn the_gpu_draws_what_the_software_draws() {
         let (drawn, _) = gpu.render(&plan, user_mesh.session.library(), false).expect("drawn");
         let (soft, _) = user_mesh.session.renderer().render(&plan, user_mesh.session.library(), false).expect("drawn");
         let [drawn, soft] = [drawn, soft].map(|f| DisplayImage { width: f.width, height: f.height, rgba: f.display });
-        let d = soft.difference(&drawn).expect("one size");
-        println!("from {from:.0}: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
-        assert!(d.mean < 0.4 && d.p999 <= 3, "from {from}: mean {}, 99.9 % {}", d.mean, d.p999);
+        let difference = soft.difference(&drawn).expect("one size");
+        println!("from {from:.0}: mean {:.4}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
+        assert!(difference.mean < 0.4 && difference.p999 <= 3, "from {from}: mean {}, 99.9 % {}", difference.mean, difference.p999);
         let dark = DisplayImage { rgba: soft.rgba.iter().map(|p| p.map(|v| v / 2)).collect(), ..soft };
         assert!(dark.difference(&drawn).expect("one size").mean > 0.4, "the comparison must detect half the light");
     }

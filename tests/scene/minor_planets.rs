@@ -37,7 +37,7 @@ fn motion_input(e: f64, time: f64) -> EvalInput {
 }
 
 /// Greatest distance between the shader's position and the f64 position over the given times, in units of `scale` at each.
-fn worst<R: Real>(shader: &Emitted, e: f64, times: &[f64], scale: impl Fn(DVec3) -> f64) -> f64 {
+fn greatest_error<R: Real>(shader: &Emitted, e: f64, times: &[f64], scale: impl Fn(DVec3) -> f64) -> f64 {
     let inputs: Vec<EvalInput> = times.iter().map(|t| motion_input(e, *t)).collect();
     let positions = shader.evaluate_in::<R>(&DrawUniforms::default(), None, &inputs);
     let error = |(t, p): (&f64, &[f64; 4])| {
@@ -60,28 +60,28 @@ fn keplers_equation_in_f32_agrees_with_f64() {
     let shader = Emitted::new("minor_planets", POSITION_EXPRESSION);
     for e in [0.0, 1e-6, 0.01, 0.1, 0.3, 0.5, 0.7, 0.85, 0.93, 0.97] {
         let axis = 1.0 / (1.0 - e);
-        let single = worst::<f32>(&shader, e, &times(e), |_| axis);
-        let double = worst::<f64>(&shader, e, &times(e), |_| axis);
+        let single = greatest_error::<f32>(&shader, e, &times(e), |_| axis);
+        let double = greatest_error::<f64>(&shader, e, &times(e), |_| axis);
         println!("e {e}: {single:.2e} of the semi-major axis in f32, {double:.2e} in f64");
         assert!(single < 1e-6 && double < 1e-9, "e {e}: {single} {double}");
     }
     // For larger e, relative to the distance from the Sun: near-parabolic orbits on both sides, the parabola, and hyperbolas as open as that of 2I/Borisov.
     for e in [0.99, 0.999, 0.9999, 1.0 - 1e-6, 1.0, 1.0 + 1e-6, 1.0001, 1.01, 1.2, 2.0, 3.4] {
-        let single = worst::<f32>(&shader, e, &times(e), DVec3::length);
+        let single = greatest_error::<f32>(&shader, e, &times(e), DVec3::length);
         println!("e {e}: {single:.2e} of the distance in f32");
         assert!(single < 3e-6, "e {e}: {single}");
     }
     // The comparison must be able to fail: with one step instead of four, and with a Stumpff function that is off by 1e-5.
-    let edited = |right: &'static str, wrong: &'static str| {
+    let edited = |shipped: &'static str, edit: &'static str| {
         Emitted::edited("minor_planets", POSITION_EXPRESSION, |text| {
-            assert_eq!(text.matches(right).count(), 1, "{right}");
-            text.replace(right, wrong)
+            assert_eq!(text.matches(shipped).count(), 1, "{shipped}");
+            text.replace(shipped, edit)
         })
     };
     let one_step = edited("for (var k = 0; k < 4; k++)", "for (var k = 0; k < 1; k++)");
-    assert!(worst::<f32>(&one_step, 0.7, &times(0.7), |_| 1.0 / 0.3) > 1e-5);
+    assert!(greatest_error::<f32>(&one_step, 0.7, &times(0.7), |_| 1.0 / 0.3) > 1e-5);
     let inexact = edited("c2 *= 1.0 - 0.5 * y * c2;", "c2 = 0.5 * c1 * c1 * 1.00001;");
-    assert!(worst::<f32>(&inexact, 0.3, &times(0.3), |_| 1.0 / 0.7) > 2e-6);
+    assert!(greatest_error::<f32>(&inexact, 0.3, &times(0.3), |_| 1.0 / 0.7) > 2e-6);
 }
 
 /// The sprite's profile is that of `scene::point_spread`, and its extent is the same power of the peak.
@@ -151,12 +151,12 @@ fn towards(direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
     }
 }
 
-/// Pallas and a near-Earth asteroid at four dates: the centroid in the image is at the f64 position, and the light follows H and G.
+/// Pallas, the near-Earth asteroid Eros and distant Sedna at four dates: the centroid in the image is at the f64 position, and the light follows H and G.
 #[test]
 fn images_show_minor_planets_at_their_position_and_brightness() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
-    let (mut worst_px, mut worst_light, mut geometric_off_px): (f64, f64, f64) = (0.0, 0.0, 0.0);
+    let (mut worst_px, mut worst_light, mut geometric_shift_px): (f64, f64, f64) = (0.0, 0.0, 0.0);
     let mut brighter_than_marks = 0;
     for name in ["Pallas", "Eros", "Sedna"] {
         let (body, table) = single_entry(name);
@@ -178,8 +178,8 @@ fn images_show_minor_planets_at_their_position_and_brightness() {
             }
             worst_px = worst_px.max((moment / sum).distance(expected_px));
             let sun = ephemeris.state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km / KM_PER_AU;
-            geometric_off_px =
-                geometric_off_px.max(((geometric_direction(&ephemeris, &body, time) - direction).length() / camera.pixel_tangent()).abs());
+            geometric_shift_px = geometric_shift_px
+                .max(((geometric_direction(&ephemeris, &body, time) - direction).length() / camera.pixel_tangent()).abs());
             // The phase angle from the triangle of Sun, Earth and body.
             let cos_phase = (from_sun.powi(2) + distance.powi(2) - sun.length_squared()) / (2.0 * from_sun * distance);
             let tan_half_phase = (0.5 * cos_phase.clamp(-1.0, 1.0).acos()).tan();
@@ -197,7 +197,7 @@ fn images_show_minor_planets_at_their_position_and_brightness() {
     assert!(worst_px < 0.1 && worst_light < 0.02, "{worst_px} {worst_light}");
     assert!(brighter_than_marks > 4, "{brighter_than_marks} are brighter than marks");
     // Without light time and aberration the positions differ.
-    assert!(geometric_off_px > 5.0, "{geometric_off_px}");
+    assert!(geometric_shift_px > 5.0, "{geometric_shift_px}");
 }
 
 /// Direction from the Earth to the body without light time and aberration.

@@ -49,9 +49,9 @@ fn bodies_show_the_hemisphere_seen_with_light_time() {
             let body = scene.body(NaifId(id)).expect("in the catalog");
             let solar = body.sub_solar.expect("lit by the Sun");
             for (computed, reference) in [(body.sub_observer, viewer_point), (solar, sun_point)] {
-                let off =
+                let error_deg =
                     longitude_difference_deg(computed.longitude_deg, reference[0]).abs().max((computed.latitude_deg - reference[1]).abs());
-                assert!(off < SUB_POINT_TOLERANCE_DEG, "{name} {}: {computed:?} against {reference:?}", date["label"]);
+                assert!(error_deg < SUB_POINT_TOLERANCE_DEG, "{name} {}: {computed:?} against {reference:?}", date["label"]);
                 // The two points must differ, so that a mix-up would fail.
                 let other = if reference == sun_point { viewer_point } else { sun_point };
                 assert!(
@@ -108,9 +108,9 @@ fn the_earths_sub_points_follow_its_true_rotation() {
             let v = itrs_from_gcrs * direction;
             let longitude_deg = v.y.atan2(v.x).to_degrees() + (light_s + delta_t_difference_s) * EARTH_ROTATION_DEG_S;
             let latitude_deg = v.z.atan2(v.truncate().length()).to_degrees();
-            let off =
+            let error_deg =
                 longitude_difference_deg(computed.longitude_deg, longitude_deg).abs().max((computed.latitude_deg - latitude_deg).abs());
-            assert!(off < SUB_POINT_TOLERANCE_DEG, "{} {name}: {computed:?} against {longitude_deg} {latitude_deg}", t.jd_tdb());
+            assert!(error_deg < SUB_POINT_TOLERANCE_DEG, "{} {name}: {computed:?} against {longitude_deg} {latitude_deg}", t.jd_tdb());
             // An error of four seconds of rotation would be detected.
             assert!(
                 longitude_difference_deg(computed.longitude_deg, longitude_deg + 4.0 * EARTH_ROTATION_DEG_S).abs()

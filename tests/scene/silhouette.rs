@@ -11,11 +11,11 @@ fn orientation() -> DMat3 {
     DMat3::from_rotation_z(0.7) * DMat3::from_rotation_x(-0.4) * DMat3::from_rotation_y(1.1)
 }
 
-/// A camera `distance_km` from the centre of a body with the given semi-axes. The viewing direction is `off_axis` radians away from the centre.
-fn set_up(radii_km: DVec3, distance_km: f64, off_axis: f64, fov_deg: f64, width: u32, height: u32) -> (Camera, Placement) {
+/// A camera `distance_km` from the centre of a body with the given semi-axes. The viewing direction is `off_axis_rad` away from the centre.
+fn set_up(radii_km: DVec3, distance_km: f64, off_axis_rad: f64, fov_deg: f64, width: u32, height: u32) -> (Camera, Placement) {
     let direction = DVec3::new(0.3, -0.8, 0.52).normalize();
     let across = direction.cross(DVec3::Z).normalize();
-    let forward = DMat3::from_axis_angle(across, off_axis) * direction;
+    let forward = DMat3::from_axis_angle(across, off_axis_rad) * direction;
     let camera = Camera::looking(DVec3::ZERO, forward, DVec3::new(0.1, 0.2, 1.0), fov_deg, width, height);
     (camera, Placement { centre_km: direction * distance_km, body_from_icrf: orientation(), radii_km })
 }
@@ -39,7 +39,8 @@ fn silhouette_points(camera: &Camera, place: &Placement) -> Vec<DVec2> {
         .collect()
 }
 
-/// How 1 - q² is computed: in the shader's factored form, or from the camera as a difference of squares.
+/// How 1 - q² is computed, where q is the ray's distance from the centre in the unit sphere: in the shader's factored form, or from the camera as a difference of
+/// squares.
 #[derive(Clone, Copy)]
 enum Formula {
     Factored,
@@ -108,8 +109,8 @@ fn cases() -> Vec<(String, DVec3, f64, f64, f64)> {
     for radii in [1.05, 1.2, 1.4, 1.7, 2.0, 3.0, 4.0, 6.0, 10.0, 60.0, 1e3, 1e5] {
         let fitted = 2.0 * (1.0_f64 / radii).min(1.0).asin().to_degrees();
         for fov in [fitted.min(120.0), (fitted / 8.0).min(120.0)] {
-            let off = if fov < fitted.min(120.0) { (1.0_f64 / radii).asin() } else { 0.1 * fov.to_radians() };
-            all.push((format!("{radii} radii, fov {fov:.4}"), EARTH, EARTH.x * radii, off, fov));
+            let off_axis_rad = if fov < fitted.min(120.0) { (1.0_f64 / radii).asin() } else { 0.1 * fov.to_radians() };
+            all.push((format!("{radii} radii, fov {fov:.4}"), EARTH, EARTH.x * radii, off_axis_rad, fov));
         }
     }
     for (name, radii, distance) in [
@@ -127,8 +128,8 @@ fn cases() -> Vec<(String, DVec3, f64, f64, f64)> {
 fn the_silhouette_is_accurate_to_a_quarter_pixel_from_a_metre_to_a_hundred_au() {
     let mut worst: (f64, String) = (0.0, String::new());
     let mut measured = 0;
-    for (name, radii, distance, off, fov) in cases() {
-        let (camera, place) = set_up(radii, distance, off, fov, 1024, 1024);
+    for (name, radii, distance, off_axis_rad, fov) in cases() {
+        let (camera, place) = set_up(radii, distance, off_axis_rad, fov, 1024, 1024);
         let Some(error_px) = worst_px(&camera, &place, Formula::Factored) else { continue };
         measured += 1;
         println!("{name:44} {error_px:.5} px");
@@ -151,14 +152,15 @@ fn the_check_detects_the_cancellation_of_a_difference_of_squares() {
 
 #[test]
 fn the_bounding_rectangle_touches_the_outline() {
-    for (name, radii, distance, off, fov) in cases() {
-        let (camera, place) = set_up(radii, distance, off * 0.5, fov, 800, 600);
+    for (name, radii, distance, off_axis_rad, fov) in cases() {
+        let (camera, place) = set_up(radii, distance, off_axis_rad * 0.5, fov, 800, 600);
         let Outline::Ellipse { bounds, area_px } = Outline::of(&camera, &place) else { continue };
         // A much wider frame contains the entire outline; its points are scaled back by the ratio of the tangents.
         let mut wide = camera.clone();
         wide.tan_half_fov *= 1e3;
         let points: Vec<DVec2> = silhouette_points(&wide, &place).into_iter().map(|p| p * 1e3).collect();
-        let extreme = |f: fn(f64, f64) -> f64, of: fn(&DVec2) -> f64| points.iter().map(of).reduce(f).expect("an outline");
+        let extreme =
+            |pick: fn(f64, f64) -> f64, coordinate: fn(&DVec2) -> f64| points.iter().map(coordinate).reduce(pick).expect("an outline");
         let pixel: f64 = 2.0 / 600.0;
         let size = (bounds.right - bounds.left).abs().max((bounds.top - bounds.bottom).abs());
         let tolerance = (0.02 * pixel).max(2e-6 * size);
@@ -185,7 +187,7 @@ fn bodies_outside_have_no_rectangle_and_surrounding_ones_fill_the_frame() {
     assert_eq!(Outline::of(&beside.0, &beside.1).rect(&beside.0), None);
     let ground = set_up(EARTH, 6378.2, 1.5, 60.0, 64, 64);
     assert_eq!(Outline::of(&ground.0, &ground.1).rect(&ground.0), Some(ClipRect::VIEWPORT));
-    // The rectangle of a body in the middle of the frame is padded on every side.
+    // The rectangle of a body in the middle of the frame is padded.
     let (camera, place) = set_up(DVec3::splat(1000.0), 1e5, 0.0, 10.0, 500, 500);
     let Outline::Ellipse { bounds, .. } = Outline::of(&camera, &place) else { panic!("in front") };
     let rect = Outline::of(&camera, &place).rect(&camera).expect("in the frame");
@@ -209,11 +211,14 @@ fn a_body_is_classified_as_outside_only_if_it_covers_no_pixel() {
                 };
                 match Outline::of(&camera, &place) {
                     Outline::Beside => {
-                        assert!(!is_visible(0), "{distance_km} km, {fov_deg} degrees, {off_axis} off: a pixel shows the body");
+                        assert!(!is_visible(0), "{distance_km} km, {fov_deg} degrees, {off_axis} rad off axis: a pixel shows the body");
                         beside += 1;
                     }
                     Outline::Open => {
-                        assert!(is_visible(3), "{distance_km} km, {fov_deg} degrees, {off_axis} off: no part of the body is in the frame");
+                        assert!(
+                            is_visible(3),
+                            "{distance_km} km, {fov_deg} degrees, {off_axis} rad off axis: no part of the body is in the frame"
+                        );
                         open += 1;
                     }
                     _ => {}

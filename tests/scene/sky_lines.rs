@@ -111,8 +111,8 @@ fn grids_run_through_their_coordinates() {
                         .into_iter()
                         .flatten()
                     {
-                        let off = distance_px(&built.camera, &built.sky_lines, at);
-                        assert!(off < 0.25, "{layer} about {longitude} {latitude}, {fov_deg} degrees, {offset_deg}: {off}");
+                        let distance = distance_px(&built.camera, &built.sky_lines, at);
+                        assert!(distance < 0.25, "{layer} about {longitude} {latitude}, {fov_deg} degrees, {offset_deg}: {distance}");
                     }
                 }
                 for segment in &built.sky_lines {
@@ -129,22 +129,22 @@ fn grids_run_through_their_coordinates() {
     assert!(distance_px(&built.camera, &built.sky_lines, beside) > 5.0);
 }
 
-/// Panning by a pixel moves every line by about a pixel: no line appears, disappears or jumps within the frame.
+/// After panning by a pixel every line is within about a pixel of a line before: none appears or jumps within the frame.
 #[test]
 fn nothing_jumps_when_panning() {
     let middle = direction(100.0, 75.0);
     let sideways = middle.any_orthonormal_vector();
     let first = scene(&towards(middle, 30.0, only("grid-equatorial")));
-    let step = first.camera.pixel_tangent();
+    let pixel_rad = first.camera.pixel_tangent();
     for pan_px in [0.5, 1.0, 2.0] {
-        let next = scene(&towards(middle + sideways * (pan_px * step), 30.0, only("grid-equatorial")));
+        let next = scene(&towards(middle + sideways * (pan_px * pixel_rad), 30.0, only("grid-equatorial")));
         let line_ends_inside = |built: &Scene| -> Vec<DVec2> {
             let all = built.sky_lines.iter().filter(|p| p.opacity[0] > 0.05).map(|p| pixel(&built.camera, p.ends[0]));
             all.filter(|at| at.cmpgt(DVec2::splat(15.0)).all() && at.cmplt(DVec2::new(485.0, 385.0)).all()).collect()
         };
         for at in line_ends_inside(&next) {
-            let off = distance_px(&first.camera, &first.sky_lines, at);
-            assert!(off < 2.0 * pan_px + 0.3, "{pan_px}: {at} is {off} away from all lines before");
+            let distance = distance_px(&first.camera, &first.sky_lines, at);
+            assert!(distance < 2.0 * pan_px + 0.3, "{pan_px}: {at} is {distance} away from all lines before");
         }
     }
 }
@@ -171,8 +171,8 @@ fn the_horizon_is_that_of_the_viewers_location() {
     let px_of = |deg: f64| f64::to_radians(deg).tan() / built.camera.pixel_tangent();
     for (up_deg, is_line) in [(-2.0, true), (8.0, true), (3.0, false)] {
         let at = middle - DVec2::new(40.0, px_of(up_deg));
-        let off = distance_px(&built.camera, &built.sky_lines, at);
-        assert!((off < 4.0) == is_line, "{up_deg}: {off}");
+        let distance = distance_px(&built.camera, &built.sky_lines, at);
+        assert!((distance < 4.0) == is_line, "{up_deg}: {distance}");
     }
     let names = |built: &Scene| built.texts.as_ref().map_or(Vec::new(), |t| t.texts.iter().map(|t| t.text.clone()).collect::<Vec<_>>());
     let north = scene(&from_ground((DVec3::Z - zenith * zenith.z).normalize(), 30.0));
@@ -218,7 +218,7 @@ fn each_body_in_sight_has_its_own_lines() {
     assert_eq!(scene(&far).ground_lines.iter().map(|(id, _)| *id).collect::<Vec<_>>(), []);
 }
 
-/// The lines of the ground lie on the body: the terminator where the Sun's centre is on the horizon, latitudes where the camera maps their ground.
+/// The lines of the ground lie on the body: the terminator where the Sun's centre is on the horizon, the equator where the camera maps its ground.
 #[test]
 fn ground_lines_lie_at_their_coordinates() {
     for (target, radii) in [(599, 5.0), (399, 3.0), (301, 1.3), (699, 4.0)] {
@@ -250,7 +250,7 @@ fn ground_lines_lie_at_their_coordinates() {
         let placement = body_of(&built);
         let segments = built.ground_lines.first().map_or(&[][..], |(_, segments)| segments);
         assert!(segments.len() > 20, "{target}");
-        // The half of the equator that faces the camera is drawn, the other half is not.
+        // The half of the equator that faces the camera is drawn.
         let mut on_equator = 0;
         for longitude in 0..360 {
             let unit = direction(f64::from(longitude), 0.0);
@@ -296,8 +296,8 @@ fn bodies_hide_the_lines_behind_them() {
     assert!(on_disc == 0 && beside > 200, "{on_disc} {beside}");
 }
 
-/// The names of Orion's bright stars are to the right of the stars, the brightest first where there is no room for all; at low exposure or with the
-/// layer off there are none.
+/// The names of Orion's bright stars are to the right of the stars, and a click near a star selects it; at low exposure or with the layer off there are no
+/// names.
 #[test]
 fn visible_stars_have_names() {
     let at_stops = |stops: f64, layers: Layers| ViewRequest {

@@ -49,7 +49,7 @@ impl ReferenceStar {
         self.star.strip_prefix("HIP ").and_then(|n| n.parse().ok()).expect("a number")
     }
 
-    fn pixel_of(&self) -> DVec2 {
+    fn reference_px(&self) -> DVec2 {
         DVec2::new(self.x, self.y)
     }
 }
@@ -108,7 +108,7 @@ fn directions_agree_with_an_independent_reduction() {
         let star = stars.hip(case.hip()).expect("in the catalogue");
         let moving = viewer(&catalog, &ephemeris, &request).expect("a viewer");
         let at_rest = Viewer { body_velocity_km_s: DVec3::ZERO, ..moving.clone() };
-        let error_px = |viewer: &Viewer| pixel_through_centre(&catalog, viewer, &request, star).distance(case.pixel_of());
+        let error_px = |viewer: &Viewer| pixel_through_centre(&catalog, viewer, &request, star).distance(case.reference_px());
         worst = worst.max(error_px(&moving));
         worst_at_rest = worst_at_rest.max(error_px(&at_rest));
         assert!(error_px(&moving) < TOLERANCE_PX, "{} in {}: {:.4} pixels", case.star, case.view, error_px(&moving));
@@ -131,7 +131,7 @@ fn draw(session: &Session, request: &ViewRequest) -> DrawnFrame {
     session.draw(request, SAMPLING, true).expect("drawn")
 }
 
-/// Sum of the light around a pixel, and its centroid.
+/// Sum of the light (linear RGB) within `reach_px` of a pixel position in x and y, and the centroid of its green light.
 fn light_around(drawn: &DrawnFrame, middle: DVec2, reach_px: f64) -> (DVec3, DVec2) {
     let (width, height) = (drawn.frame.width as i64, drawn.frame.height as i64);
     let (mut sum, mut moment) = (DVec3::ZERO, DVec2::ZERO);
@@ -168,7 +168,7 @@ fn centroids_in_images_agree_with_the_reference() {
         let sprites_px: Vec<DVec2> =
             drawn.scene.stars.iter().map(|s| (DVec2::ONE + s.centre.truncate().as_dvec2() * DVec2::new(1.0, -1.0)) * half).collect();
         for case in view_cases {
-            let expected_px = case.pixel_of();
+            let expected_px = case.reference_px();
             let star = SESSION.catalog().stars().hip(case.hip()).copied().expect("in the catalogue");
             if star.direction.dot(drawn.scene.camera.forward) < 0.0 {
                 continue;
@@ -333,9 +333,9 @@ fn the_exposure_decides_which_stars_are_visible() {
     assert!(day.stars.is_empty() && !day.sky[0].on && day.sky[0].reason.to_string().contains("stars to magnitude"), "{:?}", day.sky);
     let night = scene_at(45.0, 0.0, midnight, Layers::default());
     assert!(night.stars.len() > 300 && night.sky[0].on, "{:?}", night.sky);
-    let off = scene_at(45.0, 0.0, midnight, Layers::parse("-stars").expect("a layer"));
-    assert!(off.stars.is_empty() && off.sky[0].reason.to_string() == "set by you");
-    // None at sunset, all of them at night.
+    let without_stars = scene_at(45.0, 0.0, midnight, Layers::parse("-stars").expect("a layer"));
+    assert!(without_stars.stars.is_empty() && without_stars.sky[0].reason.to_string() == "set by you");
+    // None at sunset, some in twilight, more at night.
     let counts: Vec<usize> = ["18:15", "18:40", "20:15"]
         .iter()
         .map(|h| scene_at(45.0, 0.0, &format!("2024-03-20T{h}:00Z"), Layers::default()).stars.len())
@@ -375,9 +375,9 @@ fn a_body_hides_the_stars_behind_it() {
     let base = ViewRequest { target: Some(NaifId::MOON), look: Look::Target, ..towards(DVec3::X, 1.5, time) };
     let scene = Scene::build(&catalog, &ephemeris, &base).expect("a scene");
     let moon = scene.body(NaifId::MOON).expect("in the catalog").placement.centre_km.normalize();
-    let radec = |v: DVec3| (v.y.atan2(v.x).to_degrees().rem_euclid(360.0), v.z.asin().to_degrees());
+    let ra_dec_deg = |v: DVec3| (v.y.atan2(v.x).to_degrees().rem_euclid(360.0), v.z.asin().to_degrees());
     let beside = (moon + scene.camera.right * 0.006).normalize();
-    let ((ra, dec), (ra2, dec2)) = (radec(moon), radec(beside));
+    let ((ra, dec), (ra2, dec2)) = (ra_dec_deg(moon), ra_dec_deg(beside));
     let (session, _folder) = session_of(&format!("ra_deg,dec_deg,v_mag\n{ra},{dec},0\n{ra2},{dec2},0\n"));
     let with = draw(&session, &linear(base.clone()));
     let without = draw(&session, &linear(ViewRequest { layers: Layers::parse("-stars").expect("a layer"), ..base }));

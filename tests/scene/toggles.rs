@@ -148,8 +148,8 @@ fn earthshine_falls_where_the_earth_is_up() {
 }
 
 /// The full Earth shines on the Moon with V = -3.99 + 5 log10(384400 km / 1 au) = -16.94 (Mallama and Hilton 2018, Astronomy and Computing 25, 10),
-/// 9.82 magnitudes fainter than the Sun's -26.76: 1.18e-4 of its light. On 9 May 2024 the Earth's phase angle is 23 degrees, which reduces this by a
-/// quarter to a third (factors of 0.87 by Lambert's law to 0.65 measured). Seen along the direction of the light, the ground reflects it as it reflects
+/// 9.82 magnitudes fainter than the Sun's -26.76: 1.18e-4 of its light. On 9 May 2024 the Earth's phase angle is 23 degrees, which reduces this by
+/// 13 to 35 % (factors of 0.87 by Lambert's law to 0.65 measured). Seen along the direction of the light, the ground reflects it as it reflects
 /// sunlight at full Moon.
 #[test]
 fn earthshine_is_a_ten_thousandth_of_sunlight_on_the_moon() {

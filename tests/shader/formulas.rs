@@ -1,7 +1,7 @@
 //! Formulas that exist both in Rust (for bounds, decisions and tables) and in the shaders: over its range, the emitted function evaluated in f64 gives the value of the
 //! Rust function.
 //!
-//! Each test states its tolerance and shows that it detects an edit of the shader.
+//! Most tests state a tolerance, and show that an edit of the shader or exchanged arguments exceed it.
 
 use crate::support::emitted::{Emitted, EvalInput};
 use crate::support::session::SESSION;
@@ -24,9 +24,9 @@ fn eval_input<const N: usize>(numbers: [f64; N]) -> EvalInput {
     std::array::from_fn(|k| numbers.get(k).copied().unwrap_or(0.0))
 }
 
-fn replace_once(text: String, right: &str, wrong: &str) -> String {
-    assert_eq!(text.matches(right).count(), 1, "{right}");
-    text.replace(right, wrong)
+fn replace_once(text: String, shipped: &str, edit: &str) -> String {
+    assert_eq!(text.matches(shipped).count(), 1, "{shipped}");
+    text.replace(shipped, edit)
 }
 
 fn one_light() -> Vec<Light> {
@@ -37,8 +37,8 @@ fn one_light_uniforms() -> DrawUniforms {
     DrawUniforms { lights: one_light(), ..DrawUniforms::default() }
 }
 
-/// Greatest difference of the first channel, relative to the larger of 1 and the value.
-fn worst(results: &[[f64; 4]], expected: impl Iterator<Item = f64>) -> f64 {
+/// Greatest difference of the first channel from the expected value, relative to the larger of 1 and that value.
+fn greatest_error(results: &[[f64; 4]], expected: impl Iterator<Item = f64>) -> f64 {
     assert!(results.iter().all(|a| a[0].is_finite()));
     results.iter().zip(expected).map(|(a, e)| (a[0] - e).abs() / e.abs().max(1.0)).fold(0.0, f64::max)
 }
@@ -69,16 +69,16 @@ fn the_phase_functions_of_rings_agree_with_the_shader() {
     {
         let value = format!("vec4f({function}(p.x))");
         let expected = || phases().into_iter().map(reference);
-        let found = worst(&Emitted::new(RING, &value).evaluate(&uniforms, None, &inputs), expected());
+        let found = greatest_error(&Emitted::new(RING, &value).evaluate(&uniforms, None, &inputs), expected());
         assert!(found < TOLERANCE, "{function}: {found}");
-        for (right, wrong) in [
+        for (shipped, edit) in [
             ("2.0 * atan2(cos_half_phase, sin_half_phase)", "2.01 * atan2(cos_half_phase, sin_half_phase)"),
             ("g * (2.0 * max(1.0 + cos_phase", "g * (2.01 * max(1.0 + cos_phase"),
         ] {
-            let edited = Emitted::edited(RING, &value, |text| replace_once(text, right, wrong));
-            let found = worst(&edited.evaluate(&uniforms, None, &inputs), expected());
-            let is_affected = right.contains("atan2") == (function == "ring_particle_phase");
-            assert_eq!(found > 10.0 * TOLERANCE, is_affected, "{function}, {wrong}: {found}");
+            let edited = Emitted::edited(RING, &value, |text| replace_once(text, shipped, edit));
+            let found = greatest_error(&edited.evaluate(&uniforms, None, &inputs), expected());
+            let is_affected = shipped.contains("atan2") == (function == "ring_particle_phase");
+            assert_eq!(found > 10.0 * TOLERANCE, is_affected, "{function}, {edit}: {found}");
         }
     }
 }
@@ -176,7 +176,7 @@ fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
         })
         .collect();
     let (uniforms, texture) = with_table(&saturns_ring(), table);
-    let worst = |value: &str| {
+    let greatest_error = |value: &str| {
         let results = Emitted::new(RING, value).evaluate(&uniforms, Some(texture.clone()), &inputs);
         // Errors are relative to the precision of the radii in f32: 2^-23 of an end, divided by the width.
         inputs
@@ -189,9 +189,9 @@ fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
             })
             .fold(0.0, f64::max)
     };
-    let found = worst("vec4f(ring_mean(radial_interval(p.x, p.y), 2.0).large_particles.w)");
+    let found = greatest_error("vec4f(ring_mean(radial_interval(p.x, p.y), 2.0).large_particles.w)");
     assert!(found < 1.0, "{found} of the precision of f32");
-    let shifted = worst("vec4f(ring_mean(radial_interval(p.x, p.y + 1.0e-4), 2.0).large_particles.w)");
+    let shifted = greatest_error("vec4f(ring_mean(radial_interval(p.x, p.y + 1.0e-4), 2.0).large_particles.w)");
     assert!(shifted > 10.0, "a shift of 6 km would pass: {shifted}");
 }
 
@@ -244,15 +244,15 @@ fn spheres_of_each_law_are_as_bright_as_their_points() {
     for (module, model, parameter) in &LAWS {
         let found = relative_error(&Emitted::new(module, &call(module)), model, *parameter);
         assert!(found < TOLERANCE, "{module}: {found}");
-        let (right, wrong) = match model {
+        let (shipped, edit) = match model {
             Photometry::Lambert => ("return cos_incidence;", "return 1.01 * cos_incidence;"),
             Photometry::LommelSeeliger | Photometry::LunarLambert { .. } => {
                 ("2.0 * cos_incidence / max(cos_incidence +", "2.02 * cos_incidence / max(cos_incidence +")
             }
             _ => ("0.45 * sigma_sq", "0.48 * sigma_sq"),
         };
-        let found = relative_error(&Emitted::edited(module, &call(module), |text| replace_once(text, right, wrong)), model, *parameter);
-        assert!(found > 2.0 * TOLERANCE, "{module}, {wrong}: {found}");
+        let found = relative_error(&Emitted::edited(module, &call(module), |text| replace_once(text, shipped, edit)), model, *parameter);
+        assert!(found > 2.0 * TOLERANCE, "{module}, {edit}: {found}");
     }
 }
 
@@ -273,9 +273,9 @@ fn reflectance_agrees_with_the_shader_at_every_angle() {
     for (module, model, parameter) in &LAWS {
         let inputs: Vec<EvalInput> = angles.iter().map(|[i, e, p]| eval_input([*i, *e, *p, *parameter])).collect();
         let results = Emitted::new(module, &call(module)).evaluate(&one_light_uniforms(), None, &inputs);
-        let found = worst(&results, angles.iter().map(|[i, e, p]| reflectance(model, *i, *e, *p)));
+        let found = greatest_error(&results, angles.iter().map(|[i, e, p]| reflectance(model, *i, *e, *p)));
         assert!(found < 1e-6, "{module}: {found}");
-        let other = worst(&results, angles.iter().map(|[i, e, p]| reflectance(model, *e, *i, *p)));
+        let other = greatest_error(&results, angles.iter().map(|[i, e, p]| reflectance(model, *e, *i, *p)));
         assert!(other > 1e-2, "{module}: exchanged incidence and emission are not detected, {other}");
     }
 }
@@ -309,7 +309,9 @@ fn the_display_curve_agrees_with_the_shader() {
     let levels: Vec<f64> = (0..=4000).map(|k| f64::from(k) / 4000.0).collect();
     let inputs: Vec<EvalInput> = levels.iter().map(|v| eval_input([*v])).collect();
     let value = "vec4f(srgb_encoded(p.xxx), 1.0)";
-    let error = |module: &Emitted| worst(&module.evaluate(&one_light_uniforms(), None, &inputs), levels.iter().map(|v| linear_to_srgb(*v)));
+    let error = |module: &Emitted| {
+        greatest_error(&module.evaluate(&one_light_uniforms(), None, &inputs), levels.iter().map(|v| linear_to_srgb(*v)))
+    };
     let found = error(&Emitted::new("tone_map", value));
     assert!(found < 1e-6, "{found}");
     let found = error(&Emitted::edited("tone_map", value, |text| replace_once(text, "(1.0 / 2.4)", "(1.0 / 2.2)")));

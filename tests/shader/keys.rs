@@ -73,7 +73,7 @@ fn reachable_and_covering_modules_are_valid_and_as_recorded() {
     std::fs::write(&proof_path, text).expect("target/tmp can be written");
 }
 
-/// The part of all modules that a run proves is one of so many.
+/// A run that is not full proves one in so many modules.
 const PARTS: usize = 64;
 
 /// Builds the modules; they are those of the record.

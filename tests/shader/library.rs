@@ -270,6 +270,7 @@ fn a_full_disk_only_warns() {
 /// An entry with edited content and a correct checksum: what an attacker with write access to the folder could create.
 fn forged(intact: &[u8], edit: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     use sha2::{Digest, Sha256};
+    // The magic number of 8 bytes, the checksum of 32, the content.
     let (magic, content) = (&intact[..8], &intact[40..]);
     let mut content = content.to_vec();
     edit(&mut content);

@@ -1,5 +1,5 @@
-//! shaders/lib/texels_between.wesl on the tape, four loads a lane, against the single texture operation that the software renderer substitutes for it. An edited
-//! function is not replaced by that operation.
+//! `texels_between` (shaders/lib/texels_between.wesl): run on the tape as four texel loads per lane, against the single texture operation that the software renderer
+//! substitutes for it. The renderer replaces only the unedited function.
 
 use super::filtered::{program, reads};
 use orrery::image::{Level, TexelFormat, Texture};
@@ -56,7 +56,7 @@ fn position(positions: Positions, lane: usize, batch: usize) -> [f64; 2] {
     }
 }
 
-/// Results of a batch; lanes whose bit in `active` is not set have zeros or whatever an operation leaves.
+/// Results of one batch of `LANES` lanes. `at`: the position of each lane, in texels. Only lanes whose bit in `active` is set read texels.
 fn run<R: Real>(
     program: &Program,
     texture: &Texture,
@@ -99,15 +99,15 @@ fn the_operation_equals_four_loads() {
     assert_eq!(reads(&native), [TextureOp::Between]);
     assert_eq!(reads(&loads), [TextureOp::Load; 4]);
     for (class, format) in KernelClass::available().into_iter().flat_map(|class| FORMATS.map(|format| (class, format))) {
-        let d = largest_difference::<f64>(&native, &loads, format, class);
-        assert!(d < 1e-12, "{} {format:?}, f64: {d}", class.name());
-        // Both round four times; weights and texels are at most 1.
-        let d = largest_difference::<f32>(&native, &loads, format, class);
-        assert!(d < 4.0 * f64::from(f32::EPSILON), "{} {format:?}, f32: {d}", class.name());
+        let difference = largest_difference::<f64>(&native, &loads, format, class);
+        assert!(difference < 1e-12, "{} {format:?}, f64: {difference}", class.name());
+        // Both paths round four times, and weights and texels are at most 1.
+        let difference = largest_difference::<f32>(&native, &loads, format, class);
+        assert!(difference < 4.0 * f64::from(f32::EPSILON), "{} {format:?}, f32: {difference}", class.name());
     }
     // The comparison must be able to fail: the weights of the rows exchanged.
-    let wrong = renamed.replace("mix(above, below, weight.y)", "mix(below, above, weight.y)");
-    assert!(largest_difference::<f64>(&native, &program(&wrong), TexelFormat::Rgba32Float, KernelClass::detect()) > 0.1);
+    let rows_exchanged = renamed.replace("mix(above, below, weight.y)", "mix(below, above, weight.y)");
+    assert!(largest_difference::<f64>(&native, &program(&rows_exchanged), TexelFormat::Rgba32Float, KernelClass::detect()) > 0.1);
 }
 
 #[test]
@@ -123,13 +123,13 @@ fn every_class_gives_the_same_bits() {
                 assert!(of_class(class) == expected, "{} {format:?}", class.name());
             }
             let inactive = (0..LANES).filter(|lane| active >> lane & 1 == 0);
-            inactive.for_each(|lane| assert_eq!(expected[lane], [0.0; 4], "an inactive lane depends on nothing"));
+            inactive.for_each(|lane| assert_eq!(expected[lane], [0.0; 4], "an inactive lane must stay zero"));
         }
     }
 }
 
 #[test]
-fn positions_that_are_no_numbers_read_a_texel() {
+fn infinite_huge_and_nan_positions_read_values_in_range() {
     let native = program(&format!("{FRAGMENT}{ENTRY}"));
     let texture = noise(TexelFormat::Rgba32Float);
     for class in KernelClass::available() {
@@ -142,9 +142,9 @@ fn positions_that_are_no_numbers_read_a_texel() {
 
 #[test]
 fn an_edited_function_is_not_replaced() {
-    for (right, wrong) in [("floor(at)", "floor(at + 0.5)"), ("- vec2i(1)", "- vec2i(2)"), ("mix(above, below, weight.y)", "above")] {
-        assert!(FRAGMENT.contains(right), "{right}");
-        let edited = program(&format!("{}{ENTRY}", FRAGMENT.replace(right, wrong)));
-        assert!(reads(&edited).iter().all(|op| *op == TextureOp::Load), "{wrong}");
+    for (shipped, edit) in [("floor(at)", "floor(at + 0.5)"), ("- vec2i(1)", "- vec2i(2)"), ("mix(above, below, weight.y)", "above")] {
+        assert!(FRAGMENT.contains(shipped), "{shipped}");
+        let edited = program(&format!("{}{ENTRY}", FRAGMENT.replace(shipped, edit)));
+        assert!(reads(&edited).iter().all(|op| *op == TextureOp::Load), "{edit}");
     }
 }

@@ -61,14 +61,16 @@ fn noise() -> Texture {
 /// A position on the map and the ellipse of a pixel's footprint, in texels.
 struct Footprint {
     uv: [f64; 2],
+    /// Semi-axes, texels.
     major: f64,
     minor: f64,
-    /// Angle of the major axis, and the point of the ellipse that the gradient in x leads to; radians.
+    /// Angle of the major axis, radians.
     rotation: f64,
+    /// The point of the ellipse that the gradient in x leads to, as the ellipse's parameter from the major axis; radians.
     phase: f64,
 }
 
-/// A random position and footprint, from magnified to 300 texels long, of any direction and elongation.
+/// A quasi-random position and footprint: the semi-major axis 1/8 to 256 texels, up to 32 times the semi-minor one, in any direction.
 fn random(index: usize) -> Footprint {
     let unit = |k: usize| (index as f64 * [0.618_034, 0.754_878, 0.819_173, 0.856_675, 0.880_2][k]).fract();
     let major = (unit(2) * 11.0 - 3.0).exp2();
@@ -137,18 +139,18 @@ fn the_operation_equals_the_fragment_tap_by_tap() {
     assert_eq!(reads(&taps), TAP_BY_TAP);
     for max_taps in [1.0, 2.0, 8.0, 16.0] {
         for class in KernelClass::available() {
-            let d = differences::<f64>(&native, &taps, class, max_taps);
-            assert!(d[d.len() - 1] < 1e-9, "{} at {max_taps} taps, f64: {}", class.name(), d[d.len() - 1]);
+            let sorted = differences::<f64>(&native, &taps, class, max_taps);
+            assert!(sorted[sorted.len() - 1] < 1e-9, "{} at {max_taps} taps, f64: {}", class.name(), sorted[sorted.len() - 1]);
             // In f32 rounding may add a tap, which then has almost no weight. Coordinates are accurate to 2^-16 of a texel.
-            let d = differences::<f32>(&native, &taps, class, max_taps);
-            assert!(d[d.len() - 1] < 1e-3, "{} at {max_taps} taps, f32: {}", class.name(), d[d.len() - 1]);
+            let sorted = differences::<f32>(&native, &taps, class, max_taps);
+            assert!(sorted[sorted.len() - 1] < 1e-3, "{} at {max_taps} taps, f32: {}", class.name(), sorted[sorted.len() - 1]);
         }
     }
     // The comparison must be able to fail: the level raised by 0.3, or the taps shifted by half a tap.
-    for (right, wrong) in [("0.5 * log2(kept_sq)", "0.5 * log2(kept_sq) + 0.3"), ("- 0.5 * (taps - 1.0)", "- 0.5 * taps")] {
-        assert!(renamed.contains(right));
-        let d = differences::<f64>(&native, &program(&renamed.replace(right, wrong)), KernelClass::detect(), 8.0);
-        assert!(d[d.len() / 2] > 1e-3, "{wrong} is not detected");
+    for (shipped, edit) in [("0.5 * log2(kept_sq)", "0.5 * log2(kept_sq) + 0.3"), ("- 0.5 * (taps - 1.0)", "- 0.5 * taps")] {
+        assert!(renamed.contains(shipped));
+        let sorted = differences::<f64>(&native, &program(&renamed.replace(shipped, edit)), KernelClass::detect(), 8.0);
+        assert!(sorted[sorted.len() / 2] > 1e-3, "{edit} is not detected");
     }
 }
 
@@ -171,41 +173,42 @@ fn greatest_step(program: &Program, width: f64) -> f64 {
 }
 
 #[test]
-fn a_tap_more_is_no_jump() {
-    // Texels are noise between 0 and 1. A thousandth of a width moves a tap by half of that, over texels of half to all of the width.
+fn an_added_tap_causes_no_jump() {
+    // Texels are noise between 0 and 1. A footprint that is longer by a thousandth of its width moves a tap by at most half of that thousandth, and the
+    // texels read are half to all of the width across.
     for width in [1.0, 1.4, 3.0] {
         let step = greatest_step(&program(&format!("{FRAGMENT}{ENTRY}")), width);
         assert!(step < 2e-3, "a step of {step} at a width of {width} texels");
     }
     // The comparison must be able to fail: all taps weigh the same.
-    let equal = edited("1.0 - excess * max(1.0 - abs(offset), 0.0)", "reach.length / taps");
-    let step = greatest_step(&program(&format!("{equal}{ENTRY}")), 1.0);
+    let equal_weights = edited("1.0 - excess * max(1.0 - abs(offset), 0.0)", "reach.length / taps");
+    let step = greatest_step(&program(&format!("{equal_weights}{ENTRY}")), 1.0);
     assert!(step > 1e-2, "a jump of {step} is not detected");
 }
 
 /// An edited function under its original name, so that only its body differs from the shipped one.
-fn edited(right: &str, wrong: &str) -> String {
-    assert!(FRAGMENT.contains(right), "{right}");
-    FRAGMENT.replace(right, wrong)
+fn edited(shipped: &str, edit: &str) -> String {
+    assert!(FRAGMENT.contains(shipped), "{shipped}");
+    FRAGMENT.replace(shipped, edit)
 }
 
 #[test]
 fn an_edited_function_is_not_replaced() {
     let class = KernelClass::detect();
     let native = program(&format!("{FRAGMENT}{ENTRY}"));
-    for (right, wrong) in [
+    for (shipped, edit) in [
         ("0.5 * log2(kept_sq)", "0.5 * log2(kept_sq) + 0.3"),
         ("- 0.5 * (taps - 1.0)", "- 0.5 * taps"),
         ("- 0.01,", "- 0.5,"),
         ("return sum / reach.length", "return 0.5 * sum / reach.length"),
     ] {
-        let fragment = edited(right, wrong);
+        let fragment = edited(shipped, edit);
         let edited_program = program(&format!("{fragment}{ENTRY}"));
         let taps = program(&format!("{fragment}{ENTRY}").replace("filtered_map", "tap_by_tap"));
-        assert_eq!(reads(&edited_program), TAP_BY_TAP, "{wrong}");
-        assert_eq!(differences::<f64>(&edited_program, &taps, class, 8.0).last(), Some(&0.0), "{wrong}");
-        let d = differences::<f64>(&edited_program, &native, class, 8.0);
-        assert!(d[d.len() - 1] > 1e-3, "{wrong} is not detected");
+        assert_eq!(reads(&edited_program), TAP_BY_TAP, "{edit}");
+        assert_eq!(differences::<f64>(&edited_program, &taps, class, 8.0).last(), Some(&0.0), "{edit}");
+        let sorted = differences::<f64>(&edited_program, &native, class, 8.0);
+        assert!(sorted[sorted.len() - 1] > 1e-3, "{edit} is not detected");
     }
     // Statements without a result, such as discard, count as edits too.
     let discarding = program(&format!("{}{ENTRY}", edited("let reach =", "if max_taps > 100.0 { discard; }\n    let reach =")));

@@ -54,7 +54,7 @@ pub(super) fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
         ray_dv: Vec3::ZERO,
         anchor_radius_sq_minus_1: 0.0,
         anchor_is_camera: 0.0,
-        // 1 minus the squared position on the parallel rays.
+        // 1 - x² - y² (radii) as a polynomial in the rectangle's coordinates, 0 to 1: its coefficients of 1, u, v; then of u², uv, v².
         silhouette_form: [
             Vec4::new(1.0 - 0.5 * side * side, side * side, side * side, 0.0),
             Vec4::new(-side * side, 0.0, -side * side, 0.0),
@@ -86,11 +86,12 @@ pub(super) fn tone_map(pass: usize) -> PlanDraw {
     let mut writer = module.layout.writer();
     writer.f32("exposure", 1.0).expect("a field");
     writer.f32("linear_limit", 0.8).expect("a field");
-    let mut d = draw("tone map", name, writer.finish().expect("filled"), Vertices::Count(3));
-    d.blend = Blend::Replace;
-    d.depth = DepthState { test: false, write: false };
-    d.textures = vec![TextureBinding { binding: module.layout.texture("hdr").expect("bound"), source: TextureSource::PassOutput(pass) }];
-    d
+    let mut tone_map_draw = draw("tone map", name, writer.finish().expect("filled"), Vertices::Count(3));
+    tone_map_draw.blend = Blend::Replace;
+    tone_map_draw.depth = DepthState { test: false, write: false };
+    tone_map_draw.textures =
+        vec![TextureBinding { binding: module.layout.texture("hdr").expect("bound"), source: TextureSource::PassOutput(pass) }];
+    tone_map_draw
 }
 
 pub(super) fn pass(name: &'static str, size: [u32; 2], format: ColourFormat, samples: u8, clear: [f32; 4], draws: Vec<PlanDraw>) -> Pass {
@@ -119,7 +120,7 @@ fn greatest_difference(a: &Frame, b: &Frame) -> f32 {
 fn a_lambert_sphere_agrees_with_its_formula() {
     let sun = Vec3::new(0.6, 0.2, 0.7);
     let plan = scene([200, 200], vec![sphere(sun, MapSet::default())]);
-    let s = sun.as_dvec3().normalize_or_zero();
+    let to_sun = sun.as_dvec3().normalize_or_zero();
     for (precision, tolerance) in [(Precision::F32, 2e-6), (Precision::F64, 2e-7)] {
         let frame = render(&plan, Options { precision, ..Options::default() });
         let mut inside = 0;
@@ -130,7 +131,7 @@ fn a_lambert_sphere_agrees_with_its_formula() {
             // Edge pixels contain only part of the disc.
             if r < 1.0 - 1.5 * step {
                 inside += 1;
-                let cos = x * s.x + y * s.y + (1.0 - r * r).sqrt() * s.z;
+                let cos = x * to_sun.x + y * to_sun.y + (1.0 - r * r).sqrt() * to_sun.z;
                 let expected = f64::from(ALBEDO) * cos.max(0.0);
                 // Near the limb the normal is ill-conditioned in f32: the tolerance grows with its slope.
                 let slope = 1.0 / (1.0 - r * r).sqrt();
@@ -161,24 +162,24 @@ fn points_keep_their_flux() {
     writer.vec2("pixel_size", Vec2::new(2.0 / 200.0, 2.0 / 100.0)).expect("a field");
     writer.f32("core_sigma_px", CORE_SIGMA_PX as f32).expect("a field");
     writer.f32("glare_width_px", GLARE_WIDTH_PX as f32).expect("a field");
-    // A sharp point, a point with a little glare, and a point with much glare.
     let shape = |radius_px: f32| {
         let [core, glare] = point_spread(f64::from(radius_px));
         [radius_px, core as f32, glare as f32]
     };
-    let mut d = draw("points", name, writer.finish().expect("filled"), Vertices::Count(6));
-    d.blend = Blend::Add;
-    d.depth.write = false;
+    let mut points = draw("points", name, writer.finish().expect("filled"), Vertices::Count(6));
+    points.blend = Blend::Add;
+    points.depth.write = false;
     let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
-    d.instances = Instances {
+    points.instances = Instances {
         count: 3,
         attributes: vec![
             attribute(3, vec![-0.613, 0.17, 0.5, 0.3301, -0.2, 0.5, 0.8, 0.77, 0.5]),
+            // A sharp point, a point with a little glare, and a point with much glare.
             attribute(3, [2.0, 3.1, 9.0].map(shape).concat()),
             attribute(3, vec![1.0, 0.5, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 2.0]),
         ],
     };
-    let plan = Plan { passes: vec![pass("points", [200, 100], ColourFormat::Hdr, 4, [0.0; 4], vec![d])] };
+    let plan = Plan { passes: vec![pass("points", [200, 100], ColourFormat::Hdr, 4, [0.0; 4], vec![points])] };
     let frame = render(&plan, Options::default());
     for (k, flux) in [1.0, 0.75, 2.0].into_iter().enumerate() {
         let sum: f64 = frame.hdr.iter().map(|p| f64::from(p[k])).sum();

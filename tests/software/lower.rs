@@ -1,4 +1,4 @@
-//! The tape against the semantics of WGSL: each test writes a small fragment shader, runs it on every kernel class and compares each lane
+//! The tape against the semantics of WGSL: most tests write a small fragment shader, run it on every kernel class and compare each lane
 //! with the value that Rust computes for it. `tolerance` is relative to the larger of 1 and the value.
 
 use orrery::render::software::exec::{Executor, Gradients, LANES, LaneMask, NoTextures, TextureUnit};
@@ -86,7 +86,7 @@ pub(super) fn check_uniform(declarations: &str, body: &str, uniform_bytes: &[u8]
         assert_eq!(alive, ALL);
         compare(&lanes, tolerance, class.name());
         let first = by_fusion[usize::from(class.has_fma())].get_or_insert_with(|| lanes.clone());
-        assert!(same_bits(first, &lanes), "{}: not the bits of its fusion class", class.name());
+        assert!(same_bits(first, &lanes), "{}: other bits than a class that fuses multiply-add alike", class.name());
         let (double, _) = run_with::<f64>(&program, class, uniform_bytes, ALL, &NoTextures);
         compare(&double, tolerance, "f64");
     }
@@ -353,8 +353,8 @@ fn vertex_stage_interface() {
 }
 
 #[test]
-fn what_is_not_supported_is_refused_with_its_line() {
-    for (source, part) in [
+fn what_is_not_supported_is_refused_with_the_reason() {
+    for (source, reason) in [
         (
             "@group(0) @binding(1) var<storage, read> b: array<f32>;\n@fragment fn main() -> @location(0) vec4f { return vec4f(b[0]); }",
             "Storage",
@@ -367,7 +367,7 @@ fn what_is_not_supported_is_refused_with_its_line() {
     ] {
         let (module, info) = parse(source);
         let error = lower(&module, &info, "main").expect_err("refused").with_source(source);
-        assert!(error.to_string().contains(part), "{error}");
+        assert!(error.to_string().contains(reason), "{error}");
     }
     let (module, info) = parse("@fragment fn main() -> @location(0) vec4f {\n var x = 1.0;\n loop { x += 1.0; }\n return vec4f(x); }");
     let endless = lower(&module, &info, "main").expect_err("refused");
@@ -391,11 +391,12 @@ fn fused_operations_change_no_bit() {
     let chains = |p: &Program| p.lane_tape.iter().filter(|i| matches!(i, Instr::FusedKernel { .. })).count();
     assert!(chains(&fused) > 20 && chains(&unfused) == 0, "{} chains", chains(&fused));
     assert!(3 * fused.lane_tape.len() < 2 * unfused.lane_tape.len(), "{} of {} steps", fused.lane_tape.len(), unfused.lane_tape.len());
-    // A negation is merged into the sum of products that follows it; no other operation is added or lost.
+    // A negation is merged into the sum of products that follows it; these operations are neither added nor lost.
     let count = |p: &Program, op: Op| p.op_statistics().iter().find(|(o, _)| *o == op).map_or(0, |(_, n)| *n);
     for op in [Op::Mul, Op::Exp, Op::Sqrt, Op::Div, Op::Max, Op::Select] {
         assert_eq!(count(&fused, op), count(&unfused, op), "{op:?}");
     }
+    // The uniform block of the heavy shader.
     let uniform_bytes: Vec<u8> =
         [0.6f32, 0.3, 0.741_62, 0.0, 9.0, 4.6, 11.3, 0.9, 0.01, 6.0, 13.0, 30.0].iter().flat_map(|v| v.to_le_bytes()).collect();
     fn compare<R: Real>(fused: &Program, unfused: &Program, uniform_bytes: &[u8]) {

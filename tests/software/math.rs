@@ -16,6 +16,7 @@ fn ulp32(found: f32, exact: f64) -> f64 {
     (f64::from(found) - exact).abs() / 2f64.powi(exponent - 23)
 }
 
+/// The same for f64; results below 2^-970 are measured in units of 2^-1022, the smallest normal number.
 fn ulp64(found: f64, exact: f64) -> f64 {
     if found == exact || (found.is_nan() && exact.is_nan()) {
         return 0.0;
@@ -70,40 +71,41 @@ fn cases() -> Vec<Case> {
 
 #[test]
 fn errors_in_units_in_the_last_place() {
-    let mut report = String::new();
+    let mut table = String::new();
     let mut exceeded = false;
-    for c in cases() {
+    for case in cases() {
         let mut worst = [[0.0f64; 2]; 2];
         let mut worst_x = [[0.0f64; 2]; 2];
         for fused in [false, true] {
-            for x in &c.samples {
+            for x in &case.samples {
                 let x32 = *x as f32;
-                let e = [
-                    ulp32(kernels::eval::<f32>(c.op, fused, x32, 0.0, 0.0), (c.exact)(f64::from(x32))),
-                    ulp64(kernels::eval::<f64>(c.op, fused, *x, 0.0, 0.0), (c.exact)(*x)),
+                let errors_ulp = [
+                    ulp32(kernels::eval::<f32>(case.op, fused, x32, 0.0, 0.0), (case.exact)(f64::from(x32))),
+                    ulp64(kernels::eval::<f64>(case.op, fused, *x, 0.0, 0.0), (case.exact)(*x)),
                 ];
                 for k in 0..2 {
-                    if e[k] > worst[k][usize::from(fused)] || e[k].is_nan() {
-                        worst[k][usize::from(fused)] = e[k];
+                    if errors_ulp[k] > worst[k][usize::from(fused)] || errors_ulp[k].is_nan() {
+                        worst[k][usize::from(fused)] = errors_ulp[k];
                         worst_x[k][usize::from(fused)] = *x;
                     }
                 }
             }
         }
-        for (errors, max_ulp) in worst.iter().zip(c.max_ulp) {
-            exceeded |= errors.iter().any(|e| e.is_nan() || *e > max_ulp);
+        for (errors, max_ulp) in worst.iter().zip(case.max_ulp) {
+            exceeded |= errors.iter().any(|error| error.is_nan() || *error > max_ulp);
         }
-        report += &format!(
+        table += &format!(
             "{:6} f32 {:.2} {:.2} (bound {}) f64 {:.2} {:.2} (bound {}) at {:?}\n",
-            c.name, worst[0][0], worst[0][1], c.max_ulp[0], worst[1][0], worst[1][1], c.max_ulp[1], worst_x
+            case.name, worst[0][0], worst[0][1], case.max_ulp[0], worst[1][0], worst[1][1], case.max_ulp[1], worst_x
         );
     }
-    println!("{report}");
-    assert!(!exceeded, "unfused, fused:\n{report}");
+    println!("{table}");
+    assert!(!exceeded, "unfused, fused:\n{table}");
 }
 
 #[test]
 fn atan2_and_pow() {
+    // Errors in ulp: atan2 in f32 and f64, pow in f32 and f64.
     let mut worst = [0.0f64; 4];
     for fused in [false, true] {
         for (i, a) in even_steps(0.0, std::f64::consts::TAU, 40_000).enumerate() {
@@ -136,7 +138,7 @@ fn binary<R: Real>(op: Op, x: f64, y: f64) -> f64 {
     kernels::eval::<R>(op, true, R::from_f64(x), R::from_f64(y), R::ZERO).f64()
 }
 
-fn assert_edge_cases<R: Real>(smallest: f64) {
+fn assert_edge_cases<R: Real>(smallest_subnormal: f64) {
     let inf = f64::INFINITY;
     let same = |found: f64, expected: f64, what: &str| {
         assert!(
@@ -183,7 +185,7 @@ fn assert_edge_cases<R: Real>(smallest: f64) {
         (Op::Log, 1.0, 0.0),
         (Op::Log2, 0.0, -inf),
         (Op::Log2, 0.125, -3.0),
-        (Op::Log2, smallest, smallest.log2()),
+        (Op::Log2, smallest_subnormal, smallest_subnormal.log2()),
         (Op::Sin, inf, f64::NAN),
         (Op::Cos, -inf, f64::NAN),
         (Op::Sin, -0.0, -0.0),
@@ -266,14 +268,14 @@ fn assert_edge_cases<R: Real>(smallest: f64) {
 fn edges_of_the_domain() {
     assert_edge_cases::<f32>(2f64.powi(-149));
     assert_edge_cases::<f64>(f64::from_bits(1));
-    // f64 extends to the smallest subnormal. In f32, results that would be subnormal become zero.
+    // f64 extends to the smallest subnormal. In f32, results below 2^-125.5, just above the smallest normal number 2^-126, become zero.
     assert!(unary::<f64>(Op::Exp, f64::from_bits(1).ln() + 0.1) == f64::from_bits(1), "exp into the subnormals");
-    for (op, last) in [(Op::Exp, -125.5 * std::f64::consts::LN_2), (Op::Exp2, -125.5)] {
+    for (op, threshold) in [(Op::Exp, -125.5 * std::f64::consts::LN_2), (Op::Exp2, -125.5)] {
         for step in even_steps(0.0, 30.0, 1000) {
-            let small = unary::<f32>(op, last - 1e-4 - step);
-            assert!(small == 0.0 && small.is_sign_positive(), "{op:?}({})", last - step);
+            let small = unary::<f32>(op, threshold - 1e-4 - step);
+            assert!(small == 0.0 && small.is_sign_positive(), "{op:?}({})", threshold - step);
         }
-        assert!(unary::<f32>(op, last + 1e-4) > 0.0);
+        assert!(unary::<f32>(op, threshold + 1e-4) > 0.0);
     }
     // The last numbers before infinity, with and without fused multiply-add.
     for fused in [false, true] {
@@ -287,9 +289,11 @@ fn edges_of_the_domain() {
 
 #[test]
 fn both_roundings_to_integers_give_the_same_bits() {
-    fn compare<R: Real>(largest: f64) {
-        let values = even_steps(-9.0, 9.0, 5000).chain((-40..40).map(|k| f64::from(k) * 0.25)).chain(exponent_steps(1e-30, largest, 5000));
-        let extremes = [0.0, -0.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN, largest - 0.5, 0.5 - largest, largest * 3.0];
+    /// `whole_from`: every number from there on is whole.
+    fn compare<R: Real>(whole_from: f64) {
+        let values =
+            even_steps(-9.0, 9.0, 5000).chain((-40..40).map(|k| f64::from(k) * 0.25)).chain(exponent_steps(1e-30, whole_from, 5000));
+        let extremes = [0.0, -0.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN, whole_from - 0.5, 0.5 - whole_from, whole_from * 3.0];
         for x in values.chain(extremes).flat_map(|x| [x, -x]).map(R::from_f64) {
             for op in [Op::Floor, Op::Ceil, Op::Round, Op::Trunc, Op::Fract] {
                 let [a, b] = [false, true].map(|fused| kernels::eval(op, fused, x, R::ZERO, R::ZERO));
@@ -297,6 +301,7 @@ fn both_roundings_to_integers_give_the_same_bits() {
             }
         }
     }
+    // 2^23 and 2^52.
     compare::<f32>(8_388_608.0);
     compare::<f64>(4_503_599_627_370_496.0);
 }
@@ -331,12 +336,12 @@ fn assert_kernels_match<R: Real>() {
             if op == Op::Select {
                 a = std::array::from_fn(|i| R::from_mask(i % 3 == 0));
             }
-            for kinds in 0..8u8 {
-                let kinds = [kinds & 1 == 0, kinds & 2 == 0, kinds & 4 == 0];
-                let are_all_lanes = kinds == [true; 3];
-                let run = match R::specialised(class, op, kinds) {
-                    Some(k) => k,
-                    None if are_all_lanes => R::generic(class, op),
+            for single_valued in 0..8u8 {
+                // Whether each operand has a value per lane, or one value for all lanes.
+                let per_lane = [single_valued & 1 == 0, single_valued & 2 == 0, single_valued & 4 == 0];
+                let run = match R::specialised(class, op, per_lane) {
+                    Some(kernel) => kernel,
+                    None if per_lane == [true; 3] => R::generic(class, op),
                     None => continue,
                 };
                 let mut out = [R::ZERO; N];
@@ -344,11 +349,11 @@ fn assert_kernels_match<R: Real>() {
                 // SAFETY: each operand has N lanes of the arena, and the class is one that this machine has.
                 unsafe { run(&mut out, arena.as_ptr(), [0, N as u32, 2 * N as u32].as_ptr()) };
                 for i in 0..N {
-                    let pick = |v: &[R; N], k: usize| if kinds[k] { v[i] } else { v[0] };
+                    let pick = |v: &[R; N], k: usize| if per_lane[k] { v[i] } else { v[0] };
                     let expected = kernels::eval(op, class.has_fma(), pick(&a, 0), pick(&b, 1), pick(&c, 2));
                     assert!(
                         equal(out[i], expected),
-                        "{} {op:?} {kinds:?} lane {i}: {} instead of {}",
+                        "{} {op:?} {per_lane:?} lane {i}: {} instead of {}",
                         class.name(),
                         out[i].f64(),
                         expected.f64()
@@ -376,7 +381,7 @@ fn evaluate_one_by_one<R: Real>(ops: &[FusedOp], fused: bool, mut operands: impl
     last.expect("a chain is never empty")
 }
 
-/// A program of one chain; operands that are not lanes are constants.
+/// A program of one chain. `kinds` has a letter per operand: `L`, an input with a value per lane; `R`, a register that holds a constant.
 fn program_of(ops: &[FusedOp], kinds: &str, constants: Vec<Constant>) -> Program {
     let (mut lanes, mut registers) = (0, 0);
     let args = kinds.bytes().map(|kind| {

@@ -1,4 +1,4 @@
-//! The HDR pass and its tone map fused tile by tile, against separate passes: every byte is equal.
+//! The HDR pass and its tone map fused tile by tile, against separate passes: every byte of the display image is equal.
 
 use super::frame::{pass, scene, sphere, tone_map, with_threads};
 use super::lower::compile;
@@ -64,7 +64,7 @@ fn untouched_tiles_equal_shaded_ones() {
     for clear in [[0.0, 0.0, 0.0, 1.0], [0.02, 0.5, 1e-4, 1.0], [3.0, 0.1, 40.0, 1.0]] {
         let mut plan = scene([150, 130], Vec::new());
         plan.passes[0].clear = clear;
-        // Apart, the second pass shades every pixel.
+        // As a separate pass, the tone map shades every pixel.
         let [shaded, filled] = separate_and_fused(&plan, &library, with_threads(2));
         assert!(shaded == filled && filled.iter().all(|p| *p == filled[0]), "{clear:?}");
     }
@@ -78,10 +78,10 @@ fn difference(a: &[[u8; 4]], b: &[[u8; 4]]) -> (u8, f64) {
 }
 
 #[test]
-fn the_tone_map_without_its_tape_is_within_a_level_of_it() {
+fn the_native_tone_map_is_within_a_level_of_its_tape() {
     let exposed = "radiance * draw.exposure";
     let shipped = ShaderLibrary::in_memory(lowering());
-    // Another text with the same values, which the tape executes.
+    // Another text with the same values: it is not recognised, so the tape executes it.
     let same = with_tone_map(exposed, "radiance * (draw.exposure * 1.0)");
     let brighter = with_tone_map(exposed, "radiance * (draw.exposure * 1.02)");
     let mut plan = lit_sphere([333, 200]);
@@ -91,7 +91,7 @@ fn the_tone_map_without_its_tape_is_within_a_level_of_it() {
         let [_, other] = separate_and_fused(&plan, &library, with_threads(2));
         difference(&image, &other)
     });
-    // Values that lie within a thousandth of a level of a half may be rounded differently.
+    // Values within a thousandth of a level of a half may be rounded differently: 0.002 of them in each of three channels.
     assert!(of_same.0 <= 1 && of_same.1 < 0.006, "{of_same:?}");
     assert!(of_brighter.0 > 1, "the measure must see a brighter image: {of_brighter:?}");
 }
@@ -111,7 +111,7 @@ fn draws_over_the_image_are_kept() {
 }
 
 #[test]
-fn a_tone_map_that_reads_other_pixels_is_a_separate_pass() {
+fn a_tone_map_that_depends_on_more_than_its_pixels_light_keeps_its_bytes() {
     let own_pixel = "vec2i(floor(position.xy))";
     for (from, to) in [
         (own_pixel, "vec2i(floor(position.xy)) + vec2i(1, 0)"),

@@ -7,7 +7,7 @@ use orrery::render::software::program::{LaneInput, LaneOutput};
 
 const DEPTH: DepthState = DepthState { test: true, write: true };
 
-/// Pseudo-random numbers, the same on every run (Knuth's multiplicative congruence).
+/// Pseudo-random numbers from 0 to 1, the same on every run (a linear congruential generator with the constants of Knuth's MMIX).
 fn random(seed: &mut u64) -> f32 {
     *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
     (*seed >> 40) as f32 / (1u64 << 24) as f32
@@ -31,7 +31,7 @@ fn count_covered(vertices: &[[f32; 4]], width: u32, height: u32, samples: u8) ->
 
 #[test]
 fn a_fan_covers_every_sample_exactly_once() {
-    // Fans of 7 triangles around random centres, with corners on pixel centres, on pixel edges and anywhere.
+    // Fans of 7 triangles around random centres, with corners on multiples of a pixel, on multiples of half a pixel, and anywhere.
     let mut seed = 7;
     for samples in [1, 4] {
         for round in 0..30 {
@@ -48,8 +48,8 @@ fn a_fan_covers_every_sample_exactly_once() {
                 [(0.0, 0.0), (x, 0.0), (w, 0.0), (w, y), (w, h), (x / 2.0, h), (0.0, h)].map(|(x, y)| clip_at(x, y, w)).to_vec();
             let fan: Vec<_> = (0..7).flat_map(|k| [centre, rim[k], rim[(k + 1) % 7]]).collect();
             let counts = count_covered(&fan, 101, 101, samples);
-            let wrong = counts.iter().filter(|c| **c != 1.0).count();
-            assert_eq!(wrong, 0, "round {round}, {samples} samples: {wrong} pixels are not covered exactly once");
+            let miscovered = counts.iter().filter(|c| **c != 1.0).count();
+            assert_eq!(miscovered, 0, "round {round}, {samples} samples: {miscovered} pixels are not covered exactly once");
         }
     }
 }
@@ -73,7 +73,7 @@ fn a_gap_between_triangles_changes_the_count() {
 }
 
 #[test]
-fn coverage_approaches_the_area_of_an_edge() {
+fn coverage_is_close_to_the_area_beside_an_edge() {
     // A half plane at many slopes; the mean over the boundary pixels against the area computed by 64x64 points per pixel.
     let mut worst_mean: f64 = 0.0;
     for k in 0..24 {
@@ -86,16 +86,16 @@ fn coverage_approaches_the_area_of_an_edge() {
             let edge_distance = |x: f32, y: f32| (x - 32.0) * c + (y - 32.0) * s - 0.2;
             let (left, top) = ((i % 64) as f32, (i / 64) as f32);
             // No point of a pixel is farther from its centre than 0.71.
-            let middle = edge_distance(left + 0.5, top + 0.5);
-            let inside = if middle.abs() > 0.75 {
-                if middle > 0.0 { 4096 } else { 0 }
+            let centre_distance = edge_distance(left + 0.5, top + 0.5);
+            let inside = if centre_distance.abs() > 0.75 {
+                if centre_distance > 0.0 { 4096 } else { 0 }
             } else {
                 (0..4096)
                     .filter(|p| edge_distance(left + ((p % 64) as f32 + 0.5) / 64.0, top + ((p / 64) as f32 + 0.5) / 64.0) > 0.0)
                     .count()
             };
             let area = inside as f64 / 4096.0;
-            // Four samples of a rotated grid: no edge is off by more than two of them.
+            // Four samples: no pixel deviates by more than one and a half of them.
             assert!((f64::from(*covered) - area).abs() <= 0.375, "pixel {i}: {covered} against {area}");
             if inside > 0 && inside < 4096 {
                 sum += (f64::from(*covered) - area).abs();
@@ -104,14 +104,14 @@ fn coverage_approaches_the_area_of_an_edge() {
         }
         worst_mean = worst_mean.max(sum / n);
     }
-    assert!(worst_mean < 0.125, "{worst_mean}");
+    assert!(worst_mean < 0.125, "half a sample: {worst_mean}");
 }
 
 #[test]
 fn a_triangle_through_the_camera_plane_draws_only_what_is_in_front() {
     // A ground plane from behind the camera to far ahead: w = distance. Its horizon is the middle row of the image.
     let (near, far) = (-10.0_f32, 1.0e6_f32);
-    let corner = |x: f32, d: f32| [x, -1.0, 0.01, d];
+    let corner = |x: f32, distance: f32| [x, -1.0, 0.01, distance];
     let ground = [corner(-4.0e6, near), corner(4.0e6, near), corner(0.0, far)];
     let counts = count_covered(&ground, 64, 64, 1);
     for y in 0..64 {
@@ -133,7 +133,7 @@ fn huge_and_invalid_triangles_are_safe() {
     assert!(count_covered(&[clip_at(1.0, 1.0, 64.0); 3], 64, 64, 4).iter().all(|c| *c == 0.0));
 }
 
-/// Texture coordinates of a ground plane against the analytic ray-plane intersection.
+/// Greatest error, in pixels, of interpolated ground coordinates against the analytic ray-plane intersection.
 fn worst_ground_error<R: Real>() -> f64 {
     // Camera one unit above the plane y = -1, looking along +z, focal length 1: clip = (x, y, near, z).
     let corners = [[-50.0, 1.0], [50.0, 1.0], [50.0, 100.0], [-50.0, 100.0]];
@@ -228,8 +228,8 @@ fn rect(z_over_w: f32) -> Vec<[f32; 4]> {
 
 #[test]
 fn depth_orders_distances_from_a_metre_to_a_hundred_au() {
-    // Reversed depth 1 / distance in km.
-    let depths = [1.0e3_f32, 1.0, 1.0 / 384_400.0, 1.0 / 1.496e8, 1.0 / 1.496e10, 1.0 / 1.4961e10].map(|d| d / 1.0e3);
+    // Reversed depth, 1e-3 / distance in km: a metre, a kilometre, the Moon's distance, 1 au, 100 au and slightly more.
+    let depths = [1.0e3_f32, 1.0, 1.0 / 384_400.0, 1.0 / 1.496e8, 1.0 / 1.496e10, 1.0 / 1.4961e10].map(|inverse_km| inverse_km / 1.0e3);
     let colours = [0, 1, 2, 3, 4, 5].map(|k| one_colour([k as f32 + 1.0, 0.0, 0.0, 1.0]));
     let vertex = pass_through::<f32>(0);
     for order in [[0, 1, 2, 3, 4, 5], [5, 4, 3, 2, 1, 0], [3, 5, 0, 4, 1, 2]] {

@@ -58,10 +58,10 @@ fn sample<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 2], dy: [
 fn sample_filtered<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 2], dy: [f64; 2], max_taps: Option<f64>) -> Vec<[f64; 4]> {
     let lanes = |f: &dyn Fn(usize) -> f64| (0..uv.len()).map(|k| R::from_f64(f(k))).collect::<Vec<R>>();
     let (u, v) = (lanes(&|k| uv[k][0]), lanes(&|k| uv[k][1]));
-    let (a, b, c, d) = (lanes(&|_| dx[0]), lanes(&|_| dx[1]), lanes(&|_| dy[0]), lanes(&|_| dy[1]));
+    let (du_dx, dv_dx, du_dy, dv_dy) = (lanes(&|_| dx[0]), lanes(&|_| dx[1]), lanes(&|_| dy[0]), lanes(&|_| dy[1]));
     let mut out = [u.clone(), u.clone(), u.clone(), u.clone()];
     let [r, g, bl, al] = &mut out;
-    let gradients = Gradients { du_dx: &a, dv_dx: &b, du_dy: &c, dv_dy: &d };
+    let gradients = Gradients { du_dx: &du_dx, dv_dx: &dv_dx, du_dy: &du_dy, dv_dy: &dv_dy };
     match max_taps {
         Some(max_taps) => textures.sample_filtered(0, [&u, &v], gradients, &lanes(&|_| max_taps), u128::MAX, [r, g, bl, al]),
         None => textures.sample_gradients(0, &u, &v, gradients, u128::MAX, [r, g, bl, al]),
@@ -69,7 +69,7 @@ fn sample_filtered<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 
     (0..uv.len()).map(|k| std::array::from_fn(|c| out[c][k].f64())).collect()
 }
 
-/// Bilinear filtering by its definition: a sum over all texels of the level with tent weights; u is periodic, v is clamped.
+/// Bilinear filtering by its definition: the four texels around the position with tent weights; u is periodic, v is clamped.
 fn tent(level: &Level, u: f64, v: f64, component: usize) -> f64 {
     let (w, h) = (i64::from(level.width), i64::from(level.height));
     let (x, y) = (u * w as f64 - 0.5, v * h as f64 - 0.5);
@@ -85,11 +85,12 @@ fn tent(level: &Level, u: f64, v: f64, component: usize) -> f64 {
 }
 
 fn positions(count: usize) -> Vec<[f64; 2]> {
-    // Golden-ratio steps, over more than one period and beyond both edges.
+    // Low-discrepancy steps: u over three periods, v beyond both edges.
     (0..count).map(|k| [(k as f64 * 0.618_033_988_75) % 1.0 * 3.0 - 1.0, (k as f64 * 0.754_877_666) % 1.0 * 1.2 - 0.1]).collect()
 }
 
-fn worst<R: Real>(rho_texels: f64) -> f64 {
+/// The greatest error of filtering at `rho_texels` texels per pixel.
+fn greatest_error<R: Real>(rho_texels: f64) -> f64 {
     let texture = noise(64, 32);
     let uv = positions(100);
     let (dx, dy) = ([rho_texels / 64.0, 0.0], [0.0, rho_texels / 32.0]);
@@ -110,7 +111,7 @@ fn worst<R: Real>(rho_texels: f64) -> f64 {
 #[test]
 fn bilinear_and_trilinear_match_the_definition() {
     for rho in [0.01, 0.5, 1.0, 1.3, 2.0, 2.9, 7.0, 31.0, 1000.0] {
-        let (single, double) = (worst::<f32>(rho), worst::<f64>(rho));
+        let (single, double) = (greatest_error::<f32>(rho), greatest_error::<f64>(rho));
         // f32 coordinates in a map of 64 texels are accurate to 2^-17 texel.
         assert!(single < 3e-5, "f32 at {rho} texels a pixel: {single}");
         assert!(double < 1e-12, "f64 at {rho} texels a pixel: {double}");
@@ -126,7 +127,7 @@ fn a_different_mip_level_is_detected() {
     assert!((one[0][0] - two[0][0]).abs() > 1e-3);
 }
 
-/// Contrast and mean of stripes one texel wide along u at a grazing angle: a pixel spans 16 texels of v and one of u.
+/// Mean, and contrast (mean absolute deviation), of stripes two texels wide at a grazing angle: a pixel spans 16 texels along the stripes (v) and one across them (u).
 fn stripe_contrast(taps: f64) -> (f64, f64) {
     let mut texture = noise(64, 64);
     for level in &mut texture.levels {
@@ -158,9 +159,8 @@ fn anisotropic_taps_keep_a_grid_at_grazing_angles_and_its_mean() {
 }
 
 #[test]
-fn the_footprint_turns_with_the_gradients() {
-    // The same stripes at 45 degrees: the major axis is along (1, 1) in texels; the contrast after filtering must not depend on the sign of
-    // the axis.
+fn exchanged_gradients_have_the_same_footprint() {
+    // The major axis is along (1, 1) in texels. Exchanging the gradients and the sign of the axis describes the same footprint.
     let texture = noise(64, 64);
     let uv = positions(50).into_iter().map(|[u, v]| [u, 0.3 + 0.3 * v]).collect::<Vec<_>>();
     let (along, across) = ([5.0 / 64.0, 5.0 / 64.0], [0.7 / 64.0, -0.7 / 64.0]);
@@ -193,15 +193,15 @@ fn a_constant_texture_stays_constant_for_any_gradients() {
     }
 }
 
-/// 128 lanes with different levels, numbers of taps and positions.
+/// Samples `count` lanes from the lane `first` on; each has its own position and footprint. Outputs are 7 before.
 fn sample_varied_lanes<R: Real>(textures: &Textures<'_>, max_taps: f64, first: usize, count: usize, active: u128) -> [Vec<R>; 4] {
     let lanes = |f: &dyn Fn(f64) -> f64| (first..first + count).map(|k| R::from_f64(f(k as f64))).collect::<Vec<R>>();
     let (u, v) = (lanes(&|k| k * 0.618 % 3.0 - 1.0), lanes(&|k| k * 0.754 % 1.2 - 0.1));
-    let (a, b) = (lanes(&|k| f64::exp2(k * 0.37 % 9.0 - 8.0)), lanes(&|k| (k * 0.11).sin() * 0.02));
-    let (c, d) = (lanes(&|k| (k * 0.23).cos() * 0.03), lanes(&|k| f64::exp2(k * 0.53 % 7.0 - 7.0)));
+    let (du_dx, dv_dx) = (lanes(&|k| f64::exp2(k * 0.37 % 9.0 - 8.0)), lanes(&|k| (k * 0.11).sin() * 0.02));
+    let (du_dy, dv_dy) = (lanes(&|k| (k * 0.23).cos() * 0.03), lanes(&|k| f64::exp2(k * 0.53 % 7.0 - 7.0)));
     let mut out = [const { Vec::new() }; 4].map(|_: Vec<R>| vec![R::from_f64(7.0); count]);
     let [r, g, bl, al] = &mut out;
-    let gradients = Gradients { du_dx: &a, dv_dx: &b, du_dy: &c, dv_dy: &d };
+    let gradients = Gradients { du_dx: &du_dx, dv_dx: &dv_dx, du_dy: &du_dy, dv_dy: &dv_dy };
     textures.sample_filtered(0, [&u, &v], gradients, &lanes(&|_| max_taps), active, [r, g, bl, al]);
     out
 }
@@ -264,6 +264,7 @@ fn a_channel_does_not_depend_on_which_others_are_requested() {
     for texture in of_each_format() {
         for class in KernelClass::available() {
             let textures = bind_in(&texture, REPEAT, class);
+            // Lanes of channels that are not requested keep 7.
             let read_channels = |channels: u32, operation: u32| {
                 let mut out = [const { Vec::new() }; 4].map(|_: Vec<f32>| vec![7.0; 128]);
                 let mut k = 0;

@@ -74,7 +74,7 @@ fn formula(radiance: [f64; 3], exponent: f64) -> [f64; 3] {
     })
 }
 
-/// Colours from far below the linear part of the curve to far above white.
+/// Colours from 1e-5, deep in the linear part of the sRGB curve, to 1000, far above white.
 fn colours(batch: usize) -> [[f32; LANES]; 3] {
     [3, 17, 29].map(|step: usize| {
         std::array::from_fn(|i| {

@@ -17,7 +17,7 @@ use orrery::shader::emit::emit_module;
 use orrery::shader::{Layout, ModuleId};
 use std::sync::Arc;
 
-/// The values of `p` and `q` in the expression.
+/// The components of `p`, then those of `q`, in the expression.
 pub type EvalInput = [f64; 8];
 
 pub struct Emitted {
@@ -49,7 +49,7 @@ impl Emitted {
         }
     }
 
-    /// Results with the given uniforms. `texture`: bound at every texture binding, read by texel.
+    /// Results with the given uniforms. `texture` is bound at every texture binding; it is needed only if the program has one.
     pub fn evaluate(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, inputs: &[EvalInput]) -> Vec<[f64; 4]> {
         self.evaluate_in::<f64>(uniforms, texture, inputs)
     }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// Maps the inputs of one lane, in order, to its outputs; `None` discards the lane.
 pub type PerLane<R> = dyn Fn(&[R]) -> Option<Vec<R>> + Sync;
 
-/// The same over a 2x2 quad, for derivatives.
+/// Maps the inputs of a 2x2 quad to its outputs, for derivatives; discards no lane.
 pub type PerQuad<R> = dyn Fn(&[Vec<R>; 4]) -> [Vec<R>; 4] + Sync;
 
 pub enum LaneFunction<'a, R> {

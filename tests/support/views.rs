@@ -21,11 +21,11 @@ struct View {
 
 /// Position of the camera.
 enum CameraPlace {
-    /// On the lit side, at the distance at which the body fills most of the image.
+    /// Over the default side ([`Position::Over`]), at the distance at which the disc fills 3/4 of the image's height.
     Fitted,
-    /// On the lit side, at this distance.
+    /// Over the default side, at this distance from the centre in equatorial radii.
     Radii(f64),
-    /// At the Earth's centre, with this field of view.
+    /// At the Earth's centre, with this field of view in degrees.
     EarthDeg(f64),
 }
 
@@ -59,7 +59,7 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
         let base = ViewRequest::of(NaifId(v.target), Instant::parse(v.time).expect("a time"));
         (v.name, ViewRequest { position, fov_deg, width: SIDE, height: SIDE, ..base })
     };
-    // The Milky Way from Antares to Altair, brightened, without anything brighter than stars.
+    // The Milky Way from Antares to Altair, with stars and diffuse light boosted by 3 stops, and no body as target.
     let milky_way = ViewRequest {
         position: Position::Centre(NaifId::EARTH),
         look: Look::Along { direction: DVec3::new(0.0, -0.94, -0.34), axes: Axes::Icrf },
@@ -71,7 +71,7 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
         stars_boost: 3.0,
         ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-06-07T00:00:00Z").expect("a time"))
     };
-    // Views from close to the ground, where the second form of the intersection is used, and views of stars.
+    // A view from close to the ground, where rays start at the camera (`anchor_is_camera`), and views of stars and of a belt of minor planets.
     let standard = standard_scenes(SIDE, SIDE).into_iter().filter(|s| ["moon-limb", "night-sky", "belt"].contains(&s.name));
     let single_images = VIEWS.into_iter().map(request).chain([("milky-way", milky_way)]).chain(standard.map(|s| (s.name, s.request)));
     single_images.chain(composed_views()).chain(small_bodies_and_orbits()).collect()

@@ -220,9 +220,9 @@ fn a_search_that_arrives_in_one_frame_is_searched() {
     assert_eq!(harness.state().tab, Some(Tab::ALL[2]));
 }
 
-/// Every button, switch, list, slider and field has a tooltip and an accessible description.
+/// Every button, switch, list, slider and field has an accessible description.
 #[test]
-fn every_control_has_a_tooltip() {
+fn every_control_has_a_description() {
     let mut interface = interface(NaifId(699), "2017-05-17T00:00:00Z");
     interface.settings.panels.timeline_shown = true;
     let mut harness = harness(interface);

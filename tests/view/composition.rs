@@ -41,8 +41,8 @@ fn drawn(composition: &CompositionState) -> Window {
     window
 }
 
-/// In every composition a click on the middle of Saturn, and on each moon that has a mark, selects the body drawn there; in a side-by-side pair this holds in
-/// both images.
+/// In every composition a click on the middle of Saturn, and on each moon that has a mark, selects a body, and at least once that body; a side-by-side pair is clicked
+/// in both images.
 #[test]
 fn a_click_selects_what_the_image_shows_there() {
     for composition in compositions() {
@@ -50,7 +50,7 @@ fn a_click_selects_what_the_image_shows_there() {
         let sky = window.get_by_label_contains("The sky: ").rect();
         let rendered = window.state().shown().expect("an image");
         let (width, scene) = (f64::from(rendered.width), &rendered.scene);
-        let points = f64::from(sky.width()) / width;
+        let points_per_px = f64::from(sky.width()) / width;
         let pixel_of = |id: NaifId| {
             let body = scene.body(id).expect("of the catalog");
             scene.geometry.pixel_of(&scene.camera, body.placement.centre_km).map(|px| (id, px))
@@ -61,8 +61,9 @@ fn a_click_selects_what_the_image_shows_there() {
         let images = if composition.stereo == Some(StereoLayout::SideBySide) { 2.0 } else { 1.0 };
         assert!((places[0].1.x - 0.5 * width / images).abs() < 1.0, "{composition:?}: {places:?} of {width}");
         let image_offsets = if images == 2.0 { vec![0.0, 0.5 * width] } else { vec![0.0] };
-        let inside =
-            |px: DVec2| px.cmpgt(DVec2::splat(2.0)).all() && px.x < width / images - 2.0 && px.y * points < f64::from(sky.height()) - 2.0;
+        let inside = |px: DVec2| {
+            px.cmpgt(DVec2::splat(2.0)).all() && px.x < width / images - 2.0 && px.y * points_per_px < f64::from(sky.height()) - 2.0
+        };
         let mut clicked = 0;
         for (id, px) in places {
             for offset in &image_offsets {
@@ -70,7 +71,7 @@ fn a_click_selects_what_the_image_shows_there() {
                     continue;
                 }
                 window.state_mut().viewer.selected = NaifId::SUN;
-                click(&mut window, sky.min + egui::vec2(((px.x + offset) * points) as f32, (px.y * points) as f32), false);
+                click(&mut window, sky.min + egui::vec2(((px.x + offset) * points_per_px) as f32, (px.y * points_per_px) as f32), false);
                 // A moon may be in front of or behind the planet or another moon.
                 let selected = window.state().viewer.selected;
                 assert!(selected != NaifId::SUN, "{composition:?}: nothing at {px} for {id:?}");
@@ -99,7 +100,7 @@ fn a_click_follows_the_mesh_of_a_projector() {
     settle(&mut window);
     let sky = window.get_by_label_contains("The sky: ").rect();
     let rendered = window.state().shown().expect("an image");
-    let points = f64::from(sky.width()) / f64::from(rendered.width);
+    let points_per_px = f64::from(sky.width()) / f64::from(rendered.width);
     let scene = &rendered.scene;
     let centre_km = scene.body(SATURN).expect("of the catalog").placement.centre_km;
     let at = scene.geometry.pixel_of(&scene.camera, centre_km).expect("on the mesh");
@@ -108,7 +109,7 @@ fn a_click_follows_the_mesh_of_a_projector() {
     assert!(at.distance(middle + DVec2::new(0.45, 0.075) * middle.y) < 1.5, "{at} of {middle}");
     for (px, is_saturn) in [(at, true), (middle - DVec2::new(0.0, 0.6 * middle.y), false)] {
         window.state_mut().viewer.selected = NaifId::SUN;
-        click(&mut window, sky.min + egui::vec2((px.x * points) as f32, (px.y * points) as f32), false);
+        click(&mut window, sky.min + egui::vec2((px.x * points_per_px) as f32, (px.y * points_per_px) as f32), false);
         assert_eq!(window.state().viewer.selected == SATURN, is_saturn, "at {px}");
         crate::view::input::advance(&mut window, 1.0);
     }
@@ -173,7 +174,7 @@ fn a_link_keeps_the_composition_and_refuses_impossible_ones() {
     }
     let from_short_link = view_from_text("orrery://view?target=saturn&composition.stereo=interlaced", session(), now).expect("a view");
     assert_eq!(from_short_link.composition, CompositionState { stereo: Some(StereoLayout::Interlaced), ..CompositionState::default() });
-    for (wrong, message_part) in [
+    for (fields, message_part) in [
         ("composition.projection=fishey", "fisheye"),
         ("composition.fisheye_deg=400", "1 to 360 degrees"),
         ("composition.stereo=red", "anaglyph"),
@@ -182,7 +183,7 @@ fn a_link_keeps_the_composition_and_refuses_impossible_ones() {
         ("composition.tilt=3", "no such field"),
         ("composition=fisheye", "composition"),
     ] {
-        let error = view_from_text(&format!("orrery://view?target=saturn&{wrong}"), session(), now).expect_err(wrong).to_string();
-        assert!(error.contains(message_part) && error.contains("composition") && !error.contains('\n'), "{wrong}: {error}");
+        let error = view_from_text(&format!("orrery://view?target=saturn&{fields}"), session(), now).expect_err(fields).to_string();
+        assert!(error.contains(message_part) && error.contains("composition") && !error.contains('\n'), "{fields}: {error}");
     }
 }

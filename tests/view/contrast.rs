@@ -80,16 +80,16 @@ fn all_text_is_legible_in_both_themes() {
             harness.state_mut().help_shown = tab.is_none();
             settle(&mut harness);
             let disabled: Vec<Rect> = harness.query_all(By::new().predicate(|node| node.is_disabled())).map(|n| n.rect()).collect();
-            let is_tick = |w: &PaintedText| tab == Some(Tab::Performance) && w.text.parse::<f64>().is_ok();
+            let is_tick = |painted: &PaintedText| tab == Some(Tab::Performance) && painted.text.parse::<f64>().is_ok();
             let all: Vec<PaintedText> = painted_texts(&harness.output().shapes)
                 .into_iter()
-                .filter(|w| !disabled.iter().any(|d| d.contains(w.middle)) && !is_tick(w))
+                .filter(|painted| !disabled.iter().any(|d| d.contains(painted.middle)) && !is_tick(painted))
                 .collect();
             assert!(all.len() > 30, "{tab:?}: {} texts", all.len());
-            for w in all {
-                let ratio = contrast(w.colour, w.background);
+            for painted in all {
+                let ratio = contrast(painted.colour, painted.background);
                 if ratio < lowest.0 {
-                    lowest = (ratio, format!("{tab:?}, dark {dark}: {w:?}"));
+                    lowest = (ratio, format!("{tab:?}, dark {dark}: {painted:?}"));
                 }
             }
         }

@@ -63,7 +63,7 @@ fn a_search_in_steps_finds_each_event_once_and_nearest_first() {
     assert!(EventSearch::new(Vec::new(), parse_time("2000-01-01"), 1e9, false).is_over(), "an empty search never ends");
 }
 
-/// Twenty years: from the camera of each view the discs meet, and the target is above the horizon.
+/// Twenty years: a solar eclipse is viewed from a place where the discs overlap above the horizon; lunar eclipses and transits are viewed from the Earth's centre.
 #[test]
 fn each_view_shows_its_event() {
     let (catalog, ephemeris, places) = (session().catalog(), session().ephemeris(), SessionPositions(session()));
@@ -87,8 +87,9 @@ fn each_view_shows_its_event() {
                 from_a_height += usize::from(height_km > 1.0);
             }
             (SkyEvent::Lunar(_), CameraPose::Centre { body: NaifId::EARTH }) => {
-                let to = |id| places.between_km(NaifId::EARTH, id, view.time()).expect("a place");
-                let separation_deg = 180.0 - orrery::ephemeris::angle_rad(to(NaifId::SUN), to(NaifId::MOON)).to_degrees();
+                let from_earth_km = |id| places.between_km(NaifId::EARTH, id, view.time()).expect("a place");
+                let separation_deg =
+                    180.0 - orrery::ephemeris::angle_rad(from_earth_km(NaifId::SUN), from_earth_km(NaifId::MOON)).to_degrees();
                 assert!(view.target == NaifId::MOON && separation_deg < 1.7, "{name}: {separation_deg} degrees off the shadow");
             }
             (SkyEvent::Transit(_), CameraPose::Centre { body: NaifId::EARTH }) => assert_eq!(view.target, NaifId::SUN),

@@ -324,7 +324,7 @@ fn only_ctrl_q_quits() {
 
 #[test]
 fn a_failed_search_is_reported_at_its_field_and_replaced_by_the_next_input() {
-    for (wrong, answer) in [
+    for (query, answer) in [
         ("nowhere", "Nothing is called “nowhere”"),
         ("satrun", "Nothing is called “satrun”"),
         ("tritan", "Nothing is called “tritan”"),
@@ -333,13 +333,13 @@ fn a_failed_search_is_reported_at_its_field_and_replaced_by_the_next_input() {
     ] {
         let mut window = without_images(SATURN);
         type_text(&mut window, "/");
-        type_text(&mut window, wrong);
+        type_text(&mut window, query);
         window.key_press(Key::Enter);
         window.run_steps(2);
         let line = window.get_by_label_contains(answer).rect();
         let field = window.get_by_role_and_label(Role::TextInput, SEARCH).rect();
         assert!(line.top() >= field.bottom() && line.top() < field.bottom() + 20.0 && (line.left() - field.left()).abs() < 20.0, "{line}");
-        assert_eq!(search_field(&window), (true, wrong.to_owned()));
+        assert_eq!(search_field(&window), (true, query.to_owned()));
         type_text(&mut window, "mars");
         assert_eq!(search_field(&window).1, "mars");
         assert!(window.query_by_label_contains(answer).is_none(), "the answer to an earlier text is shown");

@@ -144,7 +144,7 @@ fn an_effect_switched_off_changes_the_image_and_says_so() {
     let changed = before.pixels().zip(after.pixels()).filter(|(a, b)| a.0.iter().zip(b.0).any(|(x, y)| x.abs_diff(y) > 4)).count();
     let all = (before.width() * before.height()) as usize;
     assert!(changed > 200 && changed < all / 4, "{changed} of {all} pixels changed");
-    // After a reset to automatic it is as before.
+    // A reset to automatic withdraws the request.
     harness.state_mut().tab = Some(Tab::Effects);
     settle(&mut harness);
     harness.get_by_label("Reset to automatic").click();

@@ -112,7 +112,7 @@ fn other_views_do_not_inherit_what_a_view_switched_on() {
 fn the_sky_tonight_is_dark() {
     let places = SessionPositions(session());
     let base_view = base_view();
-    for (latitude_deg, darkest) in [(51.4769, true), (-33.9, true), (0.0, true), (78.2, false)] {
+    for (latitude_deg, gets_dark) in [(51.4769, true), (-33.9, true), (0.0, true), (78.2, false)] {
         for day in ["2026-03-20T12:00:00Z", "2026-06-21T03:00:00Z", "2026-12-21T22:00:00Z"] {
             let home = Home { latitude_deg, longitude_deg: 18.4 };
             let now = Instant::parse(day).expect("a time");
@@ -123,7 +123,7 @@ fn the_sky_tonight_is_dark() {
             let sky = ObserverSky { catalog: session().catalog(), ephemeris: session().ephemeris(), place };
             let sun = sky.topocentric(NaifId::SUN, view.time()).expect("the Sun");
             // The Sun does not get as low in June at 51 degrees north and all summer at 78.
-            let reachable = darkest && !(latitude_deg > 50.0 && day.contains("-06-"));
+            let reachable = gets_dark && !(latitude_deg > 50.0 && day.contains("-06-"));
             assert!(!reachable || sun.altitude_deg < -14.9, "{latitude_deg} {day}: {}", sun.altitude_deg);
             let CameraPose::Ground { azimuth_deg, altitude_deg, .. } = view.eye else { panic!("not on the ground") };
             assert_eq!(azimuth_deg, if latitude_deg < 0.0 { 0.0 } else { 180.0 });

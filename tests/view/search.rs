@@ -99,7 +99,7 @@ fn misspelled_words_of_searches_are_corrected() {
     assert!(similar("zz 9").is_empty() && similar("").is_empty());
 }
 
-/// Every named star, and stars nearest the poles, are at the centre of their images at any date.
+/// The view of every named star looks in the star's direction at the date, in 1950 and in 2050.
 #[test]
 fn a_star_is_in_the_middle_of_its_image() {
     let (catalog, stars, places) = (session().catalog(), session().catalog().stars(), SessionPositions(session()));

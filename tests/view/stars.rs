@@ -28,8 +28,8 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let star = catalog.stars().index_of_hip(24_436).expect("in the catalogue");
     let screen_position = |window: &Window, px: glam::DVec2| {
         let rendered = window.state().shown().expect("an image");
-        let points = f64::from(sky.width()) / f64::from(rendered.width);
-        sky.min + egui::vec2((px.x * points) as f32, (px.y * points) as f32)
+        let points_per_px = f64::from(sky.width()) / f64::from(rendered.width);
+        sky.min + egui::vec2((px.x * points_per_px) as f32, (px.y * points_per_px) as f32)
     };
     let star_at = |window: &Window| {
         let px = orrery::scene::labels::star_px(&window.state().shown().expect("an image").scene, star).expect("Rigel is drawn");
@@ -40,7 +40,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     window.run_steps(3);
     assert!(window.state().message.starts_with("Rigel (HIP 24436), magnitude 0."), "{}", window.state().message);
     assert!(window.query_all_by_label_contains("Rigel (HIP 24436)").count() >= 1);
-    // With Ctrl: from the star to a point at a known distance in pixels.
+    // With Ctrl: from the star to another point of the sky.
     let ctrl_click = |window: &mut Window, pos: Pos2| {
         window.event(Event::ModifiersChanged(Modifiers::COMMAND));
         window.run_steps(1);

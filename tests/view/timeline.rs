@@ -94,7 +94,7 @@ fn keys_and_screen_readers_move_it_and_the_wheel_zooms() {
     window.get_by_label("Longer timeline").click();
     window.run_steps(2);
     assert!(span_days(&window) > before);
-    // Zooming the sky is separate.
+    // After Escape the keys belong to the window again.
     window.key_press(Key::Escape);
     window.run_steps(1);
     window.event(Event::Text("i".into()));

@@ -129,7 +129,7 @@ fn a_tour_error_names_its_stop_and_field() {
     assert_eq!(parse(&many).expect_err("too many stops"), "1001 stops; a tour has at most 1000");
 }
 
-/// One more click records the tour: as many frames as its length, with the first and last frames showing its ends.
+/// One more click records the tour: at one frame a second, as many frames as its length in seconds.
 #[test]
 fn a_tour_is_recorded() {
     let folder = tempfile::tempdir().expect("a folder");

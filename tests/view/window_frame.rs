@@ -82,9 +82,9 @@ fn the_renderers_match_the_cpu_painter() {
     let painted = painted_by_cpu(&painter, &primitives);
     let (soft, _) = SESSION.renderer().render(&plan, SESSION.library(), false).expect("drawn");
     let soft = image(soft);
-    let d = difference_of(&painted, &soft);
-    println!("painter and software: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
-    assert!(!exceeds_bounds(&d), "mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
+    let difference = difference_of(&painted, &soft);
+    println!("painter and software: mean {:.4}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
+    assert!(!exceeds_bounds(&difference), "mean {:.3}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
     // Negative control: a shift by one pixel must be detected.
     let mut moved = ui_primitives(&painter, SIZE, SCALE, &primitives, None);
     moved.iter_mut().for_each(|p| p.corners_px.iter_mut().step_by(2).for_each(|x| *x += 1.0));
@@ -93,9 +93,9 @@ fn the_renderers_match_the_cpu_painter() {
     assert!(exceeds_bounds(&difference_of(&painted, &image(moved))), "a shift by one pixel is not detected");
     let Some(gpu) = gpu() else { return };
     let (drawn, _) = gpu.render(&plan, SESSION.library(), false).expect("drawn");
-    let d = difference_of(&soft, &image(drawn));
-    println!("software and GPU: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
-    assert!(d.mean <= 0.3 && d.p999 <= 3, "mean {:.3}, 99.9 % {}", d.mean, d.p999);
+    let difference = difference_of(&soft, &image(drawn));
+    println!("software and GPU: mean {:.4}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
+    assert!(difference.mean <= 0.3 && difference.p999 <= 3, "mean {:.3}, 99.9 % {}", difference.mean, difference.p999);
 }
 
 #[test]
@@ -138,7 +138,7 @@ fn an_image_kept_on_the_device_equals_the_one_read_back() {
     assert_eq!(shown(&kept).expect("drawn").display, read.display, "another image");
     let second = shown(&other).expect("drawn").display;
     assert!(second.iter().all(|p| p[..3] == [0; 3]), "the second image is the first");
-    // An unreferenced image is dropped, and another device has neither: an error, not a wrong image.
+    // Another device does not have the image: an error, not a wrong image.
     let other_gpu = orrery::render::gpu::GpuRenderer::open(true).expect("opened before");
     let window = |image| {
         let mesh = egui::Mesh { texture_id: ON_GPU, ..unit_mesh() };
