@@ -244,7 +244,7 @@ mod tests {
 
     #[test]
     fn the_nominal_size_is_the_product_of_the_dimensions() {
-        assert_eq!(nominal_size(), 8 * 32 * 4 * 5 * 3 * 4 * 25 * 2 * 3 * 2 * 3 * 24 * 4 * 3 * 8 * 10);
+        assert_eq!(nominal_size(), 8 * 32 * 4 * 5 * 3 * 4 * 25 * 2 * 3 * 2 * 3 * 24 * 5 * 3 * 8 * 10);
     }
 
     #[test]
