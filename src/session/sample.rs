@@ -70,6 +70,7 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
     EclipseUniforms {
         axis: along.extend(1.0 / sun_distance),
         across: [x.extend(cot), y.extend(cot / sun_distance)],
+        coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
         limb: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc).extend(0.0)),
         occluder_positions: occluders.iter().map(|c| Vec4::new(c[0], c[1], c[2], 0.0)).collect(),

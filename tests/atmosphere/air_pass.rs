@@ -88,7 +88,10 @@ fn image_by_pixel(request: &ViewRequest) -> LevelsAndLight {
 /// The image with the bound times `factor` (0: nothing is interpolated).
 fn with_bound(scene: &Scene, factor: f32) -> LevelsAndLight {
     let mut scene = scene.clone();
-    scene.draws.iter_mut().for_each(|d| d.uniforms.air.coarse_bound *= factor);
+    scene.draws.iter_mut().for_each(|d| {
+        d.uniforms.air.coarse_bound *= factor;
+        d.uniforms.eclipse.coarse_bound *= factor;
+    });
     image(&scene)
 }
 
@@ -125,6 +128,31 @@ fn a_missing_bound_is_detected() {
         worst = worst.max(loose.thresholds);
     }
     assert!(worst > 2.0 * MAX_THRESHOLDS, "{worst}");
+}
+
+/// The shadow of Phobos is smaller than a texel: each pixel evaluates its sunlight. Negative control: interpolated within the bound of the air, it would be lost.
+#[test]
+fn a_shadow_smaller_than_a_texel_is_kept() {
+    // Phobos crosses the Sun, as Curiosity saw it.
+    let [latitude, longitude] = [-4.59_f64, 137.44].map(f64::to_radians);
+    let up = glam::DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
+    let request = ViewRequest {
+        position: Position::Offset { body: NaifId::MARS, offset_km: up * 3.0 * 3396.19, axes: Axes::BodyFixed },
+        quality: Quality::Draft,
+        width: 256,
+        height: 256,
+        fov_deg: Some(45.0),
+        ..ViewRequest::of(NaifId::MARS, Instant::parse("2013-08-20T07:11:29Z").expect("a time"))
+    };
+    let mut scene = SESSION.scene(&request).expect("a scene");
+    assert!(scene.draws.iter().any(|d| d.features.coarse_sunlight().is_some()), "the ground reads the image, under an eclipse");
+    let exact = image_by_pixel(&request);
+    let kept = difference(&exact, &image(&scene), scene.exposure.white());
+    scene.draws.iter_mut().for_each(|d| d.uniforms.eclipse.coarse_bound = d.uniforms.air.coarse_bound);
+    let lost = difference(&exact, &image(&scene), scene.exposure.white());
+    println!("{} levels, interpolated without regard to its size {}", kept.levels, lost.levels);
+    assert!(kept.levels <= MAX_LEVELS && kept.thresholds <= MAX_THRESHOLDS, "{} levels", kept.levels);
+    assert!(lost.levels > 4 * MAX_LEVELS, "{} levels", lost.levels);
 }
 
 /// Without room for an error each pixel evaluates its air by the same code: only the compiler's order of additions may differ.

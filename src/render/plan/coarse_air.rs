@@ -122,8 +122,10 @@ pub(super) fn steps(
             let slots_to_clouds = ground_and_clouds(draws, k)
                 .filter(|(ground, _)| *ground == k && features.air_pass == AirPass::Drawn)
                 .map_or(0, |(_, clouds)| slots_before(draws, clouds) - slot);
+            let is_sunlight = features.air_pass == AirPass::SunlightDrawn;
+            let bound = if is_sunlight { draw.uniforms.eclipse.coarse_bound } else { draw.uniforms.air.coarse_bound };
             let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| {
-                w.vec2("bound", draw.uniforms.air.coarse_bound)?;
+                w.vec2("bound", bound)?;
                 w.f32("rows_to_clouds", (slots_to_clouds * slot_height) as f32)
             })?;
             marks.push(PlanDraw { label: format!("{} coarse air", draw.name), scissor, ..marking });

@@ -7,7 +7,7 @@ use crate::message::{Reason, reason};
 use crate::scene::camera;
 use crate::scene::constants::COARSE_AIR_PX;
 use crate::scene::draw::features::{AirPass, AtmosphereModel, PixelView, RingShadow};
-use crate::scene::draw::uniforms::DrawUniforms;
+use crate::scene::draw::uniforms::{DrawUniforms, EclipseUniforms};
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::request::view_request::Quality;
 use crate::scene::thresholds::VISIBLE_LIGHT;
@@ -18,6 +18,16 @@ pub(crate) const AIR_PASS: &str = "air-pass";
 
 /// Diameter of a disc in pixels from which on a coarse image is worth its two passes: below, most pixels are near the limb, where each evaluates its air.
 const MIN_DIAMETER_PX: f64 = 128.0;
+
+/// Radius of a penumbra in pixels from which on the sunlight is interpolated: eight texels, of which one or two remain where the ground is seen at a low angle.
+const MIN_PENUMBRA_PX: f64 = 8.0 * COARSE_AIR_PX as f64;
+
+/// Radius of the smallest occluder's penumbra beside the body's centre, in the body's equatorial radii.
+fn smallest_penumbra(eclipse: &EclipseUniforms) -> f64 {
+    let tan_sun_radius = 1.0 / f64::from(eclipse.across[0].w);
+    let occluders = eclipse.occluder_positions.iter().zip(&eclipse.occluder_outlines);
+    occluders.map(|(position, outline)| f64::from(outline.w) + f64::from(position.z) * tan_sun_radius).fold(f64::INFINITY, f64::min)
+}
 
 /// Decides on the coarse image.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
@@ -58,4 +68,7 @@ pub(crate) fn set_bound(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_,
     let threshold = inputs.threshold();
     let on_black = threshold.min_radiance() / f64::from(irradiance.max(f32::MIN_POSITIVE));
     uniforms.air.coarse_bound = Vec2::new(camera::narrow_scalar(threshold.min_change()), camera::narrow_scalar(on_black));
+    // Between the texels of a smaller shadow no difference would show that it is there.
+    let is_seen = smallest_penumbra(&uniforms.eclipse) * 0.5 * inputs.diameter_px >= MIN_PENUMBRA_PX;
+    uniforms.eclipse.coarse_bound = if is_seen { uniforms.air.coarse_bound } else { Vec2::NEG_ONE };
 }

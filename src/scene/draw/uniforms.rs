@@ -231,7 +231,9 @@ uniforms! {
         pub axis: Vec4 = "eclipse_axis",
         /// Two unit vectors perpendicular to the axis (xyz). Their w: the cotangent of the Sun's angular radius, and this cotangent divided by the distance.
         pub across: [Vec4; 2] = "eclipse_across",
-        /// First row of the sunlight's part of the coarse image of the air, which the plan sets.
+        /// Largest error of the sunlight in the coarse image of the air, as `AtmosphereUniforms::coarse_bound`; negative where it must not be interpolated at all.
+        pub coarse_bound: Vec2,
+        /// First row of the sunlight's part of that image, which the plan sets.
         pub coarse_row: f32 = "eclipse_coarse_row",
         /// Radiance of the Sun's disc relative to its total light: coefficients of 1, mu, mu² per channel.
         pub limb: [Vec4; 3] = "eclipse_limb",

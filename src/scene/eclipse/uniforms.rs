@@ -9,7 +9,7 @@ use crate::scene::draw::features::EclipseModel;
 use crate::scene::draw::uniforms::EclipseUniforms;
 use crate::scene::eclipse::air;
 use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver, limb_law};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec2};
 
 /// Uniforms of the occluders for a model.
 pub(crate) fn uniforms_of_occluders(
@@ -54,6 +54,7 @@ fn of(occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, 
     EclipseUniforms {
         axis: narrow4(axis.along, 1.0 / axis.sun_distance),
         across: [narrow4(axis.across[0], axis.cot_sun_radius), narrow4(axis.across[1], axis.cot_sun_radius / axis.sun_distance)],
+        coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
         limb: normalised_limb_darkening(u1, u2).map(|f| narrow4(f, 0.0)),
         occluder_positions: occluders.iter().map(|c| narrow4(c.across.extend(c.along), 0.0)).collect(),

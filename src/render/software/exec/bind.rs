@@ -32,6 +32,14 @@ pub(crate) struct ScalarStep<R> {
     pub args: [u32; 3],
 }
 
+/// A load of a word of the uniform block into a register.
+pub(crate) struct UniformLoad {
+    pub dst: u32,
+    pub elements: UniformElements,
+    /// The register with the element's index; `None`: the first element.
+    pub index: Option<u32>,
+}
+
 /// The location of the mask of lanes for which a texture is read.
 #[derive(Clone, Copy)]
 pub(crate) enum Mask {
@@ -73,8 +81,11 @@ pub(crate) enum BoundStep {
         from: u32,
         to: u32,
     },
-    /// A load from the uniform block into a register: an [`Instr::LoadUniform`].
-    LoadUniform(Instr),
+    /// Loads words of the uniform block into registers: the loads `from..to`, in order.
+    LoadUniforms {
+        from: u32,
+        to: u32,
+    },
     /// Words of the uniform block, chosen by the index in each lane.
     Gather {
         dst: u32,
@@ -108,6 +119,7 @@ pub struct BoundProgram<R> {
     pub(super) steps: Vec<BoundStep>,
     pub(super) kernels: Vec<KernelStep<R>>,
     pub(super) scalars: Vec<ScalarStep<R>>,
+    pub(super) uniform_loads: Vec<UniformLoad>,
     pub(super) texture_reads: Vec<TextureRead>,
     /// Arena offsets of the operands of every kernel, in order.
     pub(super) operand_offsets: Vec<u32>,
@@ -118,7 +130,6 @@ pub struct BoundProgram<R> {
     pub(super) output_slots: Vec<u32>,
     /// Slot of the mask of discarded lanes.
     pub(super) discarded: Option<u32>,
-    pub(super) has_fma: bool,
 }
 
 /// Number of scratch slots after the program's own slots. The first ones receive broadcast operands of kernels that accept only lanes, the last two
@@ -143,6 +154,7 @@ impl<R: Real> BoundProgram<R> {
             steps: Vec::new(),
             kernels: Vec::with_capacity(program.lane_tape.len()),
             scalars: Vec::new(),
+            uniform_loads: Vec::new(),
             texture_reads: Vec::new(),
             operand_offsets: Vec::new(),
             input_count: program.inputs.len(),
@@ -150,7 +162,6 @@ impl<R: Real> BoundProgram<R> {
             register_count: program.registers as usize,
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
             discarded: program.discarded.as_ref().map(slot).transpose()?,
-            has_fma: class.has_fma(),
         };
         bind(program, class, unbound)
     }
@@ -231,7 +242,7 @@ struct Binder<R> {
     scratch: u32,
     /// Element offset of register 0.
     register_offset: usize,
-    /// The last step is a run of kernels, or of operations on registers, to which further ones may be appended.
+    /// The last step is a run of kernels, of operations on registers or of loads, to which further ones may be appended.
     can_extend_run: bool,
 }
 
@@ -268,6 +279,16 @@ impl<R: Real> Binder<R> {
         match self.bound.steps.last_mut() {
             Some(BoundStep::Scalars { to: run_end, .. }) if self.can_extend_run => *run_end = to,
             _ => self.bound.steps.push(BoundStep::Scalars { from: to - 1, to }),
+        }
+        self.can_extend_run = true;
+    }
+
+    fn push_uniform_load(&mut self, load: UniformLoad) {
+        let to = self.bound.uniform_loads.len() as u32 + 1;
+        self.bound.uniform_loads.push(load);
+        match self.bound.steps.last_mut() {
+            Some(BoundStep::LoadUniforms { to: run_end, .. }) if self.can_extend_run => *run_end = to,
+            _ => self.bound.steps.push(BoundStep::LoadUniforms { from: to - 1, to }),
         }
         self.can_extend_run = true;
     }
@@ -360,7 +381,10 @@ impl<R: Real> Binder<R> {
                 let args = [0, 1, 2].map(|k| args.get(k).or(args.first()).map_or(0, register) as u32);
                 self.push_scalar(ScalarStep { run: R::scalar(*op, self.class.has_fma()), dst: u32::from(*dst), args });
             }
-            Instr::LoadUniform { .. } => self.emit(BoundStep::LoadUniform(instr.clone())),
+            Instr::LoadUniform { dst, kind, offset, index, stride, count } => {
+                let elements = UniformElements { kind: *kind, offset: *offset, stride: *stride, count: *count };
+                self.push_uniform_load(UniformLoad { dst: u32::from(*dst), elements, index: index.as_ref().map(|o| register(o) as u32) });
+            }
             Instr::GatherUniform { dst, kind, offset, index, stride, count } => {
                 let index = self.slot_of(index, &mut scratch_used)?;
                 let elements = UniformElements { kind: *kind, offset: *offset, stride: *stride, count: *count };

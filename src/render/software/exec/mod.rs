@@ -15,7 +15,7 @@ use super::program::{Constant, Program};
 use super::tape::{Instr, Operand, TextureOp};
 pub use bind::BoundProgram;
 pub(crate) use bind::KeptBinding;
-use bind::{BoundStep, KernelStep, Mask, ScalarStep, TextureRead};
+use bind::{BoundStep, KernelStep, Mask, ScalarStep, TextureRead, UniformLoad};
 use std::sync::Arc;
 pub use textures::{Gradients, NoTextures, TextureUnit};
 use uniform_words::UniformElements;
@@ -266,6 +266,16 @@ impl<R: Real> Executor<R> {
         }
     }
 
+    /// Not inlined, for the reason given at `run_kernels`.
+    #[inline(never)]
+    fn load_uniforms(&mut self, loads: &[UniformLoad], words: &[u32]) {
+        let registers = self.registers_mut();
+        for load in loads {
+            let index = load.index.map_or(0, |r| registers[r as usize].lane_bits());
+            registers[load.dst as usize] = load.elements.read(words, index);
+        }
+    }
+
     /// Not inlined: in the loop over all steps its pointers would not stay in registers.
     #[inline(never)]
     fn run_kernels(&mut self, kernels: &[KernelStep<R>], operand_offsets: &[u32]) {
@@ -302,10 +312,8 @@ impl<R: Real> Executor<R> {
                     self.run_scalars(&bound.scalars[*from as usize..*to as usize]);
                     continue;
                 }
-                BoundStep::LoadUniform(instr) => {
-                    if let Some((r, value)) = evaluate_scalar(instr, bound.has_fma, &prepared.uniform_words, |r| self.register(r)) {
-                        self.set_register(r, value);
-                    }
+                BoundStep::LoadUniforms { from, to } => {
+                    self.load_uniforms(&bound.uniform_loads[*from as usize..*to as usize], &prepared.uniform_words);
                     continue;
                 }
                 BoundStep::Gather { dst, index, elements } => {
