@@ -30,9 +30,9 @@ pub struct Glare {
     pub rect_in_clip: Vec4,
     /// Unit vector towards the Sun, camera axes: right, up, forward.
     pub sun_direction: Vec3,
-    /// As in [`VeilingGlare`]; radians squared.
+    /// As in `VeilingGlare`; radians squared.
     pub core_angle_sq: f32,
-    /// As in [`VeilingGlare`], after the air between camera and Sun.
+    /// As in `VeilingGlare`, after the air between camera and Sun.
     pub strength: Vec3,
     pub tan_half_fov: Vec2,
     /// Radiance that is subtracted everywhere, so that the light falls to zero at the rectangle's edge; 0 for linear light.
