@@ -7,10 +7,10 @@ use crate::session::SessionError;
 use crate::shader::ShaderError;
 use crate::shader::reflect::LayoutError;
 
-/// An error of one line: the invalid field and its allowed values, or what failed in the program.
+/// Why a query has no answer. The message is one line: an invalid field with its allowed values, or the step that failed.
 #[derive(Debug, thiserror::Error)]
 pub enum ProbeError {
-    /// The query cannot be parsed, or has impossible values.
+    /// The query is invalid, or its computation gave no answer; the text says which.
     #[error("{0}")]
     Query(String),
     /// The position of a body is not known at that time.

@@ -86,14 +86,19 @@ fn image_by_pixel(request: &ViewRequest) -> LevelsAndLight {
     image(&SESSION.scene(&ViewRequest { coarse_air: false, ..request.clone() }).expect("a scene"))
 }
 
-/// The image with the bound times `factor` (0: nothing is interpolated).
-fn with_bound(scene: &Scene, factor: f32) -> LevelsAndLight {
+/// The image with the bounds of the air and of the sunlight times these factors (0: only constant light is interpolated).
+fn with_bounds(scene: &Scene, of_air: f32, of_sunlight: f32) -> LevelsAndLight {
     let mut scene = scene.clone();
     scene.draws.iter_mut().for_each(|d| {
-        d.uniforms.air.coarse_bound *= factor;
-        d.uniforms.eclipse.coarse_bound *= factor;
+        d.uniforms.air.coarse_bound *= of_air;
+        d.uniforms.eclipse.coarse_bound *= of_sunlight;
     });
     image(&scene)
+}
+
+/// Whether the ground interpolates the sunlight of an eclipse.
+fn interpolates_sunlight(scene: &Scene) -> bool {
+    scene.draws.iter().any(|d| d.features.coarse_sunlight().is_some() && d.uniforms.eclipse.coarse_bound.min_element() > 0.0)
 }
 
 #[test]
@@ -102,6 +107,7 @@ fn interpolated_air_keeps_its_bound() {
         let scene = SESSION.scene(&request).expect("a scene");
         let readers = scene.draws.iter().filter(|d| d.features.air_pass.is_reader()).count();
         assert_eq!(readers, 2, "{name}: ground and clouds read the image");
+        assert_eq!(interpolates_sunlight(&scene), name.starts_with("eclipse"), "{name}");
         let interpolated = difference(&image_by_pixel(&request), &image(&scene), scene.exposure.white());
         let report = format!(
             "{name}: {} levels, {:.2} thresholds, {} pixels changed",
@@ -123,12 +129,24 @@ fn a_missing_bound_is_detected() {
         let request = ViewRequest { width: 160, height: 160, ..request };
         let scene = SESSION.scene(&request).expect("a scene");
         let (exact, white) = (image_by_pixel(&request), scene.exposure.white());
-        let (bounded, loose) = (difference(&exact, &image(&scene), white), difference(&exact, &with_bound(&scene, 1e6), white));
+        let (bounded, loose) = (difference(&exact, &image(&scene), white), difference(&exact, &with_bounds(&scene, 1e6, 1e6), white));
         println!("{name}: {:.2} thresholds, without a bound {:.2}", bounded.thresholds, loose.thresholds);
         assert!(bounded.levels <= MAX_LEVELS && bounded.thresholds <= MAX_THRESHOLDS, "{name}: {:.2}", bounded.thresholds);
         worst = worst.max(loose.thresholds);
     }
     assert!(worst > 2.0 * MAX_THRESHOLDS, "{worst}");
+}
+
+/// Negative control of the sunlight alone: the air keeps its bound.
+#[test]
+fn a_missing_bound_of_the_sunlight_is_detected() {
+    for (name, request) in views().into_iter().filter(|(name, _)| name.starts_with("eclipse")) {
+        let request = ViewRequest { width: 160, height: 160, ..request };
+        let scene = SESSION.scene(&request).expect("a scene");
+        let loose = difference(&image_by_pixel(&request), &with_bounds(&scene, 1.0, 1e6), scene.exposure.white());
+        println!("{name}: without a bound of the sunlight {:.2} thresholds", loose.thresholds);
+        assert!(loose.thresholds > 2.0 * MAX_THRESHOLDS, "{name}: {:.2}", loose.thresholds);
+    }
 }
 
 /// The shadow of Phobos is smaller than a texel: each pixel evaluates its sunlight. Negative control: interpolated within the bound of the air, it would be lost.
@@ -166,7 +184,7 @@ fn a_shadow_smaller_than_a_texel_is_kept() {
 fn without_room_for_an_error_each_pixel_evaluates_its_air() {
     let (name, request) = views().swap_remove(2);
     let scene = SESSION.scene(&request).expect("a scene");
-    let rounding = difference(&image_by_pixel(&request), &with_bound(&scene, 0.0), scene.exposure.white());
+    let rounding = difference(&image_by_pixel(&request), &with_bounds(&scene, 0.0, 0.0), scene.exposure.white());
     assert!(rounding.thresholds < 0.01, "{name}: {:.4}, {} pixels", rounding.thresholds, rounding.changed);
 }
 

@@ -5,6 +5,7 @@ use crate::view::interface::{harness, interface, session, settle};
 use egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
+use orrery::scene::request::Quality;
 use orrery::time::Instant;
 use orrery::view::app::now_showing::NowItem;
 use orrery::view::app::places::{BodyPositions, SessionPositions};
@@ -69,6 +70,19 @@ fn each_thumbnail_opens_its_view_and_hides_the_row() {
         window.state_mut().tab = Some(Tab::Moments);
         settle(&mut window);
         assert_eq!(thumbnail_labels(&window).len(), NowItem::ALL.len());
+    }
+}
+
+/// The images are drawn in standard quality, before the user chooses another one.
+#[test]
+fn an_opened_view_has_the_quality_and_the_layers_of_the_present_view() {
+    for item in [NowItem::Saturn, NowItem::Shader] {
+        let mut window = first_start();
+        let view = &mut window.state_mut().viewer.view;
+        (view.quality, view.orbits) = (Quality::Draft, true);
+        press(&mut window, item);
+        let view = window.state().viewer.destination();
+        assert_eq!((view.quality, view.orbits), (Quality::Draft, true), "{item:?}");
     }
 }
 

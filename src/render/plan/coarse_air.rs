@@ -1,5 +1,5 @@
-//! The coarse image of the air: one pass evaluates the air of each body whose draw reads the image, and the sunlight that passes the occluders to its ground; a
-//! second one marks where interpolation is accurate enough.
+//! The coarse image of the air: one pass evaluates the air of each body whose draw reads the image, and the sunlight that passes the occluders to its ground;
+//! a second one marks where interpolation is accurate enough.
 //!
 //! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the rows that they read. Always: a texel lies at the corner
 //! of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity of each draw has its own slot, a band of rows, because bodies overlap on the screen. Not
@@ -67,7 +67,7 @@ fn slots_before(draws: &[Draw], k: usize) -> u32 {
     draws[..k].iter().flat_map(slots_of).count() as u32
 }
 
-/// Draw `k` with the first rows of its slots, if it reads the image. Where the ground's draw shows the clouds, it has the rows of both slots, and the clouds' draw
+/// Draw `k` with the first rows of its slots, if it reads the image. Where the ground's draw shows the clouds, it has the rows of both draws' slots, and the clouds' draw
 /// looks in the ground's slot whether the image is used.
 pub(super) fn with_slot(draws: &[Draw], k: usize, screen: [u32; 2]) -> Cow<'_, Draw> {
     let draw = &draws[k];
@@ -114,6 +114,12 @@ pub(super) fn steps(
     let mut marks = Vec::new();
     for (k, draw) in draws.iter().enumerate() {
         for (slot, features) in (slots_before(draws, k)..).zip(slots_of(draw)) {
+            let is_sunlight = features.air_pass == AirPass::SunlightDrawn;
+            let bound = if is_sunlight { draw.uniforms.eclipse.coarse_bound } else { draw.uniforms.air.coarse_bound };
+            // The slot stays as it is cleared, which marks no texel.
+            if bound.min_element() < 0.0 {
+                continue;
+            }
             let rect = rect_in_slot(draw.uniforms.rect_in_clip, screen);
             let first_row = slot * slot_height;
             let scissor = [rect[0], rect[1] + first_row, rect[2], rect[3] + first_row];
@@ -122,13 +128,12 @@ pub(super) fn steps(
             let slots_to_clouds = ground_and_clouds(draws, k)
                 .filter(|(ground, _)| *ground == k && features.air_pass == AirPass::Drawn)
                 .map_or(0, |(_, clouds)| slots_before(draws, clouds) - slot);
-            let is_sunlight = features.air_pass == AirPass::SunlightDrawn;
-            let bound = if is_sunlight { draw.uniforms.eclipse.coarse_bound } else { draw.uniforms.air.coarse_bound };
             let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| {
                 w.vec2("bound", bound)?;
                 w.f32("rows_to_clouds", (slots_to_clouds * slot_height) as f32)
             })?;
-            marks.push(PlanDraw { label: format!("{} coarse air", draw.name), scissor, ..marking });
+            let quantity = if is_sunlight { "sunlight" } else { "air" };
+            marks.push(PlanDraw { label: format!("{} coarse {quantity}", draw.name), scissor, ..marking });
         }
     }
     let target = |resource| TargetDescriptor { resource, width, height, format, samples: 1, clear: [0.0; 4], depth: false };

@@ -1,4 +1,4 @@
-//! Whether the air before a body's ground and clouds is drawn as a coarse image of its own, which their pixels interpolate.
+//! Whether the air before a body's ground and clouds is drawn as a coarse image of its own, which their pixels interpolate, and the sunlight of an eclipse with it.
 //!
 //! In: the inputs of one body and the decisions made before. Out: the decisions, with the bound of the interpolation's error. Always: where the error may exceed the
 //! bound, such as at the limb, a pixel evaluates its own air (shaders/lib/air/coarse.wesl), so the decision changes an image by no more than the bound.
@@ -11,7 +11,7 @@ use crate::scene::draw::uniforms::{DrawUniforms, EclipseUniforms};
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::request::view_request::Quality;
 use crate::scene::thresholds::VISIBLE_LIGHT;
-use glam::Vec2;
+use glam::{Vec2, Vec4};
 
 /// Name of the decision.
 pub(crate) const AIR_PASS: &str = "air-pass";
@@ -19,14 +19,22 @@ pub(crate) const AIR_PASS: &str = "air-pass";
 /// Diameter of a disc in pixels from which on a coarse image is worth its two passes: below, most pixels are near the limb, where each evaluates its air.
 const MIN_DIAMETER_PX: f64 = 128.0;
 
-/// Radius of a penumbra in pixels from which on the sunlight is interpolated: eight texels, of which one or two remain where the ground is seen at a low angle.
+/// Radius of a penumbra in pixels from which on the sunlight is interpolated: eight texels, and more on a large disc ([`shows_penumbrae`]).
 const MIN_PENUMBRA_PX: f64 = 8.0 * COARSE_AIR_PX as f64;
 
-/// Radius of the smallest occluder's penumbra beside the body's centre, in the body's equatorial radii.
+/// Radius of the smallest occluder's penumbra on the ground that faces the Sun, in the body's equatorial radii.
 fn smallest_penumbra(eclipse: &EclipseUniforms) -> f64 {
     let tan_sun_radius = 1.0 / f64::from(eclipse.across[0].w);
     let occluders = eclipse.occluder_positions.iter().zip(&eclipse.occluder_outlines);
-    occluders.map(|(position, outline)| f64::from(outline.w) + f64::from(position.z) * tan_sun_radius).fold(f64::INFINITY, f64::min)
+    let radius = |position: Vec4, outline: Vec4| f64::from(outline.w) + (f64::from(position.z) - 1.0).max(0.0) * tan_sun_radius;
+    occluders.map(|(position, outline)| radius(*position, *outline)).fold(f64::INFINITY, f64::min)
+}
+
+/// Whether some texels lie in every penumbra: between the texels of a smaller one no difference would show that it is there. Texels are marked from two texels
+/// inside the limb on. There the ground is seen at a cosine of 4 / sqrt(disc's radius in pixels), so that a radius of the square root leaves one texel.
+/// `radius_px`: of the disc, at the distance of the body's centre; the ground that is seen is nearer.
+fn shows_penumbrae(eclipse: &EclipseUniforms, radius_px: f64) -> bool {
+    smallest_penumbra(eclipse) * radius_px >= MIN_PENUMBRA_PX.max(radius_px.sqrt())
 }
 
 /// Decides on the coarse image.
@@ -68,7 +76,32 @@ pub(crate) fn set_bound(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_,
     let threshold = inputs.threshold();
     let on_black = threshold.min_radiance() / f64::from(irradiance.max(f32::MIN_POSITIVE));
     uniforms.air.coarse_bound = Vec2::new(camera::narrow_scalar(threshold.min_change()), camera::narrow_scalar(on_black));
-    // Between the texels of a smaller shadow no difference would show that it is there.
-    let is_seen = smallest_penumbra(&uniforms.eclipse) * 0.5 * inputs.diameter_px >= MIN_PENUMBRA_PX;
-    uniforms.eclipse.coarse_bound = if is_seen { uniforms.air.coarse_bound } else { Vec2::NEG_ONE };
+    let radius_px = inputs.body().radii_km.x / (inputs.placed.distance_km * inputs.frame.camera.pixel_tangent());
+    uniforms.eclipse.coarse_bound = if shows_penumbrae(&uniforms.eclipse, radius_px) { uniforms.air.coarse_bound } else { Vec2::NEG_ONE };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One occluder: its distance and its radius in the body's radii. The Sun is 1 / 215 of a radian in radius.
+    fn eclipse(distance: f32, radius: f32) -> EclipseUniforms {
+        EclipseUniforms {
+            across: [Vec4::new(1.0, 0.0, 0.0, 215.0), Vec4::Y],
+            occluder_positions: vec![Vec4::new(0.0, 0.0, distance, 0.0)],
+            occluder_outlines: vec![Vec4::new(1.0, 0.0, radius, radius)],
+            ..EclipseUniforms::default()
+        }
+    }
+
+    #[test]
+    fn only_penumbrae_of_several_texels_are_interpolated() {
+        let moon = eclipse(60.0, 0.27);
+        assert!((smallest_penumbra(&moon) - 0.544).abs() < 1e-3, "{}", smallest_penumbra(&moon));
+        assert!(shows_penumbrae(&moon, 64.0) && shows_penumbrae(&moon, 1e5) && !shows_penumbrae(&moon, 50.0));
+        // A hundredth of a radius: 32 pixels on a disc of 3200, but then the square root of the disc's radius counts.
+        let small_moon = eclipse(1.0, 0.01);
+        assert!(!shows_penumbrae(&small_moon, 3199.0) && !shows_penumbrae(&small_moon, 3201.0) && shows_penumbrae(&small_moon, 10_001.0));
+        assert!(shows_penumbrae(&EclipseUniforms { occluder_positions: vec![], ..moon }, 1.0), "no occluder, no shadow to be lost");
+    }
 }

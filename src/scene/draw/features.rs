@@ -295,7 +295,7 @@ pub struct DrawFeatures {
     pub ring_shine: bool,
     pub body_shadow: BodyShadow,
     pub air: Air,
-    /// Whether the air's light is interpolated in a coarse image.
+    /// Whether the air's light, and the sunlight of an eclipse, are interpolated in a coarse image.
     pub air_pass: AirPass,
     pub shape: Shape,
     /// Whether the draw uses the lunar limb profile: for the Moon in front of the Sun, or for the Sun behind it.

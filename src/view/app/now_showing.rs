@@ -1,7 +1,7 @@
 //! *What to see now*: five views for a user who has just started.
 //!
-//! In: the time, a session's catalog and positions. Out: titles and views. Always: quality and layers are those of the user; a view is omitted if
-//! the ephemeris does not cover its time or the catalog lacks its moment.
+//! In: the time, a session's catalog and positions. Out: titles and views. Always: quality, effects and layers are those of the base view, except
+//! that a moment of the catalog may set its own; a view is omitted if the ephemeris does not cover its time or the catalog lacks its moment.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use super::moment_view::view_of_moment;
@@ -31,7 +31,7 @@ const ECLIPSE_SEARCH_S: f64 = 400.0 * 86_400.0;
 /// Name in the catalog of the moment whose shader is shown.
 const SHADER_MOMENT: &str = "Total eclipse over North America";
 
-/// The items of the row.
+/// The five views, in the order of the row of thumbnails (`view::panels::now`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NowItem {
     Moon,
@@ -56,7 +56,7 @@ pub struct NowView {
 impl NowItem {
     pub const ALL: [Self; 5] = [Self::Moon, Self::Eclipse, Self::Saturn, Self::Shadows, Self::Shader];
 
-    /// The title shown until the view is known.
+    /// The title, which is also the button's label before the view is known.
     pub fn name(self) -> &'static str {
         match self {
             Self::Moon => text!("now-moon"),
@@ -72,7 +72,7 @@ impl NowItem {
         let (catalog, places) = (session.catalog(), SessionPositions(session));
         let title = self.name().to_owned();
         let at_fixed_time = |about: String, view| Some(NowView { title: title.clone(), about, view, is_now: false, event: None });
-        // In these views time stays as it is: running or paused.
+        // These views show the time at which they are opened, and leave it to the caller whether it is paused.
         let at_current_time = |about: String, view: ViewState| {
             Some(NowView { title: title.clone(), about, view: ViewState { paused: None, ..view }, is_now: true, event: None })
         };

@@ -180,8 +180,11 @@ pub(crate) fn open(
             events::show(interface, worker, event, actions);
         }
         None => {
-            let tdb_s = if chosen.is_now { interface.viewer.now().tdb_seconds_past_j2000() } else { chosen.view.tdb_s };
-            actions.push(Action::Show(Box::new(ViewState { tdb_s, ..chosen.view })));
+            // Anew, because time, quality, effects and layers may have changed since the image was drawn, which has a quality of its own.
+            let now = interface.viewer.now();
+            let view = item.view(worker.session(), now, &interface.base_view()).map_or(chosen.view, |current| current.view);
+            let tdb_s = if chosen.is_now { now.tdb_seconds_past_j2000() } else { view.tdb_s };
+            actions.push(Action::Show(Box::new(ViewState { tdb_s, ..view })));
             if chosen.is_now {
                 // A view of the present runs forward in real time, whatever the rate was. `RunAt` ends a pause, so the user's pause is restored.
                 actions.push(Action::RunAt(1.0));
