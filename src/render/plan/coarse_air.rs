@@ -2,8 +2,8 @@
 //! a second one marks where interpolation is accurate enough.
 //!
 //! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the rows that they read. Always: a texel lies at the corner
-//! of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity of each draw has its own slot, a band of rows, because bodies overlap on the screen. Not
-//! here: which draws read the image (scene).
+//! of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity of each draw has its own slot, a band of
+//! rows, because bodies overlap on the screen. Not here: which draws read the image (scene).
 
 use super::error::PlanError;
 use super::extent::MarkedTexels;
@@ -67,8 +67,8 @@ fn slots_before(draws: &[Draw], k: usize) -> u32 {
     draws[..k].iter().flat_map(slots_of).count() as u32
 }
 
-/// Draw `k` with the first rows of its slots, if it reads the image. Where the ground's draw shows the clouds, it has the rows of both draws' slots, and the clouds' draw
-/// looks in the ground's slot whether the image is used.
+/// Draw `k` with the first rows of its slots, if it reads the image. Where the ground's draw shows the clouds, it has the rows of
+/// both draws' slots, and the clouds' draw looks in the ground's slot whether the image is used.
 pub(super) fn with_slot(draws: &[Draw], k: usize, screen: [u32; 2]) -> Cow<'_, Draw> {
     let draw = &draws[k];
     if !reads_coarse_air(draw) {
@@ -124,15 +124,16 @@ pub(super) fn steps(
             let first_row = slot * slot_height;
             let scissor = [rect[0], rect[1] + first_row, rect[2], rect[3] + first_row];
             let uniforms = uniforms_over_texels(&draw.uniforms, rect, scissor, screen, [width, height]);
-            samples.push(samples_draw(draw, &features, uniforms, scissor, provider)?);
+            let quantity = if is_sunlight { "sunlight" } else { "air" };
+            let label = format!("{} {quantity} samples", draw.name);
+            samples.push(samples_draw(label, &features, uniforms, scissor, provider)?);
             let slots_to_clouds = ground_and_clouds(draws, k)
-                .filter(|(ground, _)| *ground == k && features.air_pass == AirPass::Drawn)
+                .filter(|(ground, _)| *ground == k && !is_sunlight)
                 .map_or(0, |(_, clouds)| slots_before(draws, clouds) - slot);
             let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| {
                 w.vec2("bound", bound)?;
                 w.f32("rows_to_clouds", (slots_to_clouds * slot_height) as f32)
             })?;
-            let quantity = if is_sunlight { "sunlight" } else { "air" };
             marks.push(PlanDraw { label: format!("{} coarse {quantity}", draw.name), scissor, ..marking });
         }
     }
@@ -146,7 +147,7 @@ pub(super) fn steps(
 
 /// The draw that fills one slot.
 fn samples_draw(
-    draw: &Draw,
+    label: String,
     features: &DrawFeatures,
     mut uniforms: DrawUniforms,
     scissor: [u32; 4],
@@ -157,9 +158,8 @@ fn samples_draw(
     let module = ModuleId::Planet(ShaderKey::for_draw(features));
     let layout = provider.layout(&module)?;
     let uniform_bytes = uniforms_of(&layout, &uniforms, 1).map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
-    let quantity = if features.air_pass == AirPass::SunlightDrawn { "sunlight" } else { "air" };
     Ok(PlanDraw {
-        label: format!("{} {quantity} samples", draw.name),
+        label,
         module,
         uniform_bytes,
         textures: Vec::new(),

@@ -1,4 +1,5 @@
-//! Whether the air before a body's ground and clouds is drawn as a coarse image of its own, which their pixels interpolate, and the sunlight of an eclipse with it.
+//! Whether the air before a body's ground and clouds is drawn as a coarse image of its own, which their pixels interpolate, and the sunlight of an eclipse
+//! with it.
 //!
 //! In: the inputs of one body and the decisions made before. Out: the decisions, with the bound of the interpolation's error. Always: where the error may exceed the
 //! bound, such as at the limb, a pixel evaluates its own air (shaders/lib/air/coarse.wesl), so the decision changes an image by no more than the bound.
