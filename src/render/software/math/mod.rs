@@ -74,6 +74,11 @@ pub trait Real:
     fn exp2<const FMA: bool>(self) -> Self;
     fn log<const FMA: bool>(self) -> Self;
     fn log2<const FMA: bool>(self) -> Self;
+    /// log2 of a finite number >= 1: the same bits as `log2`, at a lower cost. Unspecified for all other numbers.
+    #[inline(always)]
+    fn log2_from_one<const FMA: bool>(self) -> Self {
+        self.log2::<FMA>()
+    }
     fn sin<const FMA: bool>(self) -> Self;
     fn cos<const FMA: bool>(self) -> Self;
     fn tan<const FMA: bool>(self) -> Self;
@@ -292,6 +297,10 @@ macro_rules! common {
 
 impl Real for f32 {
     common!(f32, u32, single, 8_388_608.0);
+    #[inline(always)]
+    fn log2_from_one<const FMA: bool>(self) -> Self {
+        single::log2_from_one::<FMA>(self)
+    }
     #[inline(always)]
     fn as_f32(values: &[Self]) -> Option<&[f32]> {
         Some(values)

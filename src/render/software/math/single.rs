@@ -61,9 +61,16 @@ fn log_parts<const FMA: bool>(x: f32) -> (f32, f32, f32) {
     // True for subnormal x, which it makes normal; also for x <= 0, where the callers replace the result.
     let is_scaled = x < f32::MIN_POSITIVE;
     let scaled = if is_scaled { x * 8_388_608.0 } else { x };
+    let (f, exponent, rest) = log_parts_of_normal::<FMA>(scaled);
+    (f, exponent - if is_scaled { 23.0 } else { 0.0 }, rest)
+}
+
+/// The same for a positive normal number.
+#[inline(always)]
+fn log_parts_of_normal<const FMA: bool>(x: f32) -> (f32, f32, f32) {
     // Subtracting the bits of sqrt(1/2) makes the exponent field change at sqrt(2) instead of 2.
-    let bits = scaled.to_bits().wrapping_sub(0x3f35_04f3);
-    let exponent = ((bits as i32) >> 23) as f32 - if is_scaled { 23.0 } else { 0.0 };
+    let bits = x.to_bits().wrapping_sub(0x3f35_04f3);
+    let exponent = ((bits as i32) >> 23) as f32;
     let f = f32::from_bits((bits & 0x007f_ffff).wrapping_add(0x3f35_04f3)) - 1.0;
     let p = horner::<f32, FMA, 9>(
         f,
@@ -100,11 +107,21 @@ pub(crate) fn log<const FMA: bool>(x: f32) -> f32 {
 
 #[inline(always)]
 pub(crate) fn log2<const FMA: bool>(x: f32) -> f32 {
-    let (f, exponent, rest) = log_parts::<FMA>(x);
+    log_special_cases(x, log2_of_parts::<FMA>(log_parts::<FMA>(x)))
+}
+
+/// log2 of a finite number >= 1.
+#[inline(always)]
+pub(crate) fn log2_from_one<const FMA: bool>(x: f32) -> f32 {
+    log2_of_parts::<FMA>(log_parts_of_normal::<FMA>(x))
+}
+
+#[inline(always)]
+fn log2_of_parts<const FMA: bool>((f, exponent, rest): (f32, f32, f32)) -> f32 {
     // log2(e) = 1 + 0.4427. The product with 1 is exact, so that adding it rounds only once more.
     const LOG2_E_MINUS_1: f32 = 0.442_695_04;
     let small = fma::<FMA>(f, LOG2_E_MINUS_1, rest * LOG2_E_MINUS_1) + rest;
-    log_special_cases(x, (small + f) + exponent)
+    (small + f) + exponent
 }
 
 /// sin, or cos if `COS`. Accurate for |x| <= 1.6e6; for greater |x| the result only stays within [-1, 1].
@@ -232,4 +249,19 @@ pub(crate) fn pow<const FMA: bool>(x: f32, y: f32) -> f32 {
     let r = if x < 0.0 { f32::NAN } else { r };
     let r = if (y == 0.0) | (x == 1.0) { 1.0 } else { r };
     if x.is_nan() | y.is_nan() { f32::NAN } else { r }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn log2_from_one_gives_the_bits_of_log2() {
+        let mut numbers = (0..).map(|k| f32::from_bits(1.0_f32.to_bits() + k * 7919)).take_while(|x| x.is_finite());
+        assert!(numbers.all(|x| log2::<true>(x).to_bits() == log2_from_one::<true>(x).to_bits()));
+        assert_ne!(log2::<false>(0.0), log2_from_one::<false>(0.0), "zero is a special case");
+        for x in [1.0, 2.0, std::f32::consts::SQRT_2, f32::MAX] {
+            assert_eq!(log2::<false>(x), log2_from_one::<false>(x));
+        }
+    }
 }

@@ -29,6 +29,14 @@ pub(super) fn interpolate<R: Real, D: Decode>(
     {
         let needed = out.each_ref().map(|o| o.is_some());
         let mut out = registers::in_eights(out.map(|lanes| R::as_f32_mut(lanes?)?.first_chunk_mut()));
+        // SAFETY: decoders in registers exist only on machines with AVX2.
+        let (columns, rows, width) = unsafe {
+            (
+                registers::AxisSize::new(level.width, false),
+                registers::AxisSize::new(level.height, false),
+                registers::in_every_lane(level.width),
+            )
+        };
         for group in 0..BATCH / registers::EIGHT {
             let active = (active >> (group * registers::EIGHT)) as u32 & 0xff;
             if active == 0 {
@@ -37,9 +45,9 @@ pub(super) fn interpolate<R: Real, D: Decode>(
             // SAFETY: decoders in registers exist only on machines with AVX2; `texels_beside` clamps columns and rows to the level.
             unsafe {
                 let corners = Corners::new(
-                    level.width,
-                    registers::texels_beside(registers::eight(x, group), level.width, false),
-                    registers::texels_beside(registers::eight(y, group), level.height, false),
+                    width,
+                    registers::texels_beside(registers::eight(x, group), &columns),
+                    registers::texels_beside(registers::eight(y, group), &rows),
                 );
                 let value = decode.interpolate_eight(&level, &corners, needed);
                 registers::write_eight(&mut out, group, value, active);

@@ -1,8 +1,6 @@
 //! Bilinear interpolation of eight points in AVX2 registers, given their corners.
 
-use std::arch::x86_64::{
-    __m256, __m256i, _mm256_add_epi32, _mm256_add_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_set1_epi32, _mm256_sub_ps,
-};
+use std::arch::x86_64::{__m256, __m256i, _mm256_add_epi32, _mm256_add_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_sub_ps};
 
 /// For each of eight points, the neighbouring columns or rows on both sides, and the point's fraction between them.
 pub(super) struct TexelsBeside {
@@ -19,14 +17,13 @@ pub(crate) struct Corners {
 }
 
 impl Corners {
-    /// The corners between two columns and two rows of a level that is `width` texels wide.
+    /// The corners between two columns and two rows of a level. `width`: its width in texels, in every lane.
     /// # Safety
     /// AVX2.
     #[inline(always)]
-    pub(super) unsafe fn new(width: u32, columns: TexelsBeside, rows: TexelsBeside) -> Self {
+    pub(super) unsafe fn new(width: __m256i, columns: TexelsBeside, rows: TexelsBeside) -> Self {
         // SAFETY: the caller guarantees AVX2.
         unsafe {
-            let width = _mm256_set1_epi32(width as i32);
             let [left, right] = columns.texels;
             let [above, below] = [_mm256_mullo_epi32(rows.texels[0], width), _mm256_mullo_epi32(rows.texels[1], width)];
             let index = [

@@ -253,7 +253,8 @@ pub(crate) fn sample<R: Real, D: Decode>(
     let rounding = if state.linear { R::ZERO } else { R::from_f64(0.5) };
     let (mut key, mut level_fraction) = ([0_u16; BATCH], [R::ZERO; BATCH]);
     for i in 0..BATCH {
-        let level = if request.level[i] > R::ZERO { request.level[i] } else { R::ZERO };
+        let level = request.level.as_ref().map_or(R::ZERO, |level| level[i]);
+        let level = if level > R::ZERO { level } else { R::ZERO };
         let level = if level < coarsest_level { level } else { coarsest_level };
         let finer_level = floor(level + rounding);
         let finer_level = if finer_level < coarsest_level { finer_level } else { coarsest_level };

@@ -4,7 +4,8 @@
 //! singular values of the gradient matrix. Up to `max_taps` trilinear taps fill the major axis from both ends, and the mip level is log2 of the minor
 //! axis (or of the major axis / `max_taps`, if that is greater), as in shaders/lib/filtered_map.wesl. Where their number is no integer, the taps in the
 //! middle overlap and weigh less, so that the filtered value is continuous in the gradients. The level of a plain sampler is log2 of the longer
-//! gradient. Everything is branch-free, so that loops over lanes are vectorised. Gradients that are not finite give an unspecified valid level and length.
+//! gradient. No level is finer than level 0. Loops over lanes are branch-free, so that they are vectorised. Gradients that are not finite give an
+//! unspecified valid level and length.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -15,7 +16,7 @@ use crate::render::software::math::Real;
 /// The taps of one lane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Footprint<R> {
-    /// Mip level, before clamping.
+    /// Mip level, at least 0; it may be coarser than the coarsest level.
     pub level: R,
     /// Length of the major axis in taps, at least 1. The number of taps is the next integer.
     pub length: R,
@@ -49,20 +50,6 @@ pub(super) fn floor<R: Real>(x: R) -> R {
 }
 
 impl<R: Real> Footprint<R> {
-    /// One tap at a given level.
-    #[inline(always)]
-    pub(crate) fn at_level(level: R) -> Self {
-        Self { level, length: R::ONE, step: [R::ZERO; 2] }
-    }
-
-    /// Isotropic filtering, one tap. `dx`, `dy`: gradients `[du, dv]` per pixel in x and in y; `size`: of the texture, in texels.
-    #[inline(always)]
-    pub(crate) fn isotropic(size: [R; 2], dx: [R; 2], dy: [R; 2]) -> Self {
-        let (ux, vx, uy, vy) = (dx[0] * size[0], dx[1] * size[1], dy[0] * size[0], dy[1] * size[1]);
-        let (dx_sq, dy_sq) = (ux * ux + vx * vx, uy * uy + vy * vy);
-        Self::at_level(half_log2(if dx_sq > dy_sq { dx_sq } else { dy_sq }))
-    }
-
     /// Anisotropic filtering: up to `max_taps` taps along the major axis, as in `filtered_map` of shaders/lib/filtered_map.wesl.
     #[inline(always)]
     pub(crate) fn anisotropic(size: [R; 2], dx: [R; 2], dy: [R; 2], max_taps: R) -> Self {
@@ -71,16 +58,13 @@ impl<R: Real> Footprint<R> {
         // For the gradient matrix J, J Jᵀ = [a b; b c]; its eigenvalues are the squares of the axes.
         let (a, c, b) = (ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy);
         let (mean, difference) = (half * (a + c), half * (a - c));
-        let (dx_sq, dy_sq) = (ux * ux + vx * vx, uy * uy + vy * vy);
-        let longest_sq = if dx_sq > dy_sq { dx_sq } else { dy_sq };
-        let major_sq = if max_taps > R::ONE { mean + (difference * difference + b * b).sqrt() } else { longest_sq };
+        let major_sq = if max_taps > R::ONE { mean + (difference * difference + b * b).sqrt() } else { longest_sq(size, dx, dy) };
         let det = ux * vy - uy * vx;
         let minor_sq = det * det / major_sq;
         let min_width_sq = major_sq / (max_taps * max_taps);
         // Width of one tap, squared.
         let width_sq = if minor_sq > min_width_sq { minor_sq } else { min_width_sq };
-        // At least one texel, since no level is finer than level 0. NaN becomes one texel as well.
-        let width_sq = if width_sq > R::ONE { width_sq } else { R::ONE };
+        let width_sq = at_least_one(width_sq);
         // Shorter by 0.01, so that a round footprint has one tap in spite of rounding.
         let length = (major_sq / width_sq).sqrt() - R::from_f64(0.01);
         let length = if length < max_taps { length } else { max_taps };
@@ -91,20 +75,41 @@ impl<R: Real> Footprint<R> {
         let y = if is_wide { b } else { major_sq - a };
         let axis_sq = x * x + y * y;
         let scale = width_sq.sqrt() / if axis_sq > R::from_f64(1e-30) { axis_sq } else { R::from_f64(1e-30) }.sqrt();
-        Self { level: half_log2(width_sq), length, step: [x * scale / size[0], y * scale / size[1]] }
+        Self { level: level_of(width_sq), length, step: [x * scale / size[0], y * scale / size[1]] }
     }
 }
 
+/// The square of the longer gradient, in texels. `dx`, `dy`: gradients `[du, dv]` per pixel in x and in y; `size`: of the texture, in texels.
 #[inline(always)]
-fn half_log2<R: Real>(square: R) -> R {
-    R::from_f64(0.5) * square.log2::<false>()
+fn longest_sq<R: Real>(size: [R; 2], dx: [R; 2], dy: [R; 2]) -> R {
+    let (ux, vx, uy, vy) = (dx[0] * size[0], dx[1] * size[1], dy[0] * size[0], dy[1] * size[1]);
+    let (dx_sq, dy_sq) = (ux * ux + vx * vx, uy * uy + vy * vy);
+    if dx_sq > dy_sq { dx_sq } else { dy_sq }
+}
+
+/// NaN becomes 1 as well.
+#[inline(always)]
+fn at_least_one<R: Real>(x: R) -> R {
+    if x > R::ONE { x } else { R::ONE }
+}
+
+/// The level whose texels have this width, squared, of at least 1.
+#[inline(always)]
+fn level_of<R: Real>(width_sq: R) -> R {
+    R::from_f64(0.5) * width_sq.log2_from_one::<false>()
+}
+
+#[inline(always)]
+fn are_at_most_one<R: Real>(values: &[R; BATCH]) -> bool {
+    values.iter().fold(true, |all, value| all & (*value <= R::ONE))
 }
 
 /// The coordinates, levels and footprints of the lanes of a batch.
 pub(crate) struct FilterRequest<'a, R> {
     pub u: &'a [R; BATCH],
     pub v: &'a [R; BATCH],
-    pub level: [R; BATCH],
+    /// `None` if each lane reads level 0 with one tap, as under magnification.
+    pub level: Option<[R; BATCH]>,
     /// `None` if each lane has one tap.
     pub footprints: Option<Footprints<R>>,
 }
@@ -118,7 +123,7 @@ pub(crate) struct Footprints<R> {
 
 impl<'a, R: Real> FilterRequest<'a, R> {
     pub(crate) fn new(u: &'a [R; BATCH], v: &'a [R; BATCH]) -> Self {
-        Self { u, v, level: [R::ZERO; BATCH], footprints: None }
+        Self { u, v, level: None, footprints: None }
     }
 
     /// Fills levels and footprints from the gradients du/dx, dv/dx, du/dy, dv/dy. `max_taps`: `None` for isotropic filtering.
@@ -128,18 +133,32 @@ impl<'a, R: Real> FilterRequest<'a, R> {
         // With at most one tap in every lane, anisotropic filtering gives the same level as isotropic filtering.
         let is_isotropic = max_taps.is_none_or(|max_taps| max_taps.iter().fold(true, |all, taps| all & (*taps <= R::ONE)));
         let Some(max_taps) = max_taps.filter(|_| !is_isotropic) else {
+            let mut widths_sq = [R::ZERO; BATCH];
             for i in 0..BATCH {
-                self.level[i] = Footprint::isotropic(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]]).level;
+                widths_sq[i] = longest_sq(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]]);
+            }
+            if !are_at_most_one(&widths_sq) {
+                self.level = Some(widths_sq.map(|square| level_of(at_least_one(square))));
             }
             return;
         };
+        // The sum of the squares of both axes.
+        let mut sums_sq = [R::ZERO; BATCH];
+        for i in 0..BATCH {
+            let (ux, vx, uy, vy) = (g[0][i] * size[0], g[1][i] * size[1], g[2][i] * size[0], g[3][i] * size[1]);
+            sums_sq[i] = (ux * ux + vx * vx) + (uy * uy + vy * vy);
+        }
+        if are_at_most_one(&sums_sq) {
+            return;
+        }
         let limit = R::from_u32(MAX_TAPS as u32);
         let zeros = [R::ZERO; BATCH];
+        let level = self.level.insert(zeros);
         let footprints = self.footprints.insert(Footprints { length: zeros, step_u: zeros, step_v: zeros });
         for i in 0..BATCH {
             let max_taps = if max_taps[i] < limit { max_taps[i] } else { limit };
             let f = Footprint::anisotropic(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]], max_taps);
-            self.level[i] = f.level;
+            level[i] = f.level;
             (footprints.length[i], footprints.step_u[i], footprints.step_v[i]) = (f.length, f.step[0], f.step[1]);
         }
     }

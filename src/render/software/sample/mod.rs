@@ -91,7 +91,7 @@ fn filter_batch<R: Real, D: Decode>(
     let (mut u, mut v, mut level_or_du_dx, mut dv_dx, mut du_dy, mut dv_dy, mut taps) = (None, None, None, None, None, None, None);
     let mut filter_request = FilterRequest::new(full_batch(request.u, &mut u), full_batch(request.v, &mut v));
     match request.level_source {
-        LevelSource::Explicit(level) => filter_request.level = *full_batch(level, &mut level_or_du_dx),
+        LevelSource::Explicit(level) => filter_request.level = Some(*full_batch(level, &mut level_or_du_dx)),
         LevelSource::Isotropic(g) | LevelSource::Anisotropic(g, _) => {
             let size = [levels[0].width, levels[0].height];
             let max_taps =

@@ -27,7 +27,8 @@ pub(super) const EIGHT: usize = 8;
 pub(super) struct RegisterRequest<'a> {
     u: &'a [f32; BATCH],
     v: &'a [f32; BATCH],
-    level: &'a [f32; BATCH],
+    /// `None` if each lane reads level 0 with one tap.
+    level: Option<&'a [f32; BATCH]>,
     /// Lengths in taps, and the width of a tap in u and v; `None` if each lane has one tap.
     footprints: Option<[&'a [f32; BATCH]; 3]>,
 }
@@ -41,7 +42,11 @@ impl<'a> RegisterRequest<'a> {
             Some(footprints) => Some([lanes(&footprints.length)?, lanes(&footprints.step_u)?, lanes(&footprints.step_v)?]),
             None => None,
         };
-        Some(Self { u: lanes(request.u)?, v: lanes(request.v)?, level: lanes(&request.level)?, footprints })
+        let level = match &request.level {
+            Some(level) => Some(lanes(level)?),
+            None => None,
+        };
+        Some(Self { u: lanes(request.u)?, v: lanes(request.v)?, level, footprints })
     }
 }
 
@@ -54,47 +59,110 @@ pub(super) unsafe fn eight(values: &[f32; BATCH], group: usize) -> __m256 {
     unsafe { transmute::<[f32; EIGHT], __m256>(values.as_chunks().0[group]) }
 }
 
+/// A whole number in every lane.
+/// # Safety
+/// AVX2.
+#[inline(always)]
+pub(super) unsafe fn in_every_lane(n: u32) -> __m256i {
+    // SAFETY: the caller guarantees AVX2.
+    unsafe { _mm256_set1_epi32(n as i32) }
+}
+
+/// The number of texels along an axis of a level, in every lane.
+#[derive(Clone, Copy)]
+pub(super) struct AxisSize {
+    size: __m256,
+    last: __m256i,
+    /// Whether the image repeats along this axis; otherwise it continues with its outermost texels.
+    repeats: bool,
+}
+
+impl AxisSize {
+    /// # Safety
+    /// AVX2.
+    #[inline(always)]
+    pub(super) unsafe fn new(size: u32, repeats: bool) -> Self {
+        // SAFETY: the caller guarantees AVX2.
+        unsafe { Self { size: _mm256_set1_ps(size as i32 as f32), last: in_every_lane(size - 1), repeats } }
+    }
+}
+
+/// A level, and its width and height.
+#[derive(Clone, Copy)]
+struct SizedLevel<'a> {
+    texels: TexelLevel<'a>,
+    size: [AxisSize; 2],
+    width: __m256i,
+}
+
+impl<'a> SizedLevel<'a> {
+    /// # Safety
+    /// AVX2.
+    #[inline(always)]
+    unsafe fn new(texels: TexelLevel<'a>, state: &SamplerState) -> Self {
+        let repeats = [state.address_u, state.address_v].map(|mode| mode == AddressMode::Repeat);
+        // SAFETY: the caller guarantees AVX2.
+        unsafe {
+            let size = [AxisSize::new(texels.width, repeats[0]), AxisSize::new(texels.height, repeats[1])];
+            Self { texels, size, width: in_every_lane(texels.width) }
+        }
+    }
+}
+
 /// A mip level, and the next coarser one where lanes lie between both.
 #[derive(Clone, Copy)]
 struct LevelPair<'a> {
     level: usize,
-    finer: TexelLevel<'a>,
-    coarser: Option<TexelLevel<'a>>,
+    finer: SizedLevel<'a>,
+    coarser: Option<SizedLevel<'a>>,
 }
 
 /// The levels that eight lanes read. `previous`: those that were read before, which are usually the same.
+/// # Safety
+/// AVX2.
 #[inline(always)]
-fn level_pair<'a>(levels: &[BoundLevel<'a>], level: usize, needs_coarser: bool, previous: Option<LevelPair<'a>>) -> LevelPair<'a> {
+unsafe fn level_pair<'a>(
+    levels: &[BoundLevel<'a>],
+    state: &SamplerState,
+    level: usize,
+    needs_coarser: bool,
+    previous: Option<LevelPair<'a>>,
+) -> LevelPair<'a> {
     if let Some(previous) = previous
         && previous.level == level
         && (previous.coarser.is_some() || !needs_coarser)
     {
         return previous;
     }
-    let coarser = levels.get(level + 1).filter(|_| needs_coarser).map(BoundLevel::read);
-    LevelPair { level, finer: levels[level].read(), coarser }
+    // SAFETY: the caller guarantees AVX2.
+    unsafe {
+        let finer = SizedLevel::new(levels[level].read(), state);
+        let coarser = match levels.get(level + 1) {
+            Some(coarser) if needs_coarser => Some(SizedLevel::new(coarser.read(), state)),
+            _ => None,
+        };
+        LevelPair { level, finer, coarser }
+    }
 }
 
-/// The texels before and after a position along one axis, given in texels, and its fraction between them. `repeats`: whether the image repeats along
-/// this axis; otherwise it continues with its outermost texels.
+/// The texels before and after a position along one axis, given in texels, and its fraction between them.
 /// # Safety
 /// AVX2.
 #[inline(always)]
-pub(super) unsafe fn texels_beside(x: __m256, size: u32, repeats: bool) -> TexelsBeside {
+pub(super) unsafe fn texels_beside(x: __m256, axis: &AxisSize) -> TexelsBeside {
     // SAFETY: the caller guarantees AVX2.
     unsafe {
-        let last = _mm256_set1_epi32(size as i32 - 1);
         // A minimum or maximum with NaN is the second operand.
-        let x = _mm256_min_ps(_mm256_max_ps(x, _mm256_set1_ps(-1.0)), _mm256_set1_ps(size as i32 as f32));
+        let x = _mm256_min_ps(_mm256_max_ps(x, _mm256_set1_ps(-1.0)), axis.size);
         let whole = _mm256_floor_ps(x);
         let fraction = _mm256_sub_ps(x, whole);
         let k = _mm256_cvttps_epi32(whole);
         let next = _mm256_add_epi32(k, _mm256_set1_epi32(1));
-        let texels = if repeats {
+        let texels = if axis.repeats {
             // -1 is the largest unsigned number, so that it becomes the last texel.
-            [_mm256_min_epu32(k, last), _mm256_andnot_si256(_mm256_cmpgt_epi32(next, last), next)]
+            [_mm256_min_epu32(k, axis.last), _mm256_andnot_si256(_mm256_cmpgt_epi32(next, axis.last), next)]
         } else {
-            [_mm256_max_epi32(_mm256_min_epi32(k, last), _mm256_setzero_si256()), _mm256_min_epi32(next, last)]
+            [_mm256_max_epi32(_mm256_min_epi32(k, axis.last), _mm256_setzero_si256()), _mm256_min_epi32(next, axis.last)]
         };
         TexelsBeside { texels, fraction }
     }
@@ -104,30 +172,22 @@ pub(super) unsafe fn texels_beside(x: __m256, size: u32, repeats: bool) -> Texel
 /// # Safety
 /// AVX2.
 #[inline(always)]
-unsafe fn texel_pair(c: __m256, size: u32, mode: AddressMode) -> TexelsBeside {
+unsafe fn texel_pair(c: __m256, axis: &AxisSize) -> TexelsBeside {
     // SAFETY: the caller guarantees AVX2.
     unsafe {
-        let repeats = mode == AddressMode::Repeat;
-        let c = if repeats { _mm256_sub_ps(c, _mm256_floor_ps(c)) } else { c };
-        let x = _mm256_sub_ps(_mm256_mul_ps(c, _mm256_set1_ps(size as i32 as f32)), _mm256_set1_ps(0.5));
-        texels_beside(x, size, repeats)
+        let c = if axis.repeats { _mm256_sub_ps(c, _mm256_floor_ps(c)) } else { c };
+        texels_beside(_mm256_sub_ps(_mm256_mul_ps(c, axis.size), _mm256_set1_ps(0.5)), axis)
     }
 }
 
 /// # Safety
 /// AVX2.
 #[inline(always)]
-unsafe fn bilinear<D: Decode>(
-    decode: D,
-    level: &TexelLevel<'_>,
-    [u, v]: [__m256; 2],
-    state: &SamplerState,
-    needed: [bool; 4],
-) -> [__m256; 4] {
+unsafe fn bilinear<D: Decode>(decode: D, level: &SizedLevel<'_>, [u, v]: [__m256; 2], needed: [bool; 4]) -> [__m256; 4] {
     // SAFETY: the caller guarantees AVX2; `texel_pair` clamps columns and rows to the level.
     unsafe {
-        let corners = Corners::new(level.width, texel_pair(u, level.width, state.address_u), texel_pair(v, level.height, state.address_v));
-        decode.interpolate_eight(level, &corners, needed)
+        let corners = Corners::new(level.width, texel_pair(u, &level.size[0]), texel_pair(v, &level.size[1]));
+        decode.interpolate_eight(&level.texels, &corners, needed)
     }
 }
 
@@ -140,17 +200,16 @@ unsafe fn trilinear<D: Decode>(
     LevelPair { finer, coarser, .. }: &LevelPair<'_>,
     uv: [__m256; 2],
     fraction: __m256,
-    state: &SamplerState,
     needed: [bool; 4],
 ) -> [__m256; 4] {
     // SAFETY: the caller guarantees AVX2.
     unsafe {
-        let mut value = bilinear(decode, finer, uv, state, needed);
+        let mut value = bilinear(decode, finer, uv, needed);
         let is_between = _mm256_cmp_ps::<_CMP_GT_OQ>(fraction, _mm256_setzero_ps());
         if let Some(coarser) = coarser
             && _mm256_movemask_ps(is_between) != 0
         {
-            let coarser = bilinear(decode, coarser, uv, state, needed);
+            let coarser = bilinear(decode, coarser, uv, needed);
             for k in 0..4 {
                 if needed[k] {
                     let mixed = _mm256_add_ps(value[k], _mm256_mul_ps(fraction, _mm256_sub_ps(coarser[k], value[k])));
@@ -175,22 +234,15 @@ struct Lanes<'a> {
 /// # Safety
 /// AVX2.
 #[inline(always)]
-unsafe fn value_of<D: Decode>(
-    decode: D,
-    levels: &LevelPair<'_>,
-    lanes: &Lanes<'_>,
-    wanted: __m256,
-    state: &SamplerState,
-    needed: [bool; 4],
-) -> [__m256; 4] {
+unsafe fn value_of<D: Decode>(decode: D, levels: &LevelPair<'_>, lanes: &Lanes<'_>, wanted: __m256, needed: [bool; 4]) -> [__m256; 4] {
     // SAFETY: the caller guarantees AVX2.
     unsafe {
         let ([u, v], fraction) = (lanes.uv, lanes.fraction);
         let (zero, half, one) = (_mm256_setzero_ps(), _mm256_set1_ps(0.5), _mm256_set1_ps(1.0));
-        let Some([length, step_u, step_v]) = lanes.footprints else { return trilinear(decode, levels, [u, v], fraction, state, needed) };
+        let Some([length, step_u, step_v]) = lanes.footprints else { return trilinear(decode, levels, [u, v], fraction, needed) };
         let length = eight(length, lanes.group);
         if _mm256_movemask_ps(_mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(length, one), wanted)) == 0 {
-            return trilinear(decode, levels, [u, v], fraction, state, needed);
+            return trilinear(decode, levels, [u, v], fraction, needed);
         }
         let (step_u, step_v) = (eight(step_u, lanes.group), eight(step_v, lanes.group));
         let sign = _mm256_set1_ps(-0.0);
@@ -211,7 +263,7 @@ unsafe fn value_of<D: Decode>(
             let weight = _mm256_sub_ps(one, _mm256_mul_ps(excess, _mm256_max_ps(_mm256_sub_ps(one, distance), zero)));
             let offset = _mm256_or_ps(moved, _mm256_and_ps(sign, offset));
             let uv = [_mm256_add_ps(u, _mm256_mul_ps(offset, step_u)), _mm256_add_ps(v, _mm256_mul_ps(offset, step_v))];
-            let value = trilinear(decode, levels, uv, fraction, state, needed);
+            let value = trilinear(decode, levels, uv, fraction, needed);
             for k in 0..4 {
                 sum[k] = _mm256_blendv_ps(sum[k], _mm256_add_ps(sum[k], _mm256_mul_ps(weight, value[k])), has_tap);
             }
@@ -270,6 +322,20 @@ pub(super) unsafe fn filter<D: Decode>(
 ) {
     let needed = out.each_ref().map(|o| o.is_some());
     let mut out = in_eights(out);
+    let Some(level_of_lanes) = request.level else {
+        // SAFETY: the caller guarantees AVX2.
+        unsafe {
+            let level = SizedLevel::new(levels[0].read(), state);
+            for group in 0..BATCH / EIGHT {
+                let active = (active >> (group * EIGHT)) as u32 & 0xff;
+                if active != 0 {
+                    let value = bilinear(decode, &level, [eight(request.u, group), eight(request.v, group)], needed);
+                    write_eight(&mut out, group, value, active);
+                }
+            }
+        }
+        return;
+    };
     let mut previous = None;
     for group in 0..BATCH / EIGHT {
         let active = (active >> (group * EIGHT)) as u32 & 0xff;
@@ -280,7 +346,7 @@ pub(super) unsafe fn filter<D: Decode>(
         unsafe {
             let zero = _mm256_setzero_ps();
             // A maximum with NaN is the second operand.
-            let level = _mm256_min_ps(_mm256_max_ps(eight(request.level, group), zero), _mm256_set1_ps((levels.len() - 1) as f32));
+            let level = _mm256_min_ps(_mm256_max_ps(eight(level_of_lanes, group), zero), _mm256_set1_ps((levels.len() - 1) as f32));
             let finer = _mm256_floor_ps(level);
             let fraction = _mm256_sub_ps(level, finer);
             let finer = _mm256_cvttps_epi32(finer);
@@ -293,9 +359,9 @@ pub(super) unsafe fn filter<D: Decode>(
                 let level = level_of[remaining.trailing_zeros() as usize % EIGHT];
                 let same_level = _mm256_castsi256_ps(_mm256_cmpeq_epi32(finer, _mm256_set1_epi32(level)));
                 let filtered = _mm256_movemask_ps(same_level) as u32 & active;
-                let pair = level_pair(levels, level as usize, filtered & is_between != 0, previous);
+                let pair = level_pair(levels, state, level as usize, filtered & is_between != 0, previous);
                 let wanted = if filtered == 0xff { same_level } else { mask_of(filtered) };
-                let level_value = value_of(decode, &pair, &lanes, wanted, state, needed);
+                let level_value = value_of(decode, &pair, &lanes, wanted, needed);
                 previous = Some(pair);
                 for k in 0..4 {
                     value[k] = if filtered == active { level_value[k] } else { _mm256_blendv_ps(value[k], level_value[k], wanted) };
