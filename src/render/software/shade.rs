@@ -102,6 +102,13 @@ fn drop_zero_quads(quads: &mut [Quad], colour: [&[f32]; 4]) {
     }
 }
 
+/// A block, by the index of its first quad, and whether a draw's extent misses or covers all of it.
+struct CrossedBlock {
+    first: usize,
+    is_missed: bool,
+    is_covered: bool,
+}
+
 /// Left, top, right and bottom edge of the block whose first quad has this index, on the screen.
 fn block_on_screen([tile_x, tile_y]: [u32; 2], first: usize) -> [u32; 4] {
     let [x, y] = block_position(first / QUADS);
@@ -127,6 +134,8 @@ impl TileShader<'_> {
             let [tile_x, tile_y] = self.tile;
             // Blocks that an edge of the draw's extent crosses. They come last, so that their quads fill batches of their own.
             let mut edge_blocks = 0_u64;
+            // The last block that an edge of the triangle crosses.
+            let mut crossed = CrossedBlock { first: usize::MAX, is_missed: false, is_covered: false };
             walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
                 if let Some(extent) = job.extent.as_ref().filter(|_| count == QUADS) {
                     let block = block_on_screen([tile_x, tile_y], first);
@@ -143,7 +152,19 @@ impl TileShader<'_> {
                     return;
                 }
                 // Quads of blocks that an edge of the triangle crosses.
-                let extent = job.extent.as_ref().filter(|_| count != QUADS);
+                let mut extent = job.extent.as_ref().filter(|_| count != QUADS);
+                if let Some(of_draw) = extent {
+                    let first_of_block = first / QUADS * QUADS;
+                    if crossed.first != first_of_block {
+                        let block = block_on_screen([tile_x, tile_y], first_of_block);
+                        crossed =
+                            CrossedBlock { first: first_of_block, is_missed: of_draw.misses(block), is_covered: of_draw.covers(block) };
+                    }
+                    if crossed.is_missed {
+                        return;
+                    }
+                    extent = extent.filter(|_| !crossed.is_covered);
+                }
                 for index in first..first + count {
                     if extent.is_some_and(|extent| extent.misses(quad_on_screen([tile_x, tile_y], index))) {
                         continue;

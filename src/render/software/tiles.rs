@@ -144,6 +144,21 @@ impl TileTarget {
     /// otherwise changes nothing. A NaN never passes here, even if `test` is false: the caller then tests pixel by pixel, which does not store it.
     #[inline(always)]
     pub(crate) fn test_depth_of_all(&mut self, pixel: usize, new: &[f32], test: bool, write: bool) -> bool {
+        let block = pixel / BLOCK_PIXELS;
+        if new.len() == BLOCK_PIXELS && !has_bit(self.blocks_with_depth, block) {
+            // The complete block is infinitely far, at depth 0.
+            let all_pass = new.iter().fold(true, |all, new| all & ((!test & !new.is_nan()) | (*new > 0.0)));
+            if all_pass
+                && write
+                && let Some(pixels) = self.depth.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block)
+            {
+                self.blocks_with_depth |= 1 << block;
+                for (stored, new) in pixels.iter_mut().zip(new) {
+                    *stored = [*new; 4];
+                }
+            }
+            return all_pass;
+        }
         self.prepare_depth(pixel);
         let Some(stored) = self.depth.get_mut(pixel..pixel + new.len()) else { return false };
         let mut all_pass = true;

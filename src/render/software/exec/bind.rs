@@ -394,8 +394,10 @@ impl<R: Real> Binder<R> {
                 let mut texture_args = [TextureArg { offset: 0, len: LANES as u32 }; 7];
                 for (k, (to, o)) in texture_args.iter_mut().zip(args).enumerate() {
                     *to = match o {
-                        // A load of single texels accepts one row and one level for all lanes.
-                        Operand::Reg(_) if *op == TextureOp::Load && k > 0 => TextureArg { offset: self.offset(o), len: 1 },
+                        // A load of single texels accepts one row and one level for all lanes, a filtered read one number of taps.
+                        Operand::Reg(_) if (*op == TextureOp::Load && k > 0) || (*op == TextureOp::Filtered && k == 6) => {
+                            TextureArg { offset: self.offset(o), len: 1 }
+                        }
                         _ => TextureArg { offset: Self::slot_offset(self.slot_of(o, &mut scratch_used)?), len: LANES as u32 },
                     };
                 }

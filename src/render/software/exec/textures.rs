@@ -7,7 +7,19 @@ use crate::render::software::math::Real;
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 pub(super) fn mask_avx2(lanes: &[f32; LANES]) -> LaneMask {
-    use std::arch::x86_64::{__m256i, _mm256_castsi256_ps, _mm256_cmpeq_epi32, _mm256_movemask_ps, _mm256_setzero_si256};
+    use std::arch::x86_64::{
+        __m256i, _mm256_and_si256, _mm256_castsi256_ps, _mm256_cmpeq_epi32, _mm256_movemask_ps, _mm256_set1_epi32, _mm256_setzero_si256,
+        _mm256_testc_si256,
+    };
+    // Usually all bits of all lanes are set.
+    let mut all = _mm256_set1_epi32(-1);
+    for lanes in lanes.as_chunks::<8>().0 {
+        // SAFETY: an array and a register have eight words each.
+        all = _mm256_and_si256(all, unsafe { std::mem::transmute::<[f32; 8], __m256i>(*lanes) });
+    }
+    if _mm256_testc_si256(all, _mm256_set1_epi32(-1)) == 1 {
+        return LaneMask::MAX;
+    }
     let mut zeros = [0u8; LANES / 8];
     for (zeros, lanes) in zeros.iter_mut().zip(lanes.as_chunks::<8>().0) {
         // SAFETY: an array and a register have eight words each.
@@ -39,7 +51,8 @@ pub(super) fn is_any_set_avx2(lanes: &[f32; LANES]) -> bool {
 pub trait TextureUnit<R: Real> {
     /// Filtered sample at (u, v) with the gradients of u and v per pixel step in x and y.
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], gradients: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]);
-    /// Like `sample_gradients`, with up to `max_taps` taps along the footprint, summed as in shaders/lib/filtered_map.wesl. The default is one tap.
+    /// Like `sample_gradients`, with up to `max_taps` taps along the footprint, summed as in shaders/lib/filtered_map.wesl. `max_taps` has one value per
+    /// lane, or one for all lanes. The default is one tap.
     fn sample_filtered(&self, texture: usize, uv: [&[R]; 2], g: Gradients<'_, R>, max_taps: &[R], active: LaneMask, out: [&mut [R]; 4]) {
         let _ = max_taps;
         self.sample_gradients(texture, uv[0], uv[1], g, active, out);

@@ -44,8 +44,11 @@ unsafe fn run_lanes<O: Eval, R: Real, const N: usize, const A: bool, const B: bo
 ) {
     // SAFETY: the caller guarantees validity.
     let (a, b, c) = unsafe { (Input::<R, N>::new(a, A), Input::<R, N>::new(b, B), Input::<R, N>::new(c, C)) };
-    for (i, d) in dst.iter_mut().enumerate() {
-        *d = O::eval::<R, FMA>(a.at(i), b.at(i), c.at(i));
+    for (k, part) in dst.chunks_mut(chains::UNROLLED).enumerate() {
+        for (i, d) in part.iter_mut().enumerate() {
+            let lane = k * chains::UNROLLED + i;
+            *d = O::eval::<R, FMA>(a.at(lane), b.at(lane), c.at(lane));
+        }
     }
 }
 

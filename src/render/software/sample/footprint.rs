@@ -130,9 +130,7 @@ impl<'a, R: Real> FilterRequest<'a, R> {
     #[inline(always)]
     pub(crate) fn set_footprints(&mut self, size: [u32; 2], g: [&[R; BATCH]; 4], max_taps: Option<&[R; BATCH]>) {
         let size = [R::from_u32(size[0]), R::from_u32(size[1])];
-        // With at most one tap in every lane, anisotropic filtering gives the same level as isotropic filtering.
-        let is_isotropic = max_taps.is_none_or(|max_taps| max_taps.iter().fold(true, |all, taps| all & (*taps <= R::ONE)));
-        let Some(max_taps) = max_taps.filter(|_| !is_isotropic) else {
+        let Some(max_taps) = max_taps else {
             let mut widths_sq = [R::ZERO; BATCH];
             for i in 0..BATCH {
                 widths_sq[i] = longest_sq(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]]);

@@ -63,7 +63,7 @@ struct Request<'a, R> {
 enum LevelSource<'a, R> {
     Explicit(&'a [R]),
     Isotropic(Gradients<'a, R>),
-    /// With the maximum number of taps per lane.
+    /// With the maximum number of taps, per lane or one for all lanes.
     Anisotropic(Gradients<'a, R>, &'a [R]),
 }
 
@@ -89,13 +89,20 @@ fn filter_batch<R: Real, D: Decode>(
     // Buffers that pad a partial batch to all lanes. A request has either levels or gradients, so that the levels and du/dx share one. Separate
     // variables, because an array of buffers would be zeroed at each call.
     let (mut u, mut v, mut level_or_du_dx, mut dv_dx, mut du_dy, mut dv_dy, mut taps) = (None, None, None, None, None, None, None);
+    // At most one tap in every lane: anisotropic filtering then gives the same level as isotropic filtering.
+    let has_one_tap = |max_taps: &[R]| max_taps.iter().fold(true, |all, taps| all & (*taps <= R::ONE));
     let mut filter_request = FilterRequest::new(full_batch(request.u, &mut u), full_batch(request.v, &mut v));
     match request.level_source {
         LevelSource::Explicit(level) => filter_request.level = Some(*full_batch(level, &mut level_or_du_dx)),
         LevelSource::Isotropic(g) | LevelSource::Anisotropic(g, _) => {
             let size = [levels[0].width, levels[0].height];
-            let max_taps =
-                if let LevelSource::Anisotropic(_, max_taps) = request.level_source { Some(full_batch(max_taps, &mut taps)) } else { None };
+            let max_taps = match request.level_source {
+                LevelSource::Anisotropic(_, max_taps) if !has_one_tap(max_taps) => Some(match max_taps {
+                    [shared] => &*taps.insert([*shared; BATCH]),
+                    _ => full_batch(max_taps, &mut taps),
+                }),
+                _ => None,
+            };
             let gradients = [
                 full_batch(g.du_dx, &mut level_or_du_dx),
                 full_batch(g.dv_dx, &mut dv_dx),

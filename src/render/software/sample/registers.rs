@@ -13,10 +13,10 @@ use crate::render::software::exec::LaneMask;
 use crate::render::software::math::Real;
 use std::arch::x86_64::{
     __m256, __m256i, _CMP_GT_OQ, _mm256_add_epi32, _mm256_add_ps, _mm256_and_ps, _mm256_and_si256, _mm256_andnot_ps, _mm256_andnot_si256,
-    _mm256_blendv_ps, _mm256_castsi256_ps, _mm256_ceil_ps, _mm256_cmp_ps, _mm256_cmpeq_epi32, _mm256_cmpgt_epi32, _mm256_cvttps_epi32,
-    _mm256_div_ps, _mm256_floor_ps, _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32, _mm256_min_epu32, _mm256_min_ps, _mm256_movemask_ps,
-    _mm256_mul_ps, _mm256_or_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_setzero_ps, _mm256_setzero_si256,
-    _mm256_sub_ps,
+    _mm256_blendv_ps, _mm256_castps_si256, _mm256_castsi256_ps, _mm256_ceil_ps, _mm256_cmp_ps, _mm256_cmpeq_epi32, _mm256_cmpgt_epi32,
+    _mm256_cvttps_epi32, _mm256_div_ps, _mm256_floor_ps, _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32, _mm256_min_epu32,
+    _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32,
+    _mm256_setzero_ps, _mm256_setzero_si256, _mm256_sub_ps, _mm256_testz_si256, _mm256_xor_ps,
 };
 use std::mem::transmute;
 
@@ -308,6 +308,42 @@ pub(super) unsafe fn write_eight(out: &mut Eights<'_>, group: usize, value: [__m
     }
 }
 
+/// The finer level that each of eight lanes reads, and its fraction towards the coarser one.
+/// # Safety
+/// AVX2.
+#[inline(always)]
+unsafe fn level_and_fraction(level: &[f32; BATCH], group: usize, level_count: usize) -> (__m256, __m256) {
+    // SAFETY: the caller guarantees AVX2.
+    unsafe {
+        // A maximum with NaN is the second operand.
+        let level = _mm256_min_ps(_mm256_max_ps(eight(level, group), _mm256_setzero_ps()), _mm256_set1_ps((level_count - 1) as f32));
+        let finer = _mm256_floor_ps(level);
+        (finer, _mm256_sub_ps(level, finer))
+    }
+}
+
+/// The finer level, if it is the same in all lanes, and whether some lane needs the coarser one as well.
+/// # Safety
+/// AVX2.
+#[inline(always)]
+unsafe fn shared_level(level: &[f32; BATCH], level_count: usize) -> Option<(usize, bool)> {
+    // SAFETY: the caller guarantees AVX2; a register and an array have eight numbers each.
+    unsafe {
+        let (first, mut largest_fraction) = level_and_fraction(level, 0, level_count);
+        let mut differs = _mm256_setzero_ps();
+        for group in 1..BATCH / EIGHT {
+            let (finer, fraction) = level_and_fraction(level, group, level_count);
+            differs = _mm256_or_ps(differs, _mm256_xor_ps(finer, first));
+            largest_fraction = _mm256_max_ps(largest_fraction, fraction);
+        }
+        let levels = transmute::<__m256, [f32; EIGHT]>(first);
+        let is_shared = _mm256_testz_si256(_mm256_castps_si256(differs), _mm256_castps_si256(differs)) == 1
+            && levels.iter().all(|level| *level == levels[0]);
+        let needs_coarser = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(largest_fraction, _mm256_setzero_ps())) != 0;
+        is_shared.then_some((levels[0] as usize, needs_coarser))
+    }
+}
+
 /// Filters the active lanes into `out`; the other lanes of `out` are left unchanged. `levels`: from the finest to the coarsest that may be read.
 /// # Safety
 /// AVX2.
@@ -336,6 +372,22 @@ pub(super) unsafe fn filter<D: Decode>(
         }
         return;
     };
+    // SAFETY: the caller guarantees AVX2.
+    let shared_level = unsafe { shared_level(level_of_lanes, levels.len()) }.filter(|_| active == LaneMask::MAX);
+    if let Some((level, needs_coarser)) = shared_level {
+        // SAFETY: as above.
+        unsafe {
+            let pair = level_pair(levels, state, level, needs_coarser, None);
+            for group in 0..BATCH / EIGHT {
+                let (_, fraction) = level_and_fraction(level_of_lanes, group, levels.len());
+                let uv = [eight(request.u, group), eight(request.v, group)];
+                let lanes = Lanes { uv, fraction, footprints: request.footprints, group };
+                let value = value_of(decode, &pair, &lanes, _mm256_castsi256_ps(_mm256_set1_epi32(-1)), needed);
+                write_eight(&mut out, group, value, 0xff);
+            }
+        }
+        return;
+    }
     let mut previous = None;
     for group in 0..BATCH / EIGHT {
         let active = (active >> (group * EIGHT)) as u32 & 0xff;
@@ -345,10 +397,7 @@ pub(super) unsafe fn filter<D: Decode>(
         // SAFETY: the caller guarantees AVX2; registers and arrays have eight numbers each.
         unsafe {
             let zero = _mm256_setzero_ps();
-            // A maximum with NaN is the second operand.
-            let level = _mm256_min_ps(_mm256_max_ps(eight(level_of_lanes, group), zero), _mm256_set1_ps((levels.len() - 1) as f32));
-            let finer = _mm256_floor_ps(level);
-            let fraction = _mm256_sub_ps(level, finer);
+            let (finer, fraction) = level_and_fraction(level_of_lanes, group, levels.len());
             let finer = _mm256_cvttps_epi32(finer);
             let level_of = transmute::<__m256i, [i32; EIGHT]>(finer);
             let is_between = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(fraction, zero)) as u32;
