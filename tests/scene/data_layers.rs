@@ -78,6 +78,41 @@ fn points_appear_at_their_time_and_place_and_fade() {
     assert!(messages.lock().expect("a list").is_empty());
 }
 
+/// A point smaller than a pixel is fainter than one as large as a pixel, but it is seen wherever it lies between pixels.
+#[test]
+fn small_points_are_faint_and_never_lost() {
+    let places: Vec<String> = (0..40).map(|k| format!("{},{}\n", 20.0 + 0.83 * f64::from(k), 120.0 + 0.77 * f64::from(k))).collect();
+    let table = format!("lat_deg,lon_deg\n{}", places.concat());
+    let drawn = |layer: &str| {
+        let folder = tempfile::tempdir().expect("a folder");
+        write_layer(folder.path(), layer, &table);
+        let (session, _) = session_over(folder.path());
+        let request = view("2024-03-11T03:00:00Z");
+        let image = session.draw(&request, SAMPLING, false).expect("drawn").frame.display.clone();
+        (image, dots(&session, &request).1)
+    };
+    let of_size = |px: &str| drawn(&LAYER.replace("12.0", px).replace("fade_days = 2.0\n", ""));
+    let (small, points) = of_size("0.4");
+    let (large, _) = of_size("1.0");
+    let hidden = ViewRequest { layers: Layers::parse("-data").expect("layers"), ..view("2024-03-11T03:00:00Z") };
+    let folder = tempfile::tempdir().expect("a folder");
+    let without = session_over(folder.path()).0.draw(&hidden, SAMPLING, false).expect("drawn").frame.display.clone();
+    assert!(points.len() > 30, "{} points", points.len());
+    for point in &points {
+        let [x, y] = [point.centre_px.x as usize, point.centre_px.y as usize];
+        let change = |image: &[[u8; 4]]| -> u32 {
+            let pixels = (y - 1..y + 2).flat_map(|y| (x - 1..x + 2).map(move |x| y * 1024 + x));
+            pixels
+                .flat_map(|pixel| (0..3).map(move |channel| (pixel, channel)))
+                .map(|(p, c)| u32::from(image[p][c].abs_diff(without[p][c])))
+                .sum()
+        };
+        let (of_small, of_large) = (change(&small), change(&large));
+        assert!(of_small >= 6, "the point at {:?} changes the image by {of_small} levels", point.centre_px);
+        assert!(of_large > 2 * of_small, "{of_large} for {of_small} levels at {:?}", point.centre_px);
+    }
+}
+
 /// Errors name file, line and field, and no session opens.
 #[test]
 fn wrong_layers_are_refused() {
