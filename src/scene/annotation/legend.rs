@@ -1,15 +1,16 @@
 //! The legend of an image's colours: one line for its metadata.
 //!
-//! In: the pixel view and the exposure. Out: a text with the quantity of each channel, its unit, and the values of black and white. EXR files hold the numbers
+//! In: the pixel view, the exposure and the tone map. Out: a text with the quantity of each channel, its unit, and the values of black and white. EXR files hold the numbers
 //! in that unit; PNG files hold them times 2^stops, clipped at 1 and encoded as sRGB.
 
 use crate::scene::draw::{INSTRUCTIONS_PER_READ, PixelView};
 use crate::scene::finished::Scene;
 use crate::scene::light::exposure::Exposure;
+use crate::scene::request::ToneMap;
 
 /// The legend of an image, and the invented maps and shapes in it.
 pub(crate) fn legend_of(scene: &Scene) -> String {
-    let mut text = legend(scene.pixel_view, &scene.exposure);
+    let mut text = legend(scene.pixel_view, &scene.exposure, scene.tone_map);
     for body in &scene.bodies {
         for (file, how) in &body.invented {
             text.push_str(&format!("; invented: {file} of {}, {how}", body.name));
@@ -19,14 +20,18 @@ pub(crate) fn legend_of(scene: &Scene) -> String {
 }
 
 /// The legend of a pixel view.
-pub(crate) fn legend(view: PixelView, exposure: &Exposure) -> String {
+pub(crate) fn legend(view: PixelView, exposure: &Exposure, tone_map: ToneMap) -> String {
     let white = exposure.white();
     let range = |unit: &str| format!("linear; black 0, white {white:.6} {unit}");
     let grey = "grey";
     match view {
         PixelView::Final => format!(
-            "final: radiance in red, green, blue; {}; filmic shoulder above 0.8 of white; 1 is a white plane facing the Sun at 1 au",
-            range("")
+            "final: radiance in red, green, blue; {}; {}; 1 is a white plane facing the Sun at 1 au",
+            range(""),
+            match tone_map {
+                ToneMap::Filmic => "filmic shoulder above 0.8 of white",
+                ToneMap::Clipped => "clipped at white",
+            }
         ),
         PixelView::Depth => format!(
             "depth: {grey}; 1 the point of the body nearest along the view axis, 0.5 its centre's plane, 0 the farthest; {}",
@@ -81,10 +86,13 @@ mod tests {
     fn each_view_says_what_it_shows_and_what_white_is() {
         let exposure = Exposure::of(-2.0, Reason::default());
         for view in PixelView::ALL {
-            let text = legend(view, &exposure);
+            let text = legend(view, &exposure, ToneMap::Filmic);
             assert!(text.starts_with(&format!("{}: ", view.name())) && text.contains("white") && !text.contains('\n'), "{text}");
         }
-        assert!(legend(PixelView::OpticalDepth, &exposure).contains("white 4.000000"));
-        assert!(legend(PixelView::Cost, &Exposure::of(COST_STOPS, Reason::default())).contains("white 16384"));
+        assert!(legend(PixelView::OpticalDepth, &exposure, ToneMap::Filmic).contains("white 4.000000"));
+        assert!(legend(PixelView::Cost, &Exposure::of(COST_STOPS, Reason::default()), ToneMap::Filmic).contains("white 16384"));
+        assert!(legend(PixelView::Final, &exposure, ToneMap::Filmic).contains("filmic shoulder"));
+        let clipped = legend(PixelView::Final, &exposure, ToneMap::Clipped);
+        assert!(clipped.contains("clipped at white") && !clipped.contains("filmic"), "{clipped}");
     }
 }

@@ -110,9 +110,14 @@ fn entry(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>
 /// depend on the time zone.
 fn typed_time(typed: &str, clock: Clock, now: Instant) -> Option<Instant> {
     let time = parse_date(typed, now)?;
+    if is_same_in_every_zone(typed) { Some(time) } else { clock.instant(Clock::Utc.shown(time)?) }
+}
+
+/// A month or an era may end in the letters of UTC, too: 2024 Dec, 44 BC, 2024 März.
+fn is_same_in_every_zone(typed: &str) -> bool {
     let lower = typed.trim().to_lowercase();
-    let is_utc = lower.ends_with(['z', 'c']) || !lower.contains(|c: char| c.is_ascii_digit()) || lower.starts_with("jd_tdb");
-    if is_utc { Some(time) } else { clock.instant(Clock::Utc.shown(time)?) }
+    let ends_in_zulu = lower.strip_suffix('z').is_some_and(|time| time.ends_with(|c: char| c.is_ascii_digit()));
+    ends_in_zulu || lower.ends_with("utc") || !lower.contains(|c: char| c.is_ascii_digit()) || lower.starts_with("jd_tdb")
 }
 
 fn civil_text(civil: NaiveDateTime) -> String {
@@ -284,5 +289,11 @@ mod tests {
             assert_eq!(clock.shown(typed(text, clock)).map(civil_text), Some(text.to_owned()));
         }
         assert!(typed_time("next Tuesday", Clock::Utc, now).is_none());
+        for text in ["8 April 2024 18:17 UTC", "2024-04-08T18:17:00Z", "now", "JD_TDB 2460409.26"] {
+            assert!(is_same_in_every_zone(text), "{text}");
+        }
+        for text in ["2024 Dec", "15 March 44 BC", "2024 März", "2024-04-08 18:17:00"] {
+            assert!(!is_same_in_every_zone(text), "{text}");
+        }
     }
 }
