@@ -53,6 +53,7 @@ fragments![
     "lib/air/multi_scatter.wesl",
     "lib/air/uniforms.wesl",
     "lib/air/path.wesl",
+    "lib/air/phase.wesl",
     "lib/air/scatter_monotonic.wesl",
     "lib/air/scatter_marched.wesl",
     "lib/air/in_front.wesl",

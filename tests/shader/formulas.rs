@@ -9,6 +9,7 @@ use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId, Photometry, Ring};
 use orrery::image::SharedTexture;
 use orrery::render::plan::ring_profile;
+use orrery::scene::atmosphere::phase;
 use orrery::scene::draw::{DrawUniforms, Light, RingTable, Surface};
 use orrery::scene::photometry::{model_geometric_albedo, model_phase, reflectance};
 use orrery::scene::request::ViewRequest;
@@ -80,6 +81,29 @@ fn the_phase_functions_of_rings_agree_with_the_shader() {
             let is_affected = shipped.contains("atan2") == (function == "ring_particle_phase");
             assert_eq!(found > 10.0 * TOLERANCE, is_affected, "{function}, {edit}: {found}");
         }
+    }
+}
+
+/// Tolerance 1e-12: both are f64, and the cosine and the asymmetry are given.
+#[test]
+fn the_phase_functions_of_air_agree_with_the_shader() {
+    const AIR: &str = "lambert.albedo.sun1.air-pixel-8-mie.sphere";
+    const TOLERANCE: f64 = 1e-12;
+    let inputs: Vec<EvalInput> =
+        phases().into_iter().flat_map(|c| [-0.3, 0.0, 0.63, 0.76, 0.95].map(|asymmetry| eval_input([c, asymmetry]))).collect();
+    // The shader's functions are pi times those of Rust.
+    let of_gas: fn(&EvalInput) -> f64 = |i| PI * phase::rayleigh(i[0]);
+    let of_aerosols: fn(&EvalInput) -> f64 = |i| PI * phase::henyey_greenstein(i[0], i[1]);
+    for (value, reference, shipped, edit) in [
+        ("vec4f(rayleigh_phase(p.x))", of_gas, "0.1875 * (1.0 +", "0.1875 * (1.000001 +"),
+        ("vec4f(henyey_greenstein_phase(p.x, p.y))", of_aerosols, "0.25 * (1.0 - asymmetry", "0.25 * (1.000001 - asymmetry"),
+    ] {
+        let error =
+            |emitted: Emitted| greatest_error(&emitted.evaluate(&one_light_uniforms(), None, &inputs), inputs.iter().map(reference));
+        let found = error(Emitted::new(AIR, value));
+        assert!(found < TOLERANCE, "{value}: {found}");
+        let found = error(Emitted::edited(AIR, value, |text| replace_once(text, shipped, edit)));
+        assert!(found > 10.0 * TOLERANCE, "{edit}: {found}");
     }
 }
 

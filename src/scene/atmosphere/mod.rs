@@ -9,6 +9,7 @@ pub(crate) mod extinction;
 pub(crate) mod ground_depth;
 pub mod multi_scatter_in_shadow;
 pub mod multi_scatter_table;
+pub mod phase;
 pub mod quadrature_nodes;
 pub(crate) mod species;
 pub(crate) mod uniform_rows;

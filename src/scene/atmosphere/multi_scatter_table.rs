@@ -7,6 +7,7 @@
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, quadrature, scattering};
+use crate::scene::atmosphere::phase;
 use crate::scene::camera;
 use glam::{DVec3, Vec4};
 use rayon::prelude::*;
@@ -18,8 +19,8 @@ pub use crate::scene::constants::{MULTI_SCATTER_HEIGHTS as HEIGHTS, MULTI_SCATTE
 pub const NODES: usize = (HEIGHTS + 1) * SUNS;
 /// The source files that determine the table: an edit of one of them invalidates tables cached on disk. From the rest of the program they use only the
 /// body's numbers, which are part of the cache key too, and the narrowing to f32.
-pub(crate) const SOURCES: [&str; 3] =
-    [include_str!("multi_scatter_table.rs"), include_str!("extinction.rs"), include_str!("../constants.rs")];
+pub(crate) const SOURCES: [&str; 4] =
+    [include_str!("multi_scatter_table.rs"), include_str!("extinction.rs"), include_str!("phase.rs"), include_str!("../constants.rs")];
 
 /// Sampling with the Sun above the horizon.
 const BY_DAY: SampleCounts = SampleCounts { directions: 64, steps: 24 };
@@ -182,10 +183,7 @@ impl AirSphere<'_> {
 
     /// Single scattering along a ray, with the phase function of each species.
     fn single_scattering(&self, from: DVec3, along: DVec3, sun: DVec3, cos: f64) -> DVec3 {
-        let phases = |s: &crate::catalog::Species| match s.asymmetry {
-            None => 3.0 / (16.0 * PI) * (1.0 + cos * cos),
-            Some(g) => (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cos).max(1e-6).powf(1.5)),
-        };
+        let phases = |s: &crate::catalog::Species| s.asymmetry.map_or_else(|| phase::rayleigh(cos), |g| phase::henyey_greenstein(cos, g));
         let source = |p: DVec3| {
             let height = self.height(p);
             let all = self.coefficient(height, scattering).max(DVec3::splat(1e-30));

@@ -1,0 +1,37 @@
+//! Phase functions of the air, per steradian: the mean over all directions is 1 / (4 pi).
+//!
+//! In: the cosine of the scattering angle, 1 is forwards, and for aerosols the asymmetry, which is the mean cosine. Always: the shader's functions
+//! (shaders/lib/air/phase.wesl) times 1 / pi; `shader::formulas` of the tests compares them.
+
+use std::f64::consts::PI;
+
+/// Rayleigh's phase function, of gas.
+pub fn rayleigh(cos_scattering: f64) -> f64 {
+    3.0 / (16.0 * PI) * (1.0 + cos_scattering * cos_scattering)
+}
+
+/// Henyey and Greenstein's phase function, of aerosols (1941, Astrophysical Journal 93, 70).
+pub fn henyey_greenstein(cos_scattering: f64, asymmetry: f64) -> f64 {
+    let denominator = (1.0 + asymmetry * asymmetry - 2.0 * asymmetry * cos_scattering).max(1e-6);
+    (1.0 - asymmetry * asymmetry) / (4.0 * PI * denominator.powf(1.5))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Midpoint rule over the cosine; the error of the narrowest lobe is below 1e-4.
+    #[test]
+    fn the_mean_over_all_directions_is_that_of_isotropic_light() {
+        const STEPS: usize = 100_000;
+        let cosines = || (0..STEPS).map(|k| (2.0 * k as f64 + 1.0) / STEPS as f64 - 1.0);
+        let mean = |values: &dyn Fn(f64) -> f64| cosines().map(values).sum::<f64>() / STEPS as f64;
+        assert!((4.0 * PI * mean(&rayleigh) - 1.0).abs() < 1e-4);
+        for asymmetry in [-0.3, 0.0, 0.76, 0.95] {
+            let phase = |cos: f64| henyey_greenstein(cos, asymmetry);
+            assert!((4.0 * PI * mean(&phase) - 1.0).abs() < 1e-4, "asymmetry {asymmetry}");
+            let mean_cosine = 4.0 * PI * mean(&|cos| cos * phase(cos));
+            assert!((mean_cosine - asymmetry).abs() < 1e-4, "{mean_cosine} for {asymmetry}");
+        }
+    }
+}
