@@ -78,7 +78,7 @@ fn sampling(c: &mut Criterion) {
     group.throughput(Throughput::Elements(LANES as u64));
     for taps in [1, 8] {
         let sampler = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
-        let max_taps = vec![taps as f32; LANES];
+        let max_taps = [taps as f32];
         let bound = BoundTexture { texels: Arc::new(Texels::of_texture(&map).expect("whole")), sampler: Some(sampler) };
         let textures = Textures::new(vec![bound], KernelClass::detect());
         let mut out: [Vec<f32>; 4] = std::array::from_fn(|_| vec![0.0; LANES]);

@@ -37,7 +37,7 @@ fn catalogs(common: &Common, out: &mut String) -> Catalog {
     }
 }
 
-/// Lists number and names of the bodies of each kind, and the bodies with values that lack a source.
+/// Lists number and names of the bodies of each kind, and the bodies that state no source.
 fn bodies(catalog: &Catalog, out: &mut String) {
     let kinds = [
         (BodyKind::Star, "star"),
@@ -54,14 +54,14 @@ fn bodies(catalog: &Catalog, out: &mut String) {
     }
     let without: Vec<&str> = catalog.bodies().iter().filter(|b| b.sources.is_empty()).map(|b| b.name.as_str()).collect();
     if !without.is_empty() {
-        push_line!(out, "          values without a source ([body.sources]): {}", without.join(", "));
+        push_line!(out, "          no source stated ([body.sources]): {}", without.join(", "));
     }
 }
 
 fn shaders(common: &Common, out: &mut String) {
     match (super::inputs::fragments(common), &common.shaders) {
         (Ok(fragments), Some(folder)) => {
-            push_line!(out, "shaders   {} fragments replaced by {}", fragments.replaced().count(), folder.display());
+            push_line!(out, "shaders   {} fragments replaced or added by {} or --surface", fragments.replaced().count(), folder.display());
         }
         (Ok(_), None) => push_line!(out, "shaders   {} built-in fragments", crate::shader::fragments::FRAGMENTS.len()),
         (Err(e), _) => push_line!(out, "shaders   {e}"),
@@ -71,7 +71,7 @@ fn shaders(common: &Common, out: &mut String) {
 fn kernel(common: &Common, catalog: &Catalog, out: &mut String) {
     match super::inputs::ephemeris(common, catalog) {
         Ok(_) => match &common.kernel {
-            Some(path) => push_line!(out, "kernel    {} over the embedded one, 1900 to 2100", path.display()),
+            Some(path) => push_line!(out, "kernel    {} takes precedence over the embedded one (1900 to 2100)", path.display()),
             None => push_line!(out, "kernel    embedded, 1900 to 2100; series and mean elements outside"),
         },
         // One line per error; a body without any source of positions is listed with its file.

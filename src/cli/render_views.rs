@@ -1,6 +1,7 @@
 //! The views that `orrery render` draws: one view at several times, or the views along a tour.
 //!
-//! In: a request and a step, or a tour file. Out: the request of each frame by its number. Always: the same arguments give the same requests.
+//! In: a request and a step, or a tour file. Out: the request of each frame by its number. Always: the same arguments and
+//! file give the same requests, except that a stop of a tour without a time takes the present.
 
 use super::CliError;
 use crate::scene::request::{Composition, ViewRequest};
@@ -24,8 +25,10 @@ impl Views {
         Self::Steps { first: Box::new(first), step_s, count }
     }
 
+    /// The views along the tour of a file, `rate` frames per second of the tour.
+    ///
     /// # Errors
-    /// The file, and the stop and field that are invalid.
+    /// A file that cannot be read, an invalid field of a stop, or a tour of more than [`MAX_FRAMES`] frames.
     #[cfg(feature = "view")]
     pub(crate) fn along_tour(
         file: &Path,
@@ -53,7 +56,7 @@ impl Views {
     }
 
     /// # Errors
-    /// Always: a tour consists of views of the window, and this build has no window.
+    /// Always: the feature `view`, which this build lacks, reads tour files.
     #[cfg(not(feature = "view"))]
     pub(crate) fn along_tour(
         _file: &Path,

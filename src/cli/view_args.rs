@@ -7,7 +7,7 @@ use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::files::read_text;
 use crate::scene::draw::PixelView;
-use crate::scene::effects::EffectOverrides;
+use crate::scene::effects::{Effect, EffectOverrides};
 use crate::scene::request::{CameraFile, Composition, EYE_HEIGHT_KM, ExposureRequest, Layers, Position, ToneMap, ViewRequest, up_by_name};
 use crate::time::Instant;
 use crate::wording::{echo, suggestion_or_list};
@@ -15,6 +15,12 @@ use std::path::PathBuf;
 
 /// Largest camera file, bytes; real ones have about a dozen fields.
 const MAX_CAMERA_FILE_BYTES: u64 = 1 << 20;
+
+/// The help of `--effects`, which names every effect.
+fn effects_help() -> String {
+    let names = Effect::ALL.map(Effect::name).join(", ");
+    format!("Set effects on (+) or off (-): {names}; for one body only: moon:-eclipse")
+}
 
 /// Target, camera, time and image options.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -56,9 +62,7 @@ pub(crate) struct ViewArgs {
     /// Tone mapping of highlights: filmic (linear to 0.8, then a shoulder) or clipped (linear to white)
     #[arg(long, value_name = "HOW", default_value = "filmic", help_heading = "Image")]
     pub tone_map: String,
-    /// Set effects on (+) or off (-): ellipsoid, mesh, self-shadow, albedo, overlays, normal, detail, specular, night, clouds, cloud-shadow, eclipse, rings, ring-shadow,
-    /// ring-shine, body-shadow, atmosphere, refracted-limb, planet-shine, points, glow; for one body only: moon:-eclipse
-    #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
+    #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image", help = effects_help())]
     pub effects: Option<String>,
     /// Layers: +orbits, +traces (where bodies have been, as seen from the target), +labels (names and markers), +features (names of craters and landing
     /// sites), +caption, +scale-bar, +compass, +outline (of the target), +bloom; +minor-planets, +comets (with a marker on each body too faint to be seen);

@@ -15,12 +15,12 @@ use crate::units::{SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use glam::DVec3;
 
 const JUPITER: NaifId = NaifId(599);
-/// Time between samples: two moons pass each other at 30 km/s at most.
+/// Time between samples: two moons pass each other at 32 km/s at most.
 const STEP_S: f64 = 600.0;
 /// Two moons do not meet if their centres are farther apart than this at the sample nearest to their passage.
 const MAX_DISTANCE_KM: f64 = 40_000.0;
-/// Two moons in a line with the Sun or the Earth are 249 000 km apart in depth or more (Io and Europa), so they miss each other if the Sun or the
-/// Earth is higher above their orbits than this: the sine of 4 degrees, of which the orbits' own inclinations take up to one.
+/// Largest sine of the elevation of the Earth or the Sun above Jupiter's equator: 4 degrees. Two moons in a line on one side of Jupiter are 249 000 km apart or
+/// more (Io and Europa). Beyond this limit, less one degree for the inclinations of the orbits, they pass 13 000 km from each other, too far for an event.
 const MAX_SEASON_SINE: f64 = 0.07;
 /// Half of the fitted span: the slowest passages, near the greatest elongation, take some hours.
 const HALF_S: f64 = 4.0 * 3600.0;
@@ -68,7 +68,8 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
     Ok(found)
 }
 
-/// Two moons around their conjunction. Times are seconds from the middle, at the farther moon; vectors are from Jupiter's centre, km.
+/// Two moons around their conjunction. Times are those of light at the farther moon, in seconds from the sample of least distance; vectors are from Jupiter's
+/// centre, km. `source`: the Earth, which sees an occultation, or the Sun, which casts the shadow.
 struct MutualConjunction<'a> {
     near: &'a Body,
     far: &'a Body,

@@ -2,8 +2,8 @@
 //!
 //! In: 8-bit RGBA rows. Out: every level down to 1x1, each side half of the one above, rounded down and at least 1. Each level is the area
 //! mean of the one above in linear light, so an odd side needs three texels with partial weights. Means stay floats from level to level and
-//! are rounded only on encoding, so errors do not accumulate. Rows near the poles are filtered first ([`super::poles`]). No mean crosses
-//! the seam at the left and right edges, because they are cell borders.
+//! are rounded only on encoding, so errors do not accumulate. Rows near the poles are filtered first ([`super::poles`]). The left and
+//! right edge of the image are borders of texels at every level, so no mean mixes texels across the map's seam.
 
 use super::poles::{PoleRowFilter, PrefixSums};
 use super::{Level, PoleFilter, TexelFormat};
@@ -16,7 +16,7 @@ use std::sync::LazyLock;
 pub(super) enum RowOrder {
     /// On all threads.
     Parallel,
-    /// On the calling thread, which never waits for others.
+    /// On the calling thread alone, which meanwhile takes up none of rayon's other tasks.
     OneByOne,
 }
 
@@ -34,7 +34,7 @@ impl RowOrder {
 static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0) as f32));
 static UNORM: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| i as f32 / 255.0));
 
-/// Steps of the encoding table: the sRGB slope at black is 12.92, so a step is at most 0.05 of an 8-bit level.
+/// Steps of the encoding table: the sRGB slope at black is 12.92, so a step is at most 0.051 of an 8-bit level.
 const STEPS: usize = 65_536;
 static ENCODE: LazyLock<Vec<u8>> =
     LazyLock::new(|| (0..=STEPS).map(|i| (linear_to_srgb(i as f64 / STEPS as f64) * 255.0).round() as u8).collect());
@@ -59,7 +59,7 @@ fn taps(i: usize, n: usize, sources: usize) -> (usize, [f32; 3]) {
 /// The rows of a level, as linear RGBA floats.
 #[derive(Clone, Copy)]
 enum Rows<'a> {
-    /// Bytes, and the linear values of colours and of alpha.
+    /// Bytes, and the table that decodes their colour channels; alpha is always linear.
     Encoded {
         rgba: &'a [u8],
         colour: &'static [f32; 256],
@@ -222,7 +222,7 @@ mod tests {
     fn colours_are_premultiplied_in_linear_light() {
         let mut texels = [[255, 255, 255, 128], [200, 10, 99, 255], [255, 0, 0, 0]].concat();
         premultiply(&mut texels, TexelFormat::Rgba8Srgb);
-        // IEC 61966-2-1: linear 128/255 is 188.4 of 255.
+        // IEC 61966-2-1: linear 128/255 is 187.8 of 255.
         assert_eq!(texels, [[188, 188, 188, 128], [200, 10, 99, 255], [0, 0, 0, 0]].concat());
         let mut plain = vec![200, 100, 50, 51];
         premultiply(&mut plain, TexelFormat::Rgba8Unorm);
@@ -261,7 +261,7 @@ mod tests {
         }
     }
 
-    /// A thread that took up other work of its pool in between could wait for a level that it is about to make itself.
+    /// If rayon ran another task on this thread in between, that task could wait for the level that this thread is computing: a deadlock.
     #[test]
     fn rows_one_by_one_give_the_same_levels_and_take_up_no_other_work() {
         let (w, h) = (300_u32, 150_u32);

@@ -4,8 +4,8 @@
 //! draws from far to near, and the points. All values are f64 until [`camera`] narrows them. No module here depends on shaders or keeps state.
 //!
 //! The submodules work on a frame in this order: `request`, `camera` (position of the viewer), `placed` (apparent position of each body), `light`
-//! (exposure), `features` with the modules of each effect (`surface`, `light`, `eclipse`, `rings`, `atmosphere`), `visibility` (order), `sky`,
-//! `annotation`.
+//! (exposure), `features` with the modules of each effect (`surface`, `light`, `eclipse`, `rings`, `atmosphere`), `sky`, `visibility` (order of
+//! draws), `annotation`.
 
 #[doc(hidden)]
 pub mod annotation;

@@ -1,4 +1,6 @@
-//! A complete module: text, validated IR, layout, source map, and the software renderer's tape.
+//! A complete module: text, validated IR, layout, source map, and the tape: the program of lane operations that the software renderer executes.
+//!
+//! A fragment here is one WESL source file of shaders/, not the fragment stage.
 
 use super::emit::emit_module_with;
 use super::fragments::Fragments;
@@ -11,10 +13,10 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 /// Why a lowering rejects a module or a tape, in one line.
 pub type LoweringFailure = Box<dyn std::error::Error + Send + Sync>;
 
-/// Converts a validated module to a tape. The library does not depend on a renderer; its caller supplies this.
+/// Converts validated modules to tapes: functions that the caller of [`super::ShaderLibrary`] supplies, so that this one depends on no renderer.
 #[derive(Clone, Debug)]
 pub struct Lowering {
-    /// Digest of the lowering's code. It is part of the name of the library's folder.
+    /// Digest of the lowering's code: one of the inputs of the digest that names the shader library's folder on disk.
     pub digest: String,
     /// Lowers validated IR to a tape's bytes, or returns one line that names the unsupported construct.
     pub lower: fn(&naga::Module, &ModuleInfo) -> Result<Vec<u8>, LoweringFailure>,

@@ -1,11 +1,10 @@
 //! Omitted features: frames with the chosen features against frames with every feature.
 //!
-//! In: random views. Out: the fraction of views in which some pixel differs by more than the stated bound, the views above the bound, and
-//! two distributions: of the differences, and of the ratio of operations of the chosen frame to those of the frame with every feature. For
-//! each of the worst views the result contains the omitted effect, the pixel, and the values there of both frames and of the true frame,
-//! which show which of the two is wrong. The true frame has every feature, in f64, at [`TRUTH_SCALE`] times the width and height. Always:
-//! both frames have the same exposure; "every feature" means that each effect is switched on by hand, in the model that the scene would
-//! choose.
+//! In: random views. Out: the percentage of views in which some pixel differs by more than the stated bound, and two distributions: of the
+//! differences, and of the ratio of operations of the chosen frame to those of the frame with every feature. For each of the worst views above
+//! the bound, at most [`MAX_EXPLAINED`], the result contains the omitted effect, the pixel, and the values there of both frames and of the true
+//! frame, which show which of the two is wrong. The true frame has every feature, in f64, at [`TRUTH_SCALE`] times the width and height. Always:
+//! both frames have the same exposure; "every feature" means that each effect but [`UNCHANGED_EFFECTS`] is switched on by hand.
 
 use super::difference::worst_of;
 use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
@@ -28,8 +27,8 @@ const DISPLAY_BOUND: f64 = 1.0;
 /// Bound relative to the pixel: a thousandth for each omitted feature, with two features at a pixel.
 const LINEAR_BOUND: f64 = 2e-3;
 
-/// Effects that the scene decides in both frames. Three set how a body is represented and not its radiance; the corona of a Sun of less
-/// than a pixel or two is limited by size, not by light.
+/// Effects that the scene decides in both frames. Points and meshes set how a body is represented and not its radiance; no body of the shipped
+/// catalogs has overlays; the corona of a Sun of less than a pixel or two is limited by size, not by light.
 const UNCHANGED_EFFECTS: [Effect; 4] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona];
 
 struct RandomView {
@@ -37,11 +36,11 @@ struct RandomView {
     request: ViewRequest,
 }
 
-/// Random views: a body, a distance (log-uniform), a direction, and an instant within two centuries.
+/// Random views: a body, a distance and a field of view (log-uniform), a direction, and an instant from 1900 to 2099.
 fn views(bench: &SweepBench<'_>, count: usize) -> Vec<RandomView> {
     let mut random = Random::new(bench.seed);
     let bodies = bench.session().catalog().bodies();
-    // Half of the views look at bodies with an atmosphere, rings or moons, which have the most features.
+    // Half of the views look at these bodies, most of which have an atmosphere, rings or an eclipsing neighbour, and so the most features.
     let rich = ["earth", "saturn", "jupiter", "mars", "moon", "titan", "uranus", "io"];
     let rich: Vec<_> = rich.iter().filter_map(|n| bench.session().catalog().body_named(n).ok()).collect();
     let view = |k: usize| {
@@ -49,14 +48,14 @@ fn views(bench: &SweepBench<'_>, count: usize) -> Vec<RandomView> {
         let time = Instant::from_jd_tdb(random.between(2_415_100.0, 2_488_000.0));
         let distance_radii = 10.0_f64.powf(random.between(0.05, 4.0));
         let direction = random.direction();
-        let half = (1.0 / distance_radii).asin().tan() * 10.0_f64.powf(random.between(-0.3, 1.0));
+        let half_fov_tan = (1.0 / distance_radii).asin().tan() * 10.0_f64.powf(random.between(-0.3, 1.0));
         let request = ViewRequest {
             position: Position::Offset {
                 body: body.id,
                 offset_km: direction * distance_radii * body.radii_km.max_element(),
                 axes: crate::scene::request::Axes::Icrf,
             },
-            fov_deg: Some((2.0 * half.atan().to_degrees()).clamp(1e-6, 150.0)),
+            fov_deg: Some((2.0 * half_fov_tan.atan().to_degrees()).clamp(1e-6, 150.0)),
             width: 32,
             height: 32,
             layers: Layers { stars: false, ..Layers::default() },
@@ -122,7 +121,7 @@ impl WorstPixel {
 /// A measure of the difference of two frames.
 type DifferenceMeasure<'a> = &'a dyn Fn(&FramePair) -> Result<WorstPixel, SessionError>;
 
-/// The radiance of each channel at a pixel of both frames and of the true frame.
+/// A pixel's coordinates, and its radiance and display level per channel in both frames and in the true frame.
 fn values_at(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, pixel: usize) -> Result<Value, SessionError> {
     let both = frames(bench, request, purpose, &Effect::ALL)?;
     let at = |image: &LinearImage| image.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
@@ -138,7 +137,8 @@ fn values_at(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, pi
     }))
 }
 
-/// The effect that changes the chosen frame most when it alone is switched on, and the difference it makes.
+/// The greatest difference that one effect alone makes when it is switched on in the chosen frame, and that effect's name; 0 and "several together" if none makes
+/// any alone.
 fn worst_omission(
     bench: &SweepBench<'_>,
     request: &ViewRequest,
@@ -175,7 +175,7 @@ fn sweep_views(
         costs.extend((all > 0.0).then_some(chosen / all));
     }
     figures.sort_by(|a, b| b.0.difference.total_cmp(&a.0.difference));
-    // For each effect, the number of the worst views in which it was omitted, and the greatest difference.
+    // For each effect, the number of explained views in which it makes the greatest difference alone, and that difference at most.
     let mut omitted: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
     let mut explained = Vec::new();
     for (worst, request, location) in figures.iter().take_while(|f| f.0.difference > bound).take(MAX_EXPLAINED) {
@@ -192,13 +192,14 @@ fn sweep_views(
         found.location = Value::Array(explained);
     }
     let named = omitted.iter().map(|(effect, (views, max))| format!("{effect} in {views} (up to {max:.2e})")).collect::<Vec<_>>();
+    let explained_count = omitted.values().map(|(views, _)| views).sum::<usize>();
     let over_bound = figures.iter().filter(|f| f.0.difference > bound).count();
     let mut sorted: Vec<f64> = figures.iter().map(|f| f.0.difference).collect();
     sorted.sort_by(f64::total_cmp);
     costs.sort_by(f64::total_cmp);
     let quantile_of = |sorted: &[f64], fraction: f64| quantile(sorted, fraction).unwrap_or(0.0);
     found.cause = format!(
-        "{over_bound} views over {bound:e}, by the effect that they lack: {}; over all views median {:.2e}, 90 % {:.2e}, 99 % {:.2e}, worst {:.2e}; operations over those \
+        "{over_bound} views over {bound:e}; the worst {explained_count} by the effect that makes the greatest difference: {}; over all views median {:.2e}, 90 % {:.2e}, 99 % {:.2e}, worst {:.2e}; operations over those \
          with everything: least {:.2}, 10 % {:.2}, median {:.2}, 90 % {:.2}",
         if named.is_empty() { "none".to_owned() } else { named.join(", ") },
         quantile_of(&sorted, 0.5),
@@ -210,6 +211,7 @@ fn sweep_views(
         quantile_of(&costs, 0.5),
         quantile_of(&costs, 0.9),
     );
+    // The sweep's figure is this percentage, in place of the greatest difference, which `add` stored.
     found.worst = 100.0 * over_bound as f64 / sorted.len().max(1) as f64;
     Ok(found)
 }

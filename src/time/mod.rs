@@ -101,7 +101,7 @@ impl Instant {
         text::format_utc(self)
     }
 
-    /// The same in TT: `2024-04-08T18:18:29.406`, without a Z.
+    /// The same in TT: `2024-04-08T18:18:25.184`, without a Z.
     pub fn to_tt_iso(self) -> String {
         text::format_tt(self)
     }

@@ -354,6 +354,18 @@ fn eyes_too_far_apart_are_refused() {
     assert!(SESSION.plan(&request, SAMPLING).expect_err("both").to_string().contains("stereo goes with"));
 }
 
+/// The poles of an equirectangular image are the zenith and the nadir already.
+#[test]
+fn only_a_fisheye_can_have_the_zenith_in_its_middle() {
+    for projection in Projection::ALL {
+        let composition = Composition { projection, zenith_centred: true, ..Composition::default() };
+        let request = ViewRequest { composition, ..ViewRequest::of(NaifId(699), time("2024-01-01T00:00:00Z")) };
+        let refusal = SESSION.plan(&request, SAMPLING).err().map(|e| e.to_string());
+        assert_eq!(refusal.is_none(), projection == Projection::Fisheye, "{projection:?}: {refusal:?}");
+        assert!(refusal.is_none_or(|text| text.contains("goes with --projection fisheye")), "{projection:?}");
+    }
+}
+
 /// The matrix of the anaglyph is the least-squares solution for the published spectra: tristimulus values of a CRT's phosphors, unfiltered and behind each filter.
 #[test]
 fn the_anaglyph_matrix_is_the_least_squares_solution() {

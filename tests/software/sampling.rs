@@ -246,6 +246,54 @@ fn a_lane_depends_neither_on_its_neighbours_nor_on_the_instruction_set() {
     }
 }
 
+/// Samples 128 lanes with one footprint: `width` texels along u, four times less along v. `max_taps`: one value, or one per lane.
+fn sample_one_footprint(
+    textures: &Textures<'_>,
+    width: f64,
+    max_taps: &[f32],
+    lanes: std::ops::Range<usize>,
+    active: u128,
+) -> [Vec<f32>; 4] {
+    let of_lanes = |f: &dyn Fn(f64) -> f64| lanes.clone().map(|k| f(k as f64) as f32).collect::<Vec<f32>>();
+    let (u, v) = (of_lanes(&|k| k * 0.618 % 3.0 - 1.0), of_lanes(&|k| k * 0.754 % 1.2 - 0.1));
+    let (du_dx, dv_dy, zero) = (of_lanes(&|_| width / 64.0), of_lanes(&|_| 0.25 * width / 32.0), of_lanes(&|_| 0.0));
+    let mut out = [const { Vec::new() }; 4].map(|_: Vec<f32>| vec![7.0; lanes.len()]);
+    let [r, g, b, a] = &mut out;
+    let gradients = Gradients { du_dx: &du_dx, dv_dx: &zero, du_dy: &zero, dv_dy: &dv_dy };
+    textures.sample_filtered(0, [&u, &v], gradients, max_taps, active, [r, g, b, a]);
+    out
+}
+
+/// A batch whose lanes share a level, or read no other level than the finest, has ways of its own. Their values are those of each lane alone.
+#[test]
+fn lanes_that_share_a_footprint_have_the_values_of_each_alone() {
+    let same = |a: f32, b: f32| a.to_bits() == b.to_bits();
+    for texture in of_each_format() {
+        let mut of_widths = Vec::new();
+        for (width, taps) in [0.2, 0.7, 1.0, 1.7, 2.0, 5.3, 1e4].into_iter().flat_map(|width| [1.0, 8.0].map(|taps| (width, taps))) {
+            let portable = bind_in(&texture, REPEAT, KernelClass::Portable);
+            let alone: Vec<_> = (0..128).map(|k| sample_one_footprint(&portable, width, &[taps], k..k + 1, 1)).collect();
+            for class in KernelClass::available() {
+                let textures = bind_in(&texture, REPEAT, class);
+                let one_inactive = u128::MAX ^ 1 << 77;
+                for (max_taps, active) in [(&[taps][..], u128::MAX), (&[taps; 128], u128::MAX), (&[taps], one_inactive)] {
+                    let all = sample_one_footprint(&textures, width, max_taps, 0..128, active);
+                    for (lane, alone) in alone.iter().enumerate().filter(|(lane, _)| active >> lane & 1 == 1) {
+                        let agrees = all.iter().zip(alone).all(|(all, alone)| same(all[lane], alone[0]));
+                        assert!(agrees, "{}: lane {lane}, {width} texels, {taps} taps", class.name());
+                    }
+                    assert!(active == u128::MAX || all.iter().all(|channel| same(channel[77], 7.0)), "an inactive lane was written");
+                }
+            }
+            of_widths.push(alone[5][0][0]);
+        }
+        assert!(
+            same(of_widths[0], of_widths[2]) && !same(of_widths[0], of_widths[10]),
+            "levels differ only where a pixel spans several texels"
+        );
+    }
+}
+
 /// A texture of each format.
 fn of_each_format() -> [Texture; 3] {
     let bytes: Vec<u8> = (0..64 * 32 * 4_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();

@@ -53,7 +53,7 @@ fn sampling<R: Real>(texture: &Texture, class: KernelClass) {
         let blocks: Vec<[[R; LANES]; 2]> =
             (0..64).map(|b| [0, 1].map(|k: usize| std::array::from_fn(|lane| R::from_f64(uv(b, lane)[k])))).collect();
         let gradients = [[dx / 2048.0, 0.0], [0.0, dy / 1024.0]].map(|g| g.map(|v| [R::from_f64(v); LANES]));
-        let max_taps = [R::from_f64(max_taps); LANES];
+        let max_taps = [R::from_f64(max_taps)];
         let mut out = [[R::ZERO; LANES]; 4];
         let ns = best_of(64, |k| {
             let [r, g, b, a] = &mut out;

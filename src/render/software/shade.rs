@@ -134,8 +134,8 @@ impl TileShader<'_> {
             let [tile_x, tile_y] = self.tile;
             // Blocks that an edge of the draw's extent crosses. They come last, so that their quads fill batches of their own.
             let mut edge_blocks = 0_u64;
-            // The last block that an edge of the triangle crosses.
-            let mut crossed = CrossedBlock { first: usize::MAX, is_missed: false, is_covered: false };
+            // Of the blocks that an edge of the triangle crosses, the one visited last.
+            let mut crossed: Option<CrossedBlock> = None;
             walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
                 if let Some(extent) = job.extent.as_ref().filter(|_| count == QUADS) {
                     let block = block_on_screen([tile_x, tile_y], first);
@@ -155,15 +155,18 @@ impl TileShader<'_> {
                 let mut extent = job.extent.as_ref().filter(|_| count != QUADS);
                 if let Some(of_draw) = extent {
                     let first_of_block = first / QUADS * QUADS;
-                    if crossed.first != first_of_block {
-                        let block = block_on_screen([tile_x, tile_y], first_of_block);
-                        crossed =
-                            CrossedBlock { first: first_of_block, is_missed: of_draw.misses(block), is_covered: of_draw.covers(block) };
-                    }
-                    if crossed.is_missed {
+                    let block = match crossed.take().filter(|block| block.first == first_of_block) {
+                        Some(block) => block,
+                        None => {
+                            let pixels = block_on_screen([tile_x, tile_y], first_of_block);
+                            CrossedBlock { first: first_of_block, is_missed: of_draw.misses(pixels), is_covered: of_draw.covers(pixels) }
+                        }
+                    };
+                    let block = crossed.insert(block);
+                    if block.is_missed {
                         return;
                     }
-                    extent = extent.filter(|_| !crossed.is_covered);
+                    extent = extent.filter(|_| !block.is_covered);
                 }
                 for index in first..first + count {
                     if extent.is_some_and(|extent| extent.misses(quad_on_screen([tile_x, tile_y], index))) {

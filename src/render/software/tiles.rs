@@ -146,12 +146,10 @@ impl TileTarget {
     pub(crate) fn test_depth_of_all(&mut self, pixel: usize, new: &[f32], test: bool, write: bool) -> bool {
         let block = pixel / BLOCK_PIXELS;
         if new.len() == BLOCK_PIXELS && !has_bit(self.blocks_with_depth, block) {
-            // The complete block is infinitely far, at depth 0.
+            let Some(pixels) = self.depth.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) else { return false };
+            // Nothing was drawn on the block: it is infinitely far, at depth 0.
             let all_pass = new.iter().fold(true, |all, new| all & ((!test & !new.is_nan()) | (*new > 0.0)));
-            if all_pass
-                && write
-                && let Some(pixels) = self.depth.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block)
-            {
+            if all_pass && write {
                 self.blocks_with_depth |= 1 << block;
                 for (stored, new) in pixels.iter_mut().zip(new) {
                     *stored = [*new; 4];
@@ -349,6 +347,35 @@ mod tests {
                 assert_eq!(depths(&one), if at_once { depths(&four) } else { depths(&start) }, "{new:?}");
             }
         }
+    }
+
+    /// The test of a complete block gives what the tests of its pixels give, whether or not something was drawn on it.
+    #[test]
+    fn a_block_is_tested_as_its_pixels_are() {
+        for value in [0.5, 0.0, f32::NAN] {
+            for (test, write, is_drawn_on) in [(true, true, false), (true, false, false), (false, true, false), (true, true, true)] {
+                let mut start = TileTarget::new(4);
+                start.clear([0.0; 4], true);
+                if is_drawn_on {
+                    start.test_depth(BLOCK_PIXELS + 5, 0b1111, [0.3; 4], true, true);
+                }
+                let mut new = [0.5; BLOCK_PIXELS];
+                new[77] = value;
+                let (mut block, mut pixels) = (start.clone(), start.clone());
+                let at_once = block.test_depth_of_all(BLOCK_PIXELS, &new, test, write);
+                let passed = (0..BLOCK_PIXELS).map(|k| pixels.test_depth(BLOCK_PIXELS + k, 0b1111, [new[k]; 4], test, write));
+                let all_pass = passed.fold(true, |all, samples| all & (samples == 0b1111));
+                assert_eq!(at_once, all_pass && !value.is_nan(), "{value} {test} {write}");
+                let depths = |mut target: TileTarget| {
+                    target.prepare_depth(BLOCK_PIXELS);
+                    target.depth[BLOCK_PIXELS..2 * BLOCK_PIXELS].to_vec()
+                };
+                assert_eq!(depths(block), depths(if at_once { pixels } else { start }), "{value} {test} {write}");
+            }
+        }
+        let mut without_depth = TileTarget::new(1);
+        without_depth.clear([0.0; 4], false);
+        assert!(!without_depth.test_depth_of_all(0, &[0.5; BLOCK_PIXELS], true, true));
     }
 
     /// The test of a quad gives what the tests of its pixels give, for every combination of depths and for partial coverage.

@@ -12,6 +12,7 @@ pub fn rayleigh(cos_scattering: f64) -> f64 {
 
 /// Henyey and Greenstein's phase function, of aerosols (1941, Astrophysical Journal 93, 70).
 pub fn henyey_greenstein(cos_scattering: f64, asymmetry: f64) -> f64 {
+    // (1 - g)^2 for light that goes straight on: kept above 0 for an asymmetry g near 1, as in the shader.
     let denominator = (1.0 + asymmetry * asymmetry - 2.0 * asymmetry * cos_scattering).max(1e-6);
     (1.0 - asymmetry * asymmetry) / (4.0 * PI * denominator.powf(1.5))
 }

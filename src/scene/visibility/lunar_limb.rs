@@ -25,7 +25,8 @@ use std::sync::Arc;
 const _: () = assert!(LIMB_POINTS == LIMB_COLUMNS * LIMB_ROWS);
 /// Smallest range of limb heights, in pixels, for which the profile is drawn.
 const MIN_SPAN_PX: f64 = 0.25;
-/// Largest sine of the limb's angle: the limit avoids a division by zero in the tangent for a camera on the ground.
+/// Largest sine of the limb's angle, which keeps the tangent finite. It is not reached: a profile exists only for cameras at least one radius above the Moon, where
+/// the sine is about 0.5.
 const MAX_LIMB_SINE: f64 = 0.999;
 
 /// Computes the limb profile as seen from the camera and stores it in the placed Moon, if a height map is given and the Moon may touch the Sun's disc.
@@ -69,8 +70,8 @@ impl<'p> ApparentLimb<'p> {
 }
 
 /// The fraction of the Sun's light that the Moon's limb profile leaves visible, per channel; exactly 0 if the Sun is completely hidden. `mean_limb_light`: the
-/// fraction for a smooth limb of the Moon's mean radius. Computed in the plane tangent to the sky at the Moon's centre, in which a disc of a quarter of a
-/// degree is round to 1e-5 of its radius.
+/// fraction for a smooth limb of the Moon's mean radius. Computed in the plane tangent to the sky at the Moon's centre. The Sun counts as a circle there. At an
+/// angle theta from the Moon's centre its axis ratio is 1 / cos theta: less than 1 + 4e-5 as seen from the Earth, and 1.15 one radius above the Moon.
 pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun: &PlacedBody<'_>, mean_limb_light: DVec3) -> DVec3 {
     let apparent_limb = ApparentLimb::of(profile, &moon.placement);
     let ahead = moon.placement.centre_km.normalize();
@@ -103,7 +104,8 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
             let mu = (1.0 - from_sun_centre.length_squared()).max(0.0).sqrt();
             (DVec3::ONE - u1 * (1.0 - mu) - u2 * (1.0 - mu).powi(2)) * r
         };
-        // Simpson's rule suffices, because a strip is at most a few hundredths of the disc wide.
+        // Simpson's rule suffices as seen from the Earth, where a strip is narrower than a hundredth of the Sun's radius. Near the Moon a strip may be as wide as that
+        // radius, and the error was not measured.
         let strip = (light_at(from) + 4.0 * light_at(0.5 * (from + to)) + light_at(to)) * ((to - from) / 6.0);
         change += strip * (if limb < mean_limb { 1.0 } else { -1.0 } * TAU / LIMB_POINTS as f64 / (radius * radius));
     }

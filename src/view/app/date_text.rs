@@ -13,6 +13,18 @@ const MONTHS: [&str; 12] =
 const GERMAN_MONTHS: [&str; 12] =
     ["januar", "februar", "märz", "april", "mai", "juni", "juli", "august", "september", "oktober", "november", "dezember"];
 
+/// Words that name UTC.
+const UTC_WORDS: [&str; 3] = ["utc", "ut", "z"];
+
+/// Whether a text that [`parse_date`] reads is the same instant in every time zone, because it names UTC, counts from now, or is a Julian date. A month or an
+/// era may end in the letters of UTC, too: 2024 Dec, 44 BC, 2024 März.
+pub(crate) fn is_same_in_every_zone(text: &str) -> bool {
+    let text = text.trim().to_lowercase();
+    let ends_in_digit = |text: &str| text.ends_with(|c: char| c.is_ascii_digit());
+    let names_utc = |word: &str| UTC_WORDS.contains(&word) || word.strip_suffix('z').is_some_and(ends_in_digit);
+    text.split([' ', ',']).any(names_utc) || !text.contains(|c: char| c.is_ascii_digit()) || text.starts_with("jd_tdb:")
+}
+
 /// The instant of a date text.
 pub(crate) fn parse_date(text: &str, now: Instant) -> Option<Instant> {
     let text = text.trim().to_lowercase();
@@ -54,7 +66,8 @@ impl<'t> Parts<'t> {
         let mut before_christ = false;
         for word in text.split([' ', ',']).filter(|w| !w.is_empty()) {
             match word {
-                "utc" | "ut" | "z" | "at" | "of" | "ad" | "ce" | "um" | "uhr" | "v." => {}
+                _ if UTC_WORDS.contains(&word) => {}
+                "at" | "of" | "ad" | "ce" | "um" | "uhr" | "v." => {}
                 "bc" | "bce" | "chr." => before_christ = true,
                 _ if word.contains(':') => set_once(&mut parts.clock, word.trim_end_matches('z'))?,
                 _ if word.starts_with(|c: char| c.is_alphabetic()) => set_once(&mut parts.month, month(word)?)?,
@@ -118,6 +131,26 @@ mod tests {
 
     fn now() -> Instant {
         Instant::parse("2026-11-22T23:00:00Z").expect("a time")
+    }
+
+    #[test]
+    fn only_dates_without_a_zone_depend_on_the_zone() {
+        for text in [
+            "8 April 2024 18:17 UTC",
+            "8 April 2024 18:17 Z",
+            "8 April 2024 18:17 UT",
+            "18:17 UTC 8 April 2024",
+            "18:17Z, 8 April 2024",
+            "2024-04-08T18:17:00Z",
+            "now",
+            "morgen",
+            "jd_tdb:2460409.26",
+        ] {
+            assert!(parse_date(text, now()).is_some() && is_same_in_every_zone(text), "{text}");
+        }
+        for text in ["8 Dec 2024", "2024 Dec", "15 March 44 BC", "1 2024 März", "8 April 2024 18:17", "2024-04-08 18:17:00", "2027"] {
+            assert!(parse_date(text, now()).is_some() && !is_same_in_every_zone(text), "{text}");
+        }
     }
 
     /// Nine English and numeric forms of a day give the same instant as ISO 8601 or, for a day that does not exist, none; for five years.

@@ -1,4 +1,4 @@
-//! The Moments panel: well-known moments, tours, and *What to see now*.
+//! The Moments panel: *What to see now*, presets, tours, and the catalog's moments by kind.
 
 use super::share::dialog::{self, FileField};
 use super::{Interface, now, tour};
@@ -68,7 +68,8 @@ fn presets(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     }
 }
 
-/// Shows a view of general interest at the current time.
+/// Shows a preset's view, at the current time or, for tonight's sky, at the next darkness, and runs time at its rate if it has one. What it changed is kept, so that
+/// later views do not take it over.
 pub(crate) fn open_preset(interface: &mut Interface, worker: &dyn RenderWorker, preset: Preset, actions: &mut Vec<Action>) {
     let (now, home) = (interface.viewer.now(), interface.information.home);
     let base_view = interface.base_view();

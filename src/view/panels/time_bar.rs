@@ -6,7 +6,7 @@ use super::{Interface, accessible, events, timeline};
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::civil_time::Clock;
-use crate::view::app::date_text::parse_date;
+use crate::view::app::date_text::{is_same_in_every_zone, parse_date};
 use crate::view::app::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::view::app::time_rate::{MAX_SPEED, MIN_SPEED, rate_text};
 use crate::view::app::viewer::Action;
@@ -106,18 +106,10 @@ fn entry(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>
     }
 }
 
-/// The time for a typed date in the displayed time zone. A text that ends in UTC or Z, a text without digits, and a TDB Julian date do not
-/// depend on the time zone.
+/// The time for a typed date, which is in the displayed time zone unless it is the same in every zone.
 fn typed_time(typed: &str, clock: Clock, now: Instant) -> Option<Instant> {
     let time = parse_date(typed, now)?;
     if is_same_in_every_zone(typed) { Some(time) } else { clock.instant(Clock::Utc.shown(time)?) }
-}
-
-/// A month or an era may end in the letters of UTC, too: 2024 Dec, 44 BC, 2024 März.
-fn is_same_in_every_zone(typed: &str) -> bool {
-    let lower = typed.trim().to_lowercase();
-    let ends_in_zulu = lower.strip_suffix('z').is_some_and(|time| time.ends_with(|c: char| c.is_ascii_digit()));
-    ends_in_zulu || lower.ends_with("utc") || !lower.contains(|c: char| c.is_ascii_digit()) || lower.starts_with("jd_tdb")
 }
 
 fn civil_text(civil: NaiveDateTime) -> String {
@@ -289,11 +281,5 @@ mod tests {
             assert_eq!(clock.shown(typed(text, clock)).map(civil_text), Some(text.to_owned()));
         }
         assert!(typed_time("next Tuesday", Clock::Utc, now).is_none());
-        for text in ["8 April 2024 18:17 UTC", "2024-04-08T18:17:00Z", "now", "JD_TDB 2460409.26"] {
-            assert!(is_same_in_every_zone(text), "{text}");
-        }
-        for text in ["2024 Dec", "15 March 44 BC", "2024 März", "2024-04-08 18:17:00"] {
-            assert!(!is_same_in_every_zone(text), "{text}");
-        }
     }
 }

@@ -102,3 +102,28 @@ impl<R: Real> TextureUnit<R> for NoTextures {
         1
     }
 }
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_lane_with_any_bit_set_is_in_the_mask() {
+        if !is_x86_feature_detected!("avx2") {
+            return;
+        }
+        let all = f32::from_bits(u32::MAX);
+        // SAFETY: AVX2 was detected.
+        let mask = |lanes: &[f32; LANES]| unsafe { mask_avx2(lanes) };
+        assert_eq!(mask(&[all; LANES]), LaneMask::MAX);
+        assert_eq!(mask(&[0.0; LANES]), 0);
+        for lane in [0, 7, 64, LANES - 1] {
+            for (bits, is_set) in [(0, false), (1, true), (u32::MAX, true)] {
+                let mut lanes = [all; LANES];
+                lanes[lane] = f32::from_bits(bits);
+                let others = LaneMask::MAX ^ 1 << lane;
+                assert_eq!(mask(&lanes), if is_set { LaneMask::MAX } else { others }, "lane {lane}, bits {bits:x}");
+            }
+        }
+    }
+}

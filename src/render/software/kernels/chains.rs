@@ -429,8 +429,8 @@ pub fn find(ops: &[FusedOp], kinds: u8) -> Option<usize> {
     lookup(&INDEX, ops, kinds)
 }
 
-/// Lanes of a kernel's inner loop. The compiler unrolls a short loop over this many lanes, but not one over all lanes of a batch, which then executes
-/// three more instructions for each vector. A loop over fewer lanes it may unroll before it vectorises.
+/// Lanes of a kernel's inner loop. The compiler unrolls a loop over this many lanes even where a kernel has many operations. It does not unroll such a loop over
+/// all lanes of a batch, which then executes three more instructions for each vector. A loop over fewer lanes it may unroll before it vectorises.
 pub(super) const UNROLLED: usize = 64;
 
 /// A chain as a type, with the function that evaluates it on one lane.
@@ -489,6 +489,7 @@ pub(crate) unsafe fn run_lanes<C: FusedKernel, R: Real, const N: usize, const KI
         }};
     }
     let x = [input!(0), input!(1), input!(2), input!(3), input!(4), input!(5), input!(6), input!(7)];
+    const { assert!(N.is_multiple_of(UNROLLED)) };
     for (k, part) in dst.chunks_exact_mut(UNROLLED).enumerate() {
         for (lane, result) in part.iter_mut().enumerate() {
             *result = C::eval::<R, N, FMA>(&x, k * UNROLLED + lane);

@@ -258,10 +258,10 @@ mod tests {
     #[test]
     fn log2_from_one_gives_the_bits_of_log2() {
         let mut numbers = (0..).map(|k| f32::from_bits(1.0_f32.to_bits() + k * 7919)).take_while(|x| x.is_finite());
-        assert!(numbers.all(|x| log2::<true>(x).to_bits() == log2_from_one::<true>(x).to_bits()));
+        assert!(numbers.all(|x| {
+            log2::<true>(x).to_bits() == log2_from_one::<true>(x).to_bits()
+                && log2::<false>(x).to_bits() == log2_from_one::<false>(x).to_bits()
+        }));
         assert_ne!(log2::<false>(0.0), log2_from_one::<false>(0.0), "zero is a special case");
-        for x in [1.0, 2.0, std::f32::consts::SQRT_2, f32::MAX] {
-            assert_eq!(log2::<false>(x), log2_from_one::<false>(x));
-        }
     }
 }

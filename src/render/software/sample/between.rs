@@ -10,6 +10,8 @@ use super::footprint::floor;
 #[cfg(target_arch = "x86_64")]
 use super::registers;
 use super::texels::{BoundLevel, Decode};
+#[cfg(target_arch = "x86_64")]
+use crate::render::plan::AddressMode;
 use crate::render::software::exec::LaneMask;
 use crate::render::software::math::Real;
 
@@ -30,13 +32,7 @@ pub(super) fn interpolate<R: Real, D: Decode>(
         let needed = out.each_ref().map(|o| o.is_some());
         let mut out = registers::in_eights(out.map(|lanes| R::as_f32_mut(lanes?)?.first_chunk_mut()));
         // SAFETY: decoders in registers exist only on machines with AVX2.
-        let (columns, rows, width) = unsafe {
-            (
-                registers::AxisSize::new(level.width, false),
-                registers::AxisSize::new(level.height, false),
-                registers::in_every_lane(level.width),
-            )
-        };
+        let level = unsafe { registers::SizedLevel::new(level, [AddressMode::ClampToEdge; 2]) };
         for group in 0..BATCH / registers::EIGHT {
             let active = (active >> (group * registers::EIGHT)) as u32 & 0xff;
             if active == 0 {
@@ -45,11 +41,11 @@ pub(super) fn interpolate<R: Real, D: Decode>(
             // SAFETY: decoders in registers exist only on machines with AVX2; `texels_beside` clamps columns and rows to the level.
             unsafe {
                 let corners = Corners::new(
-                    width,
-                    registers::texels_beside(registers::eight(x, group), &columns),
-                    registers::texels_beside(registers::eight(y, group), &rows),
+                    level.width,
+                    registers::texels_beside(registers::eight(x, group), &level.size[0]),
+                    registers::texels_beside(registers::eight(y, group), &level.size[1]),
                 );
-                let value = decode.interpolate_eight(&level, &corners, needed);
+                let value = decode.interpolate_eight(&level.texels, &corners, needed);
                 registers::write_eight(&mut out, group, value, active);
             }
         }

@@ -126,7 +126,7 @@ impl<'a, R: Real> FilterRequest<'a, R> {
         Self { u, v, level: None, footprints: None }
     }
 
-    /// Fills levels and footprints from the gradients du/dx, dv/dx, du/dy, dv/dy. `max_taps`: `None` for isotropic filtering.
+    /// Fills levels and footprints from the gradients du/dx, dv/dx, du/dy, dv/dy. `max_taps`: at least 1; `None` for isotropic filtering.
     #[inline(always)]
     pub(crate) fn set_footprints(&mut self, size: [u32; 2], g: [&[R; BATCH]; 4], max_taps: Option<&[R; BATCH]>) {
         let size = [R::from_u32(size[0]), R::from_u32(size[1])];
@@ -140,7 +140,8 @@ impl<'a, R: Real> FilterRequest<'a, R> {
             }
             return;
         };
-        // The sum of the squares of both axes.
+        // The sum of the squares of both axes is at least that of the major axis. Where it is at most 1, `anisotropic` gives level 0 and one tap, in spite of rounding,
+        // because it shortens the footprint by 0.01.
         let mut sums_sq = [R::ZERO; BATCH];
         for i in 0..BATCH {
             let (ux, vx, uy, vy) = (g[0][i] * size[0], g[1][i] * size[1], g[2][i] * size[0], g[3][i] * size[1]);

@@ -63,12 +63,12 @@ pub(super) unsafe fn eight(values: &[f32; BATCH], group: usize) -> __m256 {
 /// # Safety
 /// AVX2.
 #[inline(always)]
-pub(super) unsafe fn in_every_lane(n: u32) -> __m256i {
+unsafe fn broadcast(n: u32) -> __m256i {
     // SAFETY: the caller guarantees AVX2.
     unsafe { _mm256_set1_epi32(n as i32) }
 }
 
-/// The number of texels along an axis of a level, in every lane.
+/// Size and addressing of a level along one axis: the number of texels, and the index of the last one, in every lane.
 #[derive(Clone, Copy)]
 pub(super) struct AxisSize {
     size: __m256,
@@ -81,30 +81,31 @@ impl AxisSize {
     /// # Safety
     /// AVX2.
     #[inline(always)]
-    pub(super) unsafe fn new(size: u32, repeats: bool) -> Self {
+    unsafe fn new(size: u32, repeats: bool) -> Self {
         // SAFETY: the caller guarantees AVX2.
-        unsafe { Self { size: _mm256_set1_ps(size as i32 as f32), last: in_every_lane(size - 1), repeats } }
+        unsafe { Self { size: _mm256_set1_ps(size as i32 as f32), last: broadcast(size - 1), repeats } }
     }
 }
 
-/// A level, and its width and height.
+/// A level, and its width and height in registers.
 #[derive(Clone, Copy)]
-struct SizedLevel<'a> {
-    texels: TexelLevel<'a>,
-    size: [AxisSize; 2],
-    width: __m256i,
+pub(super) struct SizedLevel<'a> {
+    pub texels: TexelLevel<'a>,
+    pub size: [AxisSize; 2],
+    /// The number of texels in a row.
+    pub width: __m256i,
 }
 
 impl<'a> SizedLevel<'a> {
     /// # Safety
     /// AVX2.
     #[inline(always)]
-    unsafe fn new(texels: TexelLevel<'a>, state: &SamplerState) -> Self {
-        let repeats = [state.address_u, state.address_v].map(|mode| mode == AddressMode::Repeat);
+    pub(super) unsafe fn new(texels: TexelLevel<'a>, address_modes: [AddressMode; 2]) -> Self {
+        let repeats = address_modes.map(|mode| mode == AddressMode::Repeat);
         // SAFETY: the caller guarantees AVX2.
         unsafe {
             let size = [AxisSize::new(texels.width, repeats[0]), AxisSize::new(texels.height, repeats[1])];
-            Self { texels, size, width: in_every_lane(texels.width) }
+            Self { texels, size, width: broadcast(texels.width) }
         }
     }
 }
@@ -117,13 +118,13 @@ struct LevelPair<'a> {
     coarser: Option<SizedLevel<'a>>,
 }
 
-/// The levels that eight lanes read. `previous`: those that were read before, which are usually the same.
+/// The levels that some lanes read. `previous`: those that were read before, which are usually the same.
 /// # Safety
 /// AVX2.
 #[inline(always)]
 unsafe fn level_pair<'a>(
     levels: &[BoundLevel<'a>],
-    state: &SamplerState,
+    address_modes: [AddressMode; 2],
     level: usize,
     needs_coarser: bool,
     previous: Option<LevelPair<'a>>,
@@ -136,9 +137,9 @@ unsafe fn level_pair<'a>(
     }
     // SAFETY: the caller guarantees AVX2.
     unsafe {
-        let finer = SizedLevel::new(levels[level].read(), state);
+        let finer = SizedLevel::new(levels[level].read(), address_modes);
         let coarser = match levels.get(level + 1) {
-            Some(coarser) if needs_coarser => Some(SizedLevel::new(coarser.read(), state)),
+            Some(coarser) if needs_coarser => Some(SizedLevel::new(coarser.read(), address_modes)),
             _ => None,
         };
         LevelPair { level, finer, coarser }
@@ -358,10 +359,11 @@ pub(super) unsafe fn filter<D: Decode>(
 ) {
     let needed = out.each_ref().map(|o| o.is_some());
     let mut out = in_eights(out);
+    let address_modes = [state.address_u, state.address_v];
     let Some(level_of_lanes) = request.level else {
         // SAFETY: the caller guarantees AVX2.
         unsafe {
-            let level = SizedLevel::new(levels[0].read(), state);
+            let level = SizedLevel::new(levels[0].read(), address_modes);
             for group in 0..BATCH / EIGHT {
                 let active = (active >> (group * EIGHT)) as u32 & 0xff;
                 if active != 0 {
@@ -373,11 +375,12 @@ pub(super) unsafe fn filter<D: Decode>(
         return;
     };
     // SAFETY: the caller guarantees AVX2.
-    let shared_level = unsafe { shared_level(level_of_lanes, levels.len()) }.filter(|_| active == LaneMask::MAX);
-    if let Some((level, needs_coarser)) = shared_level {
+    if active == LaneMask::MAX
+        && let Some((level, needs_coarser)) = unsafe { shared_level(level_of_lanes, levels.len()) }
+    {
         // SAFETY: as above.
         unsafe {
-            let pair = level_pair(levels, state, level, needs_coarser, None);
+            let pair = level_pair(levels, address_modes, level, needs_coarser, None);
             for group in 0..BATCH / EIGHT {
                 let (_, fraction) = level_and_fraction(level_of_lanes, group, levels.len());
                 let uv = [eight(request.u, group), eight(request.v, group)];
@@ -408,7 +411,7 @@ pub(super) unsafe fn filter<D: Decode>(
                 let level = level_of[remaining.trailing_zeros() as usize % EIGHT];
                 let same_level = _mm256_castsi256_ps(_mm256_cmpeq_epi32(finer, _mm256_set1_epi32(level)));
                 let filtered = _mm256_movemask_ps(same_level) as u32 & active;
-                let pair = level_pair(levels, state, level as usize, filtered & is_between != 0, previous);
+                let pair = level_pair(levels, address_modes, level as usize, filtered & is_between != 0, previous);
                 let wanted = if filtered == 0xff { same_level } else { mask_of(filtered) };
                 let level_value = value_of(decode, &pair, &lanes, wanted, needed);
                 previous = Some(pair);
