@@ -374,8 +374,8 @@ pub(super) unsafe fn filter<D: Decode>(
         }
         return;
     };
-    // SAFETY: the caller guarantees AVX2.
     if active == LaneMask::MAX
+        // SAFETY: the caller guarantees AVX2.
         && let Some((level, needs_coarser)) = unsafe { shared_level(level_of_lanes, levels.len()) }
     {
         // SAFETY: as above.
