@@ -109,7 +109,9 @@ fn small_points_are_faint_and_never_lost() {
         };
         let (of_small, of_large) = (change(&small), change(&large));
         assert!(of_small >= 6, "the point at {:?} changes the image by {of_small} levels", point.centre_px);
-        assert!(of_large > 2 * of_small, "{of_large} for {of_small} levels at {:?}", point.centre_px);
+        // The ratio of the areas is 6.25. Eight-bit levels are rounded in each pixel.
+        let ratio = f64::from(of_large) / f64::from(of_small);
+        assert!((4.5..9.0).contains(&ratio), "{of_large} for {of_small} levels at {:?}", point.centre_px);
     }
 }
 

@@ -1,7 +1,7 @@
 //! The legend of an image's colours: one line for its metadata.
 //!
-//! In: the pixel view, the exposure and the tone map. Out: a text with the quantity of each channel, its unit, and the values of black and white. EXR files hold the numbers
-//! in that unit; PNG files hold them times 2^stops, clipped at 1 and encoded as sRGB.
+//! In: the pixel view, the exposure and the tone map. Out: a text with the quantity of each channel, its unit, and the values of black and
+//! white. EXR files hold the numbers in that unit; PNG files hold them times 2^stops, clipped at 1 and encoded as sRGB.
 
 use crate::scene::draw::{INSTRUCTIONS_PER_READ, PixelView};
 use crate::scene::finished::Scene;
