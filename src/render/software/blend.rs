@@ -36,6 +36,27 @@ pub(crate) fn blend_lanes(blend: Blend, source: [&[f32]; 4], target: [&mut [f32]
     }
 }
 
+/// As [`blend_lanes`] over pixels of one colour; `target` is only written.
+#[inline(always)]
+pub(crate) fn blend_with_colour(blend: Blend, source: [&[f32]; 4], colour: [f32; 4], target: [&mut [f32]; 4]) {
+    let alpha = source[3];
+    for ((from, colour), to) in source.into_iter().zip(colour).zip(target) {
+        match blend {
+            Blend::Replace => to.copy_from_slice(from),
+            Blend::PremultipliedOver => {
+                for ((t, s), a) in to.iter_mut().zip(from).zip(alpha) {
+                    *t = s + colour * (1.0 - a);
+                }
+            }
+            Blend::Add => {
+                for (t, s) in to.iter_mut().zip(from) {
+                    *t = colour + s;
+                }
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -61,6 +82,10 @@ mod tests {
             for k in 0..4 {
                 assert!(target[k].iter().all(|v| v.to_bits() == expected[k].to_bits()));
             }
+            let mut over_one_colour = TARGET.map(|_| vec![f32::NAN; 5]);
+            let planes = over_one_colour.each_mut().map(|plane| plane.as_mut_slice());
+            blend_with_colour(blend, [&source[0], &source[1], &source[2], &source[3]], TARGET, planes);
+            assert_eq!(over_one_colour, target);
         }
     }
 }

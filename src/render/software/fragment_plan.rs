@@ -1,8 +1,10 @@
 //! The inputs and outputs of a fragment program, resolved once for a draw of a pass.
 //!
-//! In: the program's lane inputs and outputs, and the draw's depth state. Out: `FragmentPlan`. Not here: triangles and tiles.
+//! In: the program, and the draw's depth state. Out: `FragmentPlan`. Not here: triangles and tiles.
 
+use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
+use super::stage::LaneProgram;
 use crate::render::plan::DepthState;
 
 /// The source of a lane input's value.
@@ -18,6 +20,8 @@ pub(crate) enum FragmentInputSource {
     Flat(usize),
     FrontFacing,
     Zero,
+    /// The program does not read this input, so it is not written.
+    Unread,
 }
 
 /// The fragment stage of one draw, prepared once per pass.
@@ -34,33 +38,35 @@ pub(crate) struct FragmentPlan {
 
 impl FragmentPlan {
     /// `has_depth`: the pass has a depth target.
-    pub(crate) fn new(inputs: &[LaneInput], outputs: &[LaneOutput], uses_discard: bool, depth: DepthState, has_depth: bool) -> Self {
+    pub(crate) fn new<R: Real>(fragment: &dyn LaneProgram<R>, depth: DepthState, has_depth: bool) -> Self {
+        let outputs = fragment.outputs();
         let (mut interpolated, mut flat) = (0, 0);
-        let input_sources = inputs
-            .iter()
-            .map(|input| match *input {
-                LaneInput::FragCoord { component: 0 } => FragmentInputSource::PixelX,
-                LaneInput::FragCoord { component: 1 } => FragmentInputSource::PixelY,
-                LaneInput::FragCoord { component: 2 } => FragmentInputSource::Depth,
-                LaneInput::FragCoord { .. } => FragmentInputSource::InverseW,
-                LaneInput::Location { flat: true, .. } => {
-                    flat += 1;
-                    FragmentInputSource::Flat(flat - 1)
-                }
-                LaneInput::Location { .. } => {
-                    interpolated += 1;
-                    FragmentInputSource::Interpolated(interpolated - 1)
-                }
-                LaneInput::FrontFacing => FragmentInputSource::FrontFacing,
-                // Each pixel is shaded once, as sample 0.
-                LaneInput::SampleIndex | LaneInput::VertexIndex | LaneInput::InstanceIndex => FragmentInputSource::Zero,
-            })
-            .collect();
+        let source_of = |input: &LaneInput| match *input {
+            LaneInput::FragCoord { component: 0 } => FragmentInputSource::PixelX,
+            LaneInput::FragCoord { component: 1 } => FragmentInputSource::PixelY,
+            LaneInput::FragCoord { component: 2 } => FragmentInputSource::Depth,
+            LaneInput::FragCoord { .. } => FragmentInputSource::InverseW,
+            LaneInput::Location { flat: true, .. } => {
+                flat += 1;
+                FragmentInputSource::Flat(flat - 1)
+            }
+            LaneInput::Location { .. } => {
+                interpolated += 1;
+                FragmentInputSource::Interpolated(interpolated - 1)
+            }
+            LaneInput::FrontFacing => FragmentInputSource::FrontFacing,
+            // Each pixel is shaded once, as sample 0.
+            LaneInput::SampleIndex | LaneInput::VertexIndex | LaneInput::InstanceIndex => FragmentInputSource::Zero,
+        };
+        let mut input_sources: Vec<_> = fragment.inputs().iter().map(source_of).collect();
+        for (_, source) in input_sources.iter_mut().enumerate().filter(|(k, _)| !fragment.reads_input(*k)) {
+            *source = FragmentInputSource::Unread;
+        }
         let colour_outputs = [0, 1, 2, 3]
             .map(|c| outputs.iter().position(|o| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c)));
         let depth_output = outputs.iter().position(|o| matches!(o, LaneOutput::FragDepth));
         let depth = DepthState { test: depth.test && has_depth, write: depth.write && has_depth };
-        Self { input_sources, colour_outputs, depth_output, early_depth_test: !uses_discard && depth_output.is_none(), depth }
+        Self { input_sources, colour_outputs, depth_output, early_depth_test: !fragment.uses_discard() && depth_output.is_none(), depth }
     }
 
     /// Whether every covered pixel is drawn, because the draw neither discards, nor tests or writes depth.

@@ -87,35 +87,35 @@ impl Span<'_> {
     }
 }
 
-/// One coordinate of a block's pixels minus `offset`. `first_quad`: index in the tile of the block's first quad.
-#[inline(always)]
-fn offset_block<R: Real>(lanes: &mut [R; LANES], pixels: &[f32], first_quad: usize, offset: f32) {
-    let Some(pixels) = pixels.get(first_quad * QUAD_LANES..).and_then(|pixels| pixels.first_chunk::<LANES>()) else { return };
-    for i in 0..LANES {
-        lanes[i] = R::from_f32_bits((pixels[i] - offset).to_bits());
-    }
-}
-
 /// One coordinate of the pixels of the quads in `range` minus `offset`.
 #[inline(always)]
 fn offset_quads<R: Real>(lanes: &mut [R; LANES], pixels: &[f32], quads: &[Quad; QUADS], range: Range<usize>, offset: f32) {
     let pixels = pixels.as_chunks::<QUAD_LANES>().0;
     for (lanes, quad) in lanes.as_chunks_mut::<QUAD_LANES>().0[range.clone()].iter_mut().zip(&quads[range]) {
-        let pixels = &pixels[usize::from(quad.index)];
-        for i in 0..QUAD_LANES {
-            lanes[i] = R::from_f32_bits((pixels[i] - offset).to_bits());
-        }
+        // Copied before the lanes are written, so that the compiler uses vectors.
+        let offsets: [f32; QUAD_LANES] = pixels[usize::from(quad.index)].map(|pixel| pixel - offset);
+        *lanes = offsets.map(|offset| R::from_f32_bits(offset.to_bits()));
     }
 }
 
-/// Fills the lane inputs of a batch. `block`: if the quads are those of a block that one triangle covers, the index in the tile of the first of them;
-/// `tile`: the tile's top-left pixel.
+impl<'a> Span<'a> {
+    /// The quads `from..to` of a triangle, of which `first` is the first. `tile`: the tile's top-left pixel.
+    #[inline(always)]
+    fn new<R: Real>(job: &'a DrawJob<'_, R>, [from, to]: [usize; 2], first: Quad, tile: [u32; 2]) -> Self {
+        let corner = quad_position(first.index.into());
+        let triangle = &job.geometry.source_triangles[first.source_triangle as usize];
+        let origin = [0, 1].map(|axis: usize| f64::from(tile[axis] + corner[axis]));
+        let from_plane_origin = [origin[0] - triangle.origin[0], origin[1] - triangle.origin[1]];
+        Self { from, to, triangle, origin, from_plane_origin }
+    }
+}
+
+/// Fills the lane inputs of a batch of quads. `tile`: the tile's top-left pixel.
 #[inline(always)]
-pub(super) fn fill<R: Real>(
+pub(super) fn fill_quads<R: Real>(
     job: &DrawJob<'_, R>,
     run: &mut dyn LaneRun<R>,
     quads: &[Quad; QUADS],
-    block: Option<usize>,
     pixels: &TilePixels,
     tile: [u32; 2],
 ) {
@@ -124,57 +124,69 @@ pub(super) fn fill<R: Real>(
     let mut spans = SmallVec::<[Span<'_>; QUADS]>::new();
     let mut from = 0;
     while let Some(first) = quads.get(from) {
-        let same_triangle = || quads[from..].iter().take_while(|q| q.source_triangle == first.source_triangle).count();
-        let to = if block.is_some() { QUADS } else { from + same_triangle() };
+        let to = from + quads[from..].iter().take_while(|q| q.source_triangle == first.source_triangle).count();
         let corner = quad_position(first.index.into());
-        let offsets = corner.map(|v| v as f32);
-        match block {
-            Some(first_quad) => {
-                offset_block(&mut x, &pixels.x, first_quad, offsets[0]);
-                offset_block(&mut y, &pixels.y, first_quad, offsets[1]);
-            }
-            None => {
-                offset_quads(&mut x, &pixels.x, quads, from..to, offsets[0]);
-                offset_quads(&mut y, &pixels.y, quads, from..to, offsets[1]);
-            }
-        }
-        let triangle = &job.geometry.source_triangles[first.source_triangle as usize];
-        let origin = [0, 1].map(|axis: usize| f64::from(tile[axis] + corner[axis]));
-        let from_plane_origin = [origin[0] - triangle.origin[0], origin[1] - triangle.origin[1]];
-        spans.push(Span { from, to, triangle, origin, from_plane_origin });
+        offset_quads(&mut x, &pixels.x, quads, from..to, corner[0] as f32);
+        offset_quads(&mut y, &pixels.y, quads, from..to, corner[1] as f32);
+        spans.push(Span::new(job, [from, to], *first, tile));
         from = to;
     }
-    let sources = &job.fragment_plan.input_sources;
-    let mut w = [R::ONE; LANES];
-    if sources.iter().any(|s| matches!(s, FragmentInputSource::Interpolated(_))) {
-        for span in spans.iter().filter(|s| !s.triangle.is_affine) {
-            span.evaluate(&mut w, [&x, &y], &span.triangle.inverse_w);
-            span.lanes(&mut w).iter_mut().for_each(|w| *w = w.map(|w| R::ONE / w));
+    fill(job, run, &spans, [&x, &y]);
+}
+
+/// As [`fill_quads`] for the quads of a block that one triangle covers. `first`: the first of them.
+#[inline(always)]
+pub(super) fn fill_block<R: Real>(job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, pixels: &TilePixels, tile: [u32; 2]) {
+    let spans = [Span::new(job, [0, QUADS], first, tile)];
+    // The centres of a block's pixels relative to its corner are the same for all blocks. The first block's corner is that of the tile.
+    let of_first_block = [&pixels.x, &pixels.y].map(|centres| centres.first_chunk::<LANES>());
+    let [Some(x), Some(y)] = of_first_block else { return };
+    let lanes = |values| R::of_f32(values).and_then(|lanes| lanes.first_chunk::<LANES>());
+    match (lanes(x), lanes(y)) {
+        (Some(x), Some(y)) => fill(job, run, &spans, [x, y]),
+        _ => {
+            let [x, y] = [x, y].map(|values| values.map(|value| R::from_f64(value.into())));
+            fill(job, run, &spans, [&x, &y]);
         }
     }
-    for (k, source) in sources.iter().enumerate() {
+}
+
+/// Fills the lane inputs of spans that together are all lanes. `x`, `y`: each lane's pixel centre relative to the first quad of its span.
+#[inline(always)]
+fn fill<R: Real>(job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, spans: &[Span<'_>], [x, y]: [&[R; LANES]; 2]) {
+    let sources = &job.fragment_plan.input_sources;
+    let is_perspective = spans.iter().any(|s| !s.triangle.is_affine);
+    let w = (is_perspective && sources.iter().any(|s| matches!(s, FragmentInputSource::Interpolated(_)))).then(|| {
+        let mut w = [R::ONE; LANES];
+        for span in spans.iter().filter(|s| !s.triangle.is_affine) {
+            span.evaluate(&mut w, [x, y], &span.triangle.inverse_w);
+            span.lanes(&mut w).iter_mut().for_each(|w| *w = w.map(|w| R::ONE / w));
+        }
+        w
+    });
+    for (k, source) in sources.iter().enumerate().filter(|(_, source)| **source != FragmentInputSource::Unread) {
         let lanes = run.input(k);
-        for span in &spans {
+        for span in spans {
             let triangle = span.triangle;
             match *source {
                 FragmentInputSource::PixelX | FragmentInputSource::PixelY => {
-                    let (axis, offsets) = if *source == FragmentInputSource::PixelX { (0, &x) } else { (1, &y) };
+                    let (axis, offsets) = if *source == FragmentInputSource::PixelX { (0, x) } else { (1, y) };
                     let origin = R::from_f64(span.origin[axis]);
                     span.combine(lanes, offsets, |_, offset| origin + offset);
                 }
-                FragmentInputSource::Depth => span.evaluate(lanes, [&x, &y], &triangle.depth),
-                FragmentInputSource::InverseW => span.evaluate(lanes, [&x, &y], &triangle.inverse_w),
+                FragmentInputSource::Depth => span.evaluate(lanes, [x, y], &triangle.depth),
+                FragmentInputSource::InverseW => span.evaluate(lanes, [x, y], &triangle.inverse_w),
                 FragmentInputSource::Interpolated(index) => {
-                    span.evaluate(lanes, [&x, &y], &job.geometry.planes[triangle.first_plane + index]);
-                    if !triangle.is_affine {
-                        span.combine(lanes, &w, |lane, w| lane * w);
+                    span.evaluate(lanes, [x, y], &job.geometry.planes[triangle.first_plane + index]);
+                    if let Some(w) = w.as_ref().filter(|_| !triangle.is_affine) {
+                        span.combine(lanes, w, |lane, w| lane * w);
                     }
                 }
                 FragmentInputSource::Flat(index) => {
                     span.fill(lanes, R::from_f64(job.geometry.flat_values[triangle.first_flat_value + index]))
                 }
                 FragmentInputSource::FrontFacing => span.fill(lanes, R::from_mask(triangle.is_front_facing)),
-                FragmentInputSource::Zero => span.fill(lanes, R::ZERO),
+                FragmentInputSource::Zero | FragmentInputSource::Unread => span.fill(lanes, R::ZERO),
             }
         }
     }

@@ -213,7 +213,7 @@ fn prepare_draw<'a, R: Real>(
     timings.culled += submitted - geometry.source_triangles.len();
     timings.clipped += geometry.clipped;
     timings.triangles += geometry.triangles.len();
-    let fragment_plan = FragmentPlan::new(fragment.inputs(), fragment.outputs(), fragment.uses_discard(), draw.depth, pass.depth);
+    let fragment_plan = FragmentPlan::new(fragment, draw.depth, pass.depth);
     Ok(DrawJob {
         geometry,
         fragment,

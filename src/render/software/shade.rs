@@ -300,7 +300,10 @@ impl TileShader<'_> {
         let quads = &batch.quads;
         // Uncovered pixels of a quad run as helper lanes for derivatives.
         let active = LaneMask::MAX >> (LANES - 4 * count);
-        lane_inputs::fill(job, run, quads, block, self.pixels, self.tile);
+        match block {
+            Some(_) => lane_inputs::fill_block(job, run, quads[0], self.pixels, self.tile),
+            None => lane_inputs::fill_quads(job, run, quads, self.pixels, self.tile),
+        }
         let remaining = run.run(active);
         let plan = &job.fragment_plan;
         let outputs = plan.colour_outputs.map(|output| output.map(|o| run.output(o)));

@@ -16,6 +16,10 @@ pub use super::exec::LANES;
 pub trait LaneProgram<R: Real>: Sync {
     fn inputs(&self) -> &[LaneInput];
     fn outputs(&self) -> &[LaneOutput];
+    /// Whether the program reads input `k`; an input that is not read need not be filled.
+    fn reads_input(&self, _k: usize) -> bool {
+        true
+    }
     /// Whether lanes may be discarded; if so, depth is tested after shading.
     fn uses_discard(&self) -> bool;
     /// Whether the result at a pixel depends only on the texels loaded at that pixel, and not on the pixel's position.
@@ -36,7 +40,7 @@ pub trait LaneProgram<R: Real>: Sync {
 
 /// The working state of one thread in one program.
 pub trait LaneRun<R: Real> {
-    /// The lanes of input `k`, to be filled before every run.
+    /// The lanes of input `k`, to be filled before every run if the program reads it.
     fn input(&mut self, k: usize) -> &mut [R; LANES];
     /// Runs the batch; `active` consists of complete quads. Returns the active lanes that did not discard.
     fn run(&mut self, active: LaneMask) -> LaneMask;

@@ -63,6 +63,10 @@ impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
     fn outputs(&self) -> &[LaneOutput] {
         &self.program.outputs
     }
+    fn reads_input(&self, k: usize) -> bool {
+        // The native tone map reads the position, as the program that it replaces does.
+        self.bound.reads_input(k)
+    }
     fn uses_discard(&self) -> bool {
         self.program.uses_discard
     }

@@ -5,7 +5,7 @@
 
 use super::raster::coverage::{self, BLOCK_PIXELS, TILE_BLOCKS, block_position};
 use super::tiles::TileTarget;
-use super::tone_map::ToneMapUniforms;
+use super::tone_map::{BlockRows, ToneMapUniforms};
 use std::mem::MaybeUninit;
 
 const BLOCK_WIDTH: usize = coverage::BLOCK_WIDTH as usize;
@@ -49,14 +49,17 @@ fn place_block<T: Copy>(rows: Rows<'_, '_, T>, [x0, y0]: [usize; 2], pixels: &[T
     }
 }
 
-/// Writes a block's pixels, given as little-endian words.
+/// Writes a block's pixels, given as little-endian words by rows.
 #[inline(always)]
-fn place_words(rows: Rows<'_, '_, [u8; 4]>, block: usize, words: &[u32; BLOCK_PIXELS]) {
-    let mut bytes = [[0; 4]; BLOCK_PIXELS];
-    for (to, word) in bytes.iter_mut().zip(words) {
-        *to = word.to_le_bytes();
+fn place_rows(rows: Rows<'_, '_, [u8; 4]>, [x0, y0]: [usize; 2], words: &BlockRows) {
+    for (row, words) in rows.iter_mut().skip(y0).zip(words) {
+        let pixels = words.map(|word| MaybeUninit::new(word.to_le_bytes()));
+        match row.get_mut(x0..).and_then(|row| row.first_chunk_mut::<BLOCK_WIDTH>()) {
+            Some(to) => *to = pixels,
+            // The last columns, if the width is not a multiple of a block's width.
+            None => row.iter_mut().skip(x0).zip(pixels).for_each(|(to, pixel)| *to = pixel),
+        }
     }
-    place_block(rows, block_position(block).map(|v| v as usize), &bytes);
 }
 
 /// Fills a block with one value.
@@ -121,21 +124,21 @@ impl TileTarget {
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn tone_map_avx2(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
-        let mut words = [0; BLOCK_PIXELS];
+        let mut words = BlockRows::default();
         for block in 0..TILE_BLOCKS {
             if let Some(light) = self.light_or_fill(block, rows, clear_bytes) {
-                tone_map.map_avx2(light, &mut words);
-                place_words(rows, block, &words);
+                tone_map.map_rows_avx2(light, &mut words);
+                place_rows(rows, block_position(block).map(|v| v as usize), &words);
             }
         }
     }
 
     fn tone_map_generic(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
-        let mut words = [0; BLOCK_PIXELS];
+        let mut words = BlockRows::default();
         for block in 0..TILE_BLOCKS {
             if let Some(light) = self.light_or_fill(block, rows, clear_bytes) {
-                tone_map.map_generic(light, &mut words);
-                place_words(rows, block, &words);
+                tone_map.map_rows_generic(light, &mut words);
+                place_rows(rows, block_position(block).map(|v| v as usize), &words);
             }
         }
     }

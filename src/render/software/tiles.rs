@@ -4,7 +4,7 @@
 //! are all equal is stored once; the first edge through the pixel splits it into four samples. Colour is f32, as in the target, even if lanes are
 //! f64.
 
-use super::blend::{blend_lanes, blended};
+use super::blend::{blend_lanes, blend_with_colour, blended};
 use super::raster::coverage::{BLOCK_PIXELS, TILE, TILE_BLOCKS};
 use crate::render::plan::Blend;
 
@@ -216,10 +216,16 @@ impl TileTarget {
         if blend != Blend::Replace && source.iter().all(|lanes| are_zero(lanes)) {
             return true;
         }
-        for block in range.start / BLOCK_PIXELS..range.end.div_ceil(BLOCK_PIXELS) {
-            if blend == Blend::Replace && range.start <= block * BLOCK_PIXELS && (block + 1) * BLOCK_PIXELS <= range.end {
-                self.written_blocks |= 1 << block;
-            }
+        let first = range.start / BLOCK_PIXELS;
+        let is_complete_block = range.start == first * BLOCK_PIXELS && range.len() == BLOCK_PIXELS;
+        if is_complete_block && !has_bit(self.written_blocks, first) {
+            // The block has the clear colour, which is blended from here instead of being stored first.
+            self.written_blocks |= 1 << first;
+            let planes = self.colour.each_mut().map(|plane| &mut plane[range.clone()]);
+            blend_with_colour(blend, source, self.clear_colour, planes);
+            return true;
+        }
+        for block in first..range.end.div_ceil(BLOCK_PIXELS) {
             self.prepare_block(block);
         }
         let [r, g, b, a] = &mut self.colour;

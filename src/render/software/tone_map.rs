@@ -8,10 +8,13 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::exec::LANES;
+use super::raster::coverage;
 use crate::shader::{ModuleId, ShaderModule, generator};
 use sha2::{Digest, Sha256};
 use std::sync::LazyLock;
 
+const BLOCK_WIDTH: usize = coverage::BLOCK_WIDTH as usize;
+const BLOCK_HEIGHT: usize = coverage::BLOCK_HEIGHT as usize;
 const MODULE: &str = "tone_map";
 /// SHA-256 of the emitted WGSL whose formula [`ToneMapUniforms::compress`] repeats. If the WGSL has another digest, its tape is executed instead.
 /// After a change of the fragments, adapt `compress` and record the new digest here.
@@ -114,44 +117,83 @@ fn encode_generic(linear: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
 /// The same bytes by gather instructions.
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{CELL_BITS, FIRST, LANES, LAST, LEVELS};
+    use super::{BLOCK_WIDTH, BlockRows, CELL_BITS, CELLS, FIRST, LANES, LAST, LEVELS};
     use std::arch::x86_64::{
-        __m256i, _mm256_add_epi32, _mm256_and_si256, _mm256_i32gather_epi32, _mm256_max_epi32, _mm256_min_epi32, _mm256_or_si256,
-        _mm256_set1_epi32, _mm256_slli_epi32, _mm256_srli_epi32, _mm256_sub_epi32,
+        __m256i, _mm256_add_epi32, _mm256_and_si256, _mm256_castps_si256, _mm256_castsi256_ps, _mm256_i32gather_epi32, _mm256_max_ps,
+        _mm256_min_ps, _mm256_mul_ps, _mm256_or_si256, _mm256_permute4x64_epi64, _mm256_set1_epi32, _mm256_set1_ps, _mm256_slli_epi32,
+        _mm256_srli_epi32, _mm256_unpackhi_epi64, _mm256_unpacklo_epi64,
     };
     use std::mem::transmute;
 
-    /// The levels of eight values.
+    /// The levels of eight values times `factor`, each in the high bits of its word. NaN is shown as 0.
     #[inline]
     #[target_feature(enable = "avx2")]
-    fn levels(values: [f32; 8]) -> __m256i {
-        // Signed integers: the values' bits and the limits are below 2^31.
+    fn levels(table: &[u32; CELLS], factor: f32, values: &[f32; 8]) -> __m256i {
         let word = |bits: u32| _mm256_set1_epi32(bits.cast_signed());
         // SAFETY: eight words in either form.
-        let bits = unsafe { transmute::<[f32; 8], __m256i>(values) };
-        let bits = _mm256_min_epi32(_mm256_max_epi32(bits, word(FIRST)), word(LAST));
-        let cells = _mm256_srli_epi32::<{ CELL_BITS as i32 }>(_mm256_sub_epi32(bits, word(FIRST)));
-        // SAFETY: bits are within FIRST..=LAST, so cells are below CELLS, the table's length.
-        let entries = unsafe { _mm256_i32gather_epi32::<4>(LEVELS.as_ptr().cast::<i32>(), cells) };
-        let low = _mm256_and_si256(bits, word((1 << CELL_BITS) - 1));
-        _mm256_srli_epi32::<{ CELL_BITS as i32 }>(_mm256_add_epi32(entries, low))
+        let values = _mm256_mul_ps(unsafe { transmute::<[f32; 8], _>(*values) }, _mm256_set1_ps(factor));
+        // If one operand is NaN, the maximum is the second operand.
+        let at_least_first = _mm256_max_ps(values, _mm256_castsi256_ps(word(FIRST)));
+        let bits = _mm256_castps_si256(_mm256_min_ps(at_least_first, _mm256_castsi256_ps(word(LAST))));
+        // The low bits of FIRST are zero, so that it can be subtracted after the shift: here, from the address.
+        const { assert!(FIRST.trailing_zeros() >= CELL_BITS) };
+        let origin = table.as_ptr().cast::<i32>().wrapping_sub((FIRST >> CELL_BITS) as usize);
+        // SAFETY: bits are within FIRST..=LAST, so that the addresses are those of the table's entries 0..CELLS.
+        let entries = unsafe { _mm256_i32gather_epi32::<4>(origin, _mm256_srli_epi32::<{ CELL_BITS as i32 }>(bits)) };
+        _mm256_add_epi32(entries, _mm256_and_si256(bits, word((1 << CELL_BITS) - 1)))
     }
 
+    /// Opaque RGBA of the values `8 * k..8 * (k + 1)` of each channel times `factor`.
     #[inline]
     #[target_feature(enable = "avx2")]
-    pub(super) fn encode([r, g, b]: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
-        let (r, g, b) = (r.as_chunks::<8>().0, g.as_chunks::<8>().0, b.as_chunks::<8>().0);
-        for (((out, r), g), b) in out.as_chunks_mut::<8>().0.iter_mut().zip(r).zip(g).zip(b) {
-            let red_green = _mm256_or_si256(levels(*r), _mm256_slli_epi32::<8>(levels(*g)));
-            let blue_alpha = _mm256_or_si256(_mm256_slli_epi32::<16>(levels(*b)), _mm256_set1_epi32(0xff << 24));
+    fn encode_eight(table: &[u32; CELLS], factor: f32, planes: [&[[f32; 8]]; 3], k: usize) -> __m256i {
+        let [r, g, b] = [levels(table, factor, &planes[0][k]), levels(table, factor, &planes[1][k]), levels(table, factor, &planes[2][k])];
+        let red = _mm256_srli_epi32::<{ CELL_BITS as i32 }>(r);
+        let green = _mm256_slli_epi32::<8>(_mm256_srli_epi32::<{ CELL_BITS as i32 }>(g));
+        let blue = _mm256_and_si256(b, _mm256_set1_epi32(0xff << CELL_BITS));
+        let alpha = _mm256_set1_epi32(0xff << 24);
+        _mm256_or_si256(_mm256_or_si256(red, green), _mm256_or_si256(blue, alpha))
+    }
+
+    /// Encodes linear values times `factor`, in lane order.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    pub(super) fn encode(linear: [&[f32; LANES]; 3], factor: f32, out: &mut [u32; LANES]) {
+        let (table, planes) = (&**LEVELS, linear.map(|plane| plane.as_chunks::<8>().0));
+        for (k, out) in out.as_chunks_mut::<8>().0.iter_mut().enumerate() {
             // SAFETY: eight words in either form.
-            *out = unsafe { transmute::<__m256i, [u32; 8]>(_mm256_or_si256(red_green, blue_alpha)) };
+            *out = unsafe { transmute::<__m256i, [u32; 8]>(encode_eight(table, factor, planes, k)) };
+        }
+    }
+
+    /// As [`encode`], by the rows of the block.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    pub(super) fn encode_rows(linear: [&[f32; LANES]; 3], factor: f32, rows: &mut BlockRows) {
+        let (table, planes) = (&**LEVELS, linear.map(|plane| plane.as_chunks::<8>().0));
+        // Two rows of the block are eight quads, in four vectors of two quads. The halves of a quad are pairs of pixels.
+        for (k, rows) in rows.as_chunks_mut::<2>().0.iter_mut().enumerate() {
+            let quads = |pair: usize| encode_eight(table, factor, planes, 4 * k + pair);
+            let mut halves = [[_mm256_set1_epi32(0); 2]; 2];
+            for half in 0..2 {
+                let (left, right) = (quads(2 * half), quads(2 * half + 1));
+                // Interleaving leaves the pairs of the four quads in the order 0, 2, 1, 3.
+                halves[0][half] = _mm256_permute4x64_epi64::<0b11_01_10_00>(_mm256_unpacklo_epi64(left, right));
+                halves[1][half] = _mm256_permute4x64_epi64::<0b11_01_10_00>(_mm256_unpackhi_epi64(left, right));
+            }
+            for (row, halves) in rows.iter_mut().zip(halves) {
+                // SAFETY: sixteen words in either form.
+                *row = unsafe { transmute::<[__m256i; 2], [u32; BLOCK_WIDTH]>(halves) };
+            }
         }
     }
 }
 
+/// Display bytes of a block's pixels as little-endian words, by rows.
+pub(super) type BlockRows = [[u32; BLOCK_WIDTH]; BLOCK_HEIGHT];
+
 impl ToneMapUniforms {
-    /// Display bytes of a block's pixels, as little-endian words.
+    /// Display bytes of a block's pixels, in lane order.
     #[inline(always)]
     pub(super) fn map_generic(&self, light: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
         let mut exposed = [[0.0; LANES]; 3];
@@ -159,35 +201,72 @@ impl ToneMapUniforms {
         encode_generic(exposed.each_ref(), out);
     }
 
+    /// [`ToneMapUniforms::map_generic`] by rows.
+    #[inline(always)]
+    pub(super) fn map_rows_generic(&self, light: [&[f32; LANES]; 3], rows: &mut BlockRows) {
+        let mut words = [0; LANES];
+        self.map_generic(light, &mut words);
+        for (row_of_quads, quads) in rows.as_chunks_mut::<2>().0.iter_mut().zip(words.as_chunks::<{ 2 * BLOCK_WIDTH }>().0) {
+            for (k, word) in quads.iter().enumerate() {
+                row_of_quads[k % 4 / 2][k / 4 * 2 + k % 2] = *word;
+            }
+        }
+    }
+
     /// [`ToneMapUniforms::map_generic`] with AVX2: the same bytes.
     #[cfg(target_arch = "x86_64")]
     #[inline]
     #[target_feature(enable = "avx2")]
-    pub(super) fn map_avx2(&self, light: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
+    fn map_avx2(&self, light: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
+        if self.is_linear(light) {
+            return avx2::encode(light, self.exposure, out);
+        }
         let mut exposed = [[0.0; LANES]; 3];
         self.expose(light, &mut exposed);
-        avx2::encode(exposed.each_ref(), out);
+        avx2::encode(exposed.each_ref(), 1.0, out);
+    }
+
+    /// [`ToneMapUniforms::map_rows_generic`] with AVX2: the same bytes.
+    #[cfg(target_arch = "x86_64")]
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    pub(super) fn map_rows_avx2(&self, light: [&[f32; LANES]; 3], rows: &mut BlockRows) {
+        if self.is_linear(light) {
+            return avx2::encode_rows(light, self.exposure, rows);
+        }
+        let mut exposed = [[0.0; LANES]; 3];
+        self.expose(light, &mut exposed);
+        avx2::encode_rows(exposed.each_ref(), 1.0, rows);
+    }
+
+    /// Whether the tone curve is the identity for this light. False if a value is NaN with a positive sign, whose bits are greater than those of infinity.
+    #[inline(always)]
+    fn is_linear(&self, light: [&[f32; LANES]; 3]) -> bool {
+        // Floats that are not negative are ordered like their bits as integers; those of negative floats are negative.
+        let mut greatest = 0;
+        for plane in light {
+            for value in plane {
+                greatest = greatest.max(value.to_bits().cast_signed());
+            }
+        }
+        f32::from_bits(greatest.cast_unsigned()) * self.exposure <= self.linear_limit
     }
 
     /// Light after exposure and tone curve; NaN becomes 0.
     #[inline(always)]
     fn expose(&self, light: [&[f32; LANES]; 3], exposed: &mut [[f32; LANES]; 3]) {
-        let mut peak_bits = 0;
-        for k in 0..3 {
+        for (exposed, light) in exposed.iter_mut().zip(light) {
             for i in 0..LANES {
-                let value = light[k][i] * self.exposure;
-                let value = if value > 0.0 { value } else { 0.0 };
-                exposed[k][i] = value;
-                peak_bits = peak_bits.max(value.to_bits());
+                let value = light[i] * self.exposure;
+                exposed[i] = if value > 0.0 { value } else { 0.0 };
             }
         }
-        // Below this limit the tone curve is the identity. In most images no block exceeds it.
-        if f32::from_bits(peak_bits) > self.linear_limit {
+        if !self.is_linear(light) {
             self.compress(exposed);
         }
     }
 
-    /// The tone curve `filmic` of shaders/lib/display.wesl.
+    /// The tone curve `filmic` of shaders/lib/display.wesl. It changes no value of a pixel whose greatest value is at most `linear_limit`.
     #[inline(always)]
     fn compress(&self, [r, g, b]: &mut [[f32; LANES]; 3]) {
         for i in 0..LANES {
@@ -269,6 +348,19 @@ mod tests {
                 tone_map.map_generic(light.each_ref(), &mut generic);
                 assert_eq!(best, generic);
                 assert!(best.iter().all(|word| word >> 24 == 255));
+                let mut rows = BlockRows::default();
+                tone_map.map_rows_generic(light.each_ref(), &mut rows);
+                let pixels = coverage::TilePixels::new();
+                for (lane, word) in generic.iter().enumerate() {
+                    assert_eq!(rows[pixels.y[lane] as usize][pixels.x[lane] as usize], *word, "lane {lane}");
+                }
+                #[cfg(target_arch = "x86_64")]
+                if is_x86_feature_detected!("avx2") {
+                    let mut rows_avx2 = BlockRows::default();
+                    // SAFETY: AVX2 was detected.
+                    unsafe { tone_map.map_rows_avx2(light.each_ref(), &mut rows_avx2) };
+                    assert_eq!(rows_avx2, rows);
+                }
             }
         }
     }

@@ -123,7 +123,8 @@ pub struct BoundProgram<R> {
     pub(super) texture_reads: Vec<TextureRead>,
     /// Arena offsets of the operands of every kernel, in order.
     pub(super) operand_offsets: Vec<u32>,
-    pub(super) input_count: usize,
+    /// Per input, whether the program reads it.
+    pub(super) read_inputs: Vec<bool>,
     /// Row of the arena where the registers start, after the program's slots and the scratch slots.
     pub(super) first_register: usize,
     pub(super) register_count: usize,
@@ -157,13 +158,18 @@ impl<R: Real> BoundProgram<R> {
             uniform_loads: Vec::new(),
             texture_reads: Vec::new(),
             operand_offsets: Vec::new(),
-            input_count: program.inputs.len(),
+            read_inputs: (0..program.inputs.len()).map(|k| is_read_from(program, 0, k as u16)).collect(),
             first_register: (program.slots + SCRATCH) as usize,
             register_count: program.registers as usize,
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
             discarded: program.discarded.as_ref().map(slot).transpose()?,
         };
         bind(program, class, unbound)
+    }
+
+    /// Whether the program reads input `k`.
+    pub(crate) fn reads_input(&self, k: usize) -> bool {
+        self.read_inputs.get(k).is_some_and(|is_read| *is_read)
     }
 }
 
@@ -203,7 +209,7 @@ fn bind<R: Real>(program: &Program, class: KernelClass, unbound: BoundProgram<R>
         binder.can_extend_run &= !is_target;
         let step = binder.bound.steps.len() as u32;
         step_of_instr.push(if binder.can_extend_run { step - 1 } else { step });
-        binder.bind(instr, |slot| is_read_after(program, at, slot))?;
+        binder.bind(instr, |slot| is_read_from(program, at + 1, slot))?;
     }
     let mut bound = binder.bound;
     step_of_instr.push(bound.steps.len() as u32);
@@ -215,11 +221,11 @@ fn bind<R: Real>(program: &Program, class: KernelClass, unbound: BoundProgram<R>
     Ok(bound)
 }
 
-/// Whether the value that an instruction writes into a slot is read before the next write, in tape order. Tape order suffices: a value that the
+/// Whether the value that a slot has before the instruction `from` is read before the next write, in tape order. Tape order suffices: a value that the
 /// next iteration of a loop needs is copied to another slot before the loop's end, and a lane whose write is skipped does not use a later read.
-fn is_read_after(program: &Program, at: usize, slot: u16) -> bool {
+fn is_read_from(program: &Program, from: usize, slot: u16) -> bool {
     let reads = |o: &Operand| *o == Operand::Slot(slot);
-    for instr in &program.lane_tape[at + 1..] {
+    for instr in &program.lane_tape[from..] {
         if instr.operands().iter().any(reads) {
             return true;
         }

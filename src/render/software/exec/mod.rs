@@ -141,9 +141,9 @@ impl<R: Real> Executor<R> {
         Self { arena: vec![LaneRow([R::ZERO; LANES]); rows], program, counts: ExecutionCounts::default(), hit_loop_limit: false }
     }
 
-    /// The lanes of input `k`. The caller must write them before every run, because a run may overwrite them.
+    /// The lanes of input `k`. The caller must write them before every run if the program reads them, because a run may overwrite them.
     pub fn input_mut(&mut self, k: usize) -> &mut [R; LANES] {
-        assert!(k < self.program.input_count, "input {k} of {}", self.program.input_count);
+        assert!(k < self.program.read_inputs.len(), "input {k} of {}", self.program.read_inputs.len());
         &mut self.arena[k].0
     }
 
@@ -166,7 +166,7 @@ impl<R: Real> Executor<R> {
             return 0;
         }
         // The slot after the inputs.
-        let mask = &mut self.arena[self.program.input_count].0;
+        let mask = &mut self.arena[self.program.read_inputs.len()].0;
         if active == LaneMask::MAX {
             mask.fill(R::from_mask(true));
         }

@@ -40,6 +40,8 @@ pub trait Real:
     /// The same slice if the elements are f32.
     fn as_f32(values: &[Self]) -> Option<&[f32]>;
     fn as_f32_mut(values: &mut [Self]) -> Option<&mut [f32]>;
+    /// These values as lanes, if lanes are f32.
+    fn of_f32(values: &[f32]) -> Option<&[Self]>;
     /// Bitwise operations on all bits of the element, for masks and integers.
     fn bit_and(self, b: Self) -> Self;
     fn bit_or(self, b: Self) -> Self;
@@ -309,6 +311,10 @@ impl Real for f32 {
     fn as_f32_mut(values: &mut [Self]) -> Option<&mut [f32]> {
         Some(values)
     }
+    #[inline(always)]
+    fn of_f32(values: &[f32]) -> Option<&[Self]> {
+        Some(values)
+    }
 }
 
 impl Real for f64 {
@@ -319,6 +325,10 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn as_f32_mut(_: &mut [Self]) -> Option<&mut [f32]> {
+        None
+    }
+    #[inline(always)]
+    fn of_f32(_: &[f32]) -> Option<&[Self]> {
         None
     }
 }
